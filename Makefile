@@ -1,0 +1,104 @@
+# Every entry a person needs; `make help` lists them. Compilers are found or installed by scripts/toolchain.sh.
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+MAKEFLAGS += --no-print-directory
+
+# One place for build products, whatever the environment says: the documentation names these paths.
+export CARGO_TARGET_DIR := $(CURDIR)/target
+
+# `make test` says the same of the same tree every time. `cargo test` draws new cases at every run, and
+# `make test PROPTEST_RNG_SEED=7` other ones.
+export PROPTEST_RNG_SEED ?= 1
+
+TARGET := thumbv7em-none-eabihf
+IMAGE := target/$(TARGET)/release/firmware
+VELVET := target/native/velvet
+VPRIME := virtual-prime/target/release/virtual-prime
+
+CONFIG ?= config/samples/cartesian.ini
+OUT ?= out/run
+BOARD ?= virtual
+ELF ?= $(IMAGE)
+
+ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
+-include target/toolchain.mk
+endif
+
+.PHONY: help demo test firmware run compare console check bench velvet virtual-prime clean
+.PHONY: test-lint test-host test-image test-virtual
+
+help:
+	@sed -n 's/^## //p' Makefile
+
+target/toolchain.mk: scripts/toolchain.sh Cargo.toml
+	@scripts/toolchain.sh $@
+
+## make demo                     print a real part on the virtual board, and a report to look at
+demo: firmware velvet virtual-prime
+	@scripts/demo.sh
+
+## make test                     every test: host crates, scenarios, the image on the virtual board
+test: test-lint test-host test-image test-virtual
+	@echo "all tests passed"
+
+## make firmware                 the image: target/thumbv7em-none-eabihf/release/firmware and .bin
+firmware: target/toolchain.mk
+	@$(FW_CARGO) build -q --locked -p firmware --release --target $(TARGET) $(FW_FLAGS)
+	@$(CARGO) run -q --locked -p xtask -- itcm $(IMAGE)
+	@$(CARGO) run -q --locked -p xtask -- image $(IMAGE) $(IMAGE).bin
+
+velvet: target/toolchain.mk
+	@$(CARGO) build -q --locked -p host --profile native
+
+virtual-prime: target/toolchain.mk
+	@test -x $(VPRIME) || echo "building the virtual board, about three minutes the first time"
+	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) build -q --locked --release --ignore-rust-version
+
+## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [ELF=image] [VERIFY=1]
+##                               a headless job on the virtual board, or on the fast host runner
+run: velvet $(if $(filter native,$(BOARD)),,virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware))
+	@test -n "$(GCODE)" || { echo "make run: say which G-code with GCODE=file"; exit 2; }
+	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(OUT)" BOARD="$(BOARD)" UNTIL="$(UNTIL)" ELF="$(ELF)" VERIFY="$(VERIFY)" scripts/run.sh
+
+## make compare GCODE=f.gcode [CONFIG=f.ini]    the same job on both boards: every step must be the same (slow)
+compare: velvet virtual-prime firmware
+	@test -n "$(GCODE)" || { echo "make compare: say which G-code with GCODE=file"; exit 2; }
+	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" scripts/compare.sh
+
+## make console [CONFIG=f.ini] [ELF=image]       a live prompt on the virtual board
+console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
+	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)"
+
+## make check CONFIG=f.ini [JSON=1]              the configuration checker
+check: velvet
+	@$(VELVET) check "$(CONFIG)" $(if $(JSON),--json)
+
+## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory
+bench: firmware virtual-prime
+	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME)
+
+test-lint: target/toolchain.mk
+	@echo "== rules and lints"
+	@$(CARGO) run -q --locked -p xtask -- deps
+	@$(CARGO) run -q --locked -p xtask -- docs
+	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi
+	@if $(CARGO) clippy --version >/dev/null 2>&1; then \
+	    $(CARGO) clippy -q --locked --all-targets -- -D warnings && \
+	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p firmware --release --target $(TARGET) -- -D warnings; fi; \
+	else echo "clippy is not installed: skipped"; fi
+
+test-host: target/toolchain.mk
+	@echo "== host crates and scenarios"
+	@$(CARGO) test -q --locked
+
+test-image: firmware virtual-prime
+	@echo "== tests on target, on the virtual board"
+	@FW_CARGO="$(FW_CARGO)" FW_FLAGS="$(FW_FLAGS)" scripts/test-on-target.sh
+
+test-virtual: firmware virtual-prime
+	@echo "== the image on the virtual board"
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FW_CARGO="$(FW_CARGO)" FW_FLAGS="$(FW_FLAGS)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version
+
+clean:
+	@rm -rf target virtual-prime/target out
