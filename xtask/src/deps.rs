@@ -1,0 +1,129 @@
+//! The dependency rules of `docs/architecture.md`, checked against what cargo resolved.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+
+use crate::sources;
+
+/// Which of our crates each crate may use. A crate that is not listed may not exist.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("units", &[]),
+    ("gcode", &["units"]),
+    ("config", &["units"]),
+    ("motion", &["units"]),
+    ("tmc", &["units"]),
+    ("drivers", &["units"]),
+    ("machine", &["units", "gcode", "config", "motion"]),
+    // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
+    ("bsp-prime", &["units", "motion"]),
+    ("firmware", &["units", "gcode", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
+    ("sim", &["units", "gcode", "config", "motion", "tmc", "drivers", "machine"]),
+    ("scenarios", &["units", "gcode", "config", "motion", "tmc", "drivers", "machine", "sim"]),
+    ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
+    ("host", &["units", "gcode", "config", "motion", "sim", "machine"]),
+    ("xtask", &[]),
+];
+
+/// Crates from outside that only the board's crates may name.
+const HARDWARE: &[&str] = &["stm32h7xx-hal", "stm32h7", "cortex-m", "cortex-m-rt", "cortex-m-semihosting"];
+const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "firmware", "on-target"];
+
+/// The executor. Everything below the firmware is called by it and never knows it.
+const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];
+const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
+
+/// Crates that run on the board and on a desk alike: no standard library outside tests.
+const PURE: &[&str] = &["units", "gcode", "config", "motion", "tmc", "drivers", "machine"];
+
+/// Runs every rule and reports all violations at once.
+pub fn check(root: &Path) -> Result<()> {
+    let packages = workspace_packages(root)?;
+    let mut faults = Vec::new();
+    for (package, dependencies) in &packages {
+        faults.extend(dependency_faults(package, dependencies));
+    }
+    faults.extend(sources::faults(root, PURE)?);
+    if faults.is_empty() {
+        println!("deps: {} crates keep the rules", packages.len());
+        return Ok(());
+    }
+    for fault in &faults {
+        eprintln!("  {fault}");
+    }
+    bail!("{} broken rule(s)", faults.len())
+}
+
+fn dependency_faults(package: &str, dependencies: &BTreeSet<String>) -> Vec<String> {
+    let Some((_, allowed)) = MAY_USE.iter().find(|(name, _)| *name == package) else {
+        return vec![format!("{package}: not in the architecture's table; add it there and to xtask/src/deps.rs")];
+    };
+    let ours: BTreeSet<&str> = MAY_USE.iter().map(|(name, _)| *name).collect();
+    let mut faults = Vec::new();
+    for dependency in dependencies {
+        let name = dependency.as_str();
+        if ours.contains(name) && !allowed.contains(&name) {
+            faults.push(format!("{package}: may not use {name}"));
+        }
+        if HARDWARE.contains(&name) && !MAY_NAME_HARDWARE.contains(&package) {
+            faults.push(format!("{package}: only the board's crates may name {name}"));
+        }
+        if EXECUTOR.contains(&name) && !MAY_NAME_EXECUTOR.contains(&package) {
+            faults.push(format!("{package}: only the firmware may name {name}"));
+        }
+    }
+    faults
+}
+
+/// Direct dependencies of every workspace member, tests' excepted.
+fn workspace_packages(root: &Path) -> Result<BTreeMap<String, BTreeSet<String>>> {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .current_dir(root)
+        .output()
+        .context("cargo metadata")?;
+    let metadata: Value = serde_json::from_slice(&output.stdout).context("cargo metadata's answer")?;
+    let packages = metadata["packages"].as_array().context("packages")?;
+    Ok(packages.iter().filter_map(package_dependencies).collect())
+}
+
+fn package_dependencies(package: &Value) -> Option<(String, BTreeSet<String>)> {
+    let dependencies = package["dependencies"].as_array()?;
+    let names = dependencies
+        .iter()
+        .filter(|dependency| dependency["kind"].as_str() != Some("dev"))
+        .filter_map(|dependency| dependency["name"].as_str())
+        .map(str::to_owned)
+        .collect();
+    Some((package["name"].as_str()?.to_owned(), names))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn faults(package: &str, dependency: &str) -> Vec<String> {
+        dependency_faults(package, &BTreeSet::from([dependency.to_owned()]))
+    }
+
+    #[test]
+    fn a_forbidden_dependency_is_named() {
+        assert_eq!(faults("motion", "gcode"), ["motion: may not use gcode"]);
+        assert_eq!(faults("machine", "tmc"), ["machine: may not use tmc"]);
+        assert_eq!(faults("machine", "rtic"), ["machine: only the firmware may name rtic"]);
+        assert_eq!(faults("drivers", "stm32h7"), ["drivers: only the board's crates may name stm32h7"]);
+        assert_eq!(faults("surprise", "units").len(), 1);
+    }
+
+    #[test]
+    fn an_allowed_dependency_passes() {
+        assert!(faults("machine", "motion").is_empty());
+        assert!(faults("firmware", "rtic").is_empty());
+        assert!(faults("bsp-prime", "cortex-m").is_empty());
+        assert!(faults("gcode", "heapless").is_empty());
+    }
+}

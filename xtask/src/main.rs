@@ -1,0 +1,51 @@
+//! Checks and builds that cargo alone cannot do. `cargo run -p xtask` lists them.
+
+mod deps;
+mod docs;
+mod image;
+mod itcm;
+mod ledger;
+mod memory;
+mod sources;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+
+const HELP: &str = "usage: cargo xtask <task>
+  deps             every crate uses only what the architecture allows, and no source breaks a house rule
+  docs             what the documentation names exists
+  image ELF BIN    the flash image as raw bytes from 0x0800_0000, for dfu-util
+  itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
+  ledger ELF VP    what the image costs, counted by the virtual board VP, against the committed ledger
+  memory ELF       bytes taken in each memory region";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &[String]) -> Result<()> {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["deps"] => deps::check(root()),
+        ["docs"] => docs::check(root()),
+        ["image", elf, bin] => image::write(Path::new(elf), Path::new(bin)),
+        ["ledger", elf, board] => ledger::run(root(), Path::new(elf), Path::new(board)),
+        ["memory", elf] => memory::report(Path::new(elf)),
+        ["itcm", elf] => itcm::check(Path::new(elf)),
+        _ => bail!("{HELP}"),
+    }
+}
+
+/// The workspace's root: this crate lies one folder below it.
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
