@@ -1,0 +1,115 @@
+//! Endstops and the probe.
+
+use super::Checks;
+use crate::machine::{EndstopConfig, HomingDirection};
+use units::{Actuator, Mm};
+
+const ENDSTOPS: &str = "endstops";
+
+pub(super) fn check(checks: &mut Checks<'_, '_>) {
+    let config = checks.config;
+    for (place, stop) in config.endstops.iter().enumerate().filter(|(_, stop)| stop.enable) {
+        switch(checks, place, stop);
+        for (other_place, other) in config.endstops.iter().enumerate().filter(|(_, stop)| stop.enable) {
+            if other_place < place && other.axis == stop.axis {
+                pair(checks, place, stop, other);
+            }
+        }
+    }
+    let probe = &config.probe;
+    if probe.enable && probe.pin.is_none() {
+        let reason = format_args!("the probe needs a pin");
+        checks.error(
+            ("zprobe", 0, "probe_pin"),
+            reason,
+            format_args!("write one; the board's probe connector is PB10"),
+        );
+    }
+    if config.kill_button.enable && config.kill_button.pin.is_none() {
+        checks.error(("kill button", 0, "pin"), format_args!("the kill button needs a pin"), format_args!("write one"));
+    }
+}
+
+fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
+    if stop.pin.is_none() {
+        checks.error((ENDSTOPS, place, "pin"), format_args!("the endstop needs a pin"), format_args!("write one"));
+    }
+    let Some(axis) = stop.axis else {
+        let reason = format_args!("the endstop does not say which axis it is for");
+        return checks.error((ENDSTOPS, place, "axis"), reason, format_args!("write axis = X, Y, Z, A, B or C"));
+    };
+    let motor = Actuator::from_index(axis as usize).map(|actuator| &checks.config.actuators[actuator]);
+    let Some(motor) = motor.filter(|motor| motor.present) else {
+        let reason = format_args!("axis {} has no motor", axis.letter());
+        return checks.error((ENDSTOPS, place, "axis"), reason, format_args!("name an axis that has one"));
+    };
+    if stop.homing_direction == HomingDirection::None {
+        return;
+    }
+    direction_against_name(checks, place, stop);
+    direction_against_position(checks, place, stop);
+    if stop.fast_rate > motor.max_rate {
+        let reason = format_args!("{} mm/s is faster than the motor's max_rate", stop.fast_rate.get());
+        checks.warn((ENDSTOPS, place, "fast_rate"), reason, format_args!("write {:.0} or less", motor.max_rate.get()));
+    }
+    if stop.slow_rate > stop.fast_rate {
+        let reason = format_args!("the second approach is faster than the first");
+        checks.warn((ENDSTOPS, place, "slow_rate"), reason, format_args!("write less than fast_rate"));
+    }
+}
+
+/// A switch called `minx` that is homed to upwards would drive the carriage into the other end.
+fn direction_against_name(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
+    let has = |word: &[u8; 3]| stop.name.as_bytes().windows(3).any(|part| part == word);
+    let wrong = match stop.homing_direction {
+        HomingDirection::ToMax => has(b"min"),
+        HomingDirection::ToMin => has(b"max"),
+        HomingDirection::None => false,
+    };
+    if wrong {
+        let reason = format_args!("the name '{}' and the direction contradict each other", stop.name);
+        let fix = format_args!("check which end of the axis the switch is at");
+        checks.warn((ENDSTOPS, place, "homing_direction"), reason, fix);
+    }
+}
+
+/// A min switch at the far end of the coordinates, or a max switch at the near one: everything reachable lies on the
+/// wrong side of it.
+fn direction_against_position(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
+    let (far, end) = match stop.homing_direction {
+        HomingDirection::ToMin => (stop.homing_position, "min"),
+        HomingDirection::ToMax => (Mm(-stop.homing_position.get()), "max"),
+        HomingDirection::None => return,
+    };
+    // Half the travel beyond zero is no shifted origin any more.
+    if far.get() * 2.0 > stop.max_travel.get() {
+        let letter = stop.axis.map_or('?', units::Axis::letter);
+        let reason = format_args!("the {end} end of {letter} is said to be at {}", stop.homing_position);
+        let fix = format_args!("check homing_direction: after homing the axis could only move further out");
+        checks.warn((ENDSTOPS, place, "homing_position"), reason, fix);
+    }
+}
+
+/// Two switches of one axis.
+fn pair(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, other: &EndstopConfig) {
+    let Some(axis) = stop.axis else { return };
+    if stop.homing_direction == HomingDirection::None || other.homing_direction == HomingDirection::None {
+        return;
+    }
+    let letter = axis.letter();
+    let reason = format_args!("{letter} homes to '{}' already", other.name);
+    let fix = format_args!("write none for one of them; as a limit it works all the same");
+    checks.error((ENDSTOPS, place, "homing_direction"), reason, fix);
+    let (low, high) = match (stop.homing_direction, other.homing_direction) {
+        (HomingDirection::ToMin, HomingDirection::ToMax) => (stop, other),
+        (HomingDirection::ToMax, HomingDirection::ToMin) => (other, stop),
+        _ => return,
+    };
+    if low.homing_position >= high.homing_position {
+        let reason = format_args!(
+            "{letter} is {} at the min end and {} at the max end",
+            low.homing_position, high.homing_position
+        );
+        checks.error((ENDSTOPS, place, "homing_position"), reason, format_args!("the max end must be further"));
+    }
+}

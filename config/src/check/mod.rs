@@ -1,0 +1,106 @@
+//! What only the whole file can show: missing settings, contradictions, two owners of one pin.
+//!
+//! Each check names the setting to change, and stands at the line that wrote it when the file did.
+
+mod arms;
+mod heat;
+mod homing;
+mod motors;
+mod outputs;
+mod pins;
+mod shapers;
+mod tools;
+
+use crate::diagnostic::Severity;
+use crate::ledger::{Ledger, Path, Reporter, Span};
+use crate::machine::MachineConfig;
+use crate::schema::Support;
+use core::fmt;
+
+/// Checks the whole, and lowers what is too high where Smoothieware does so.
+pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut Reporter<'_>) {
+    motors::limit(config, ledger, reporter);
+    let mut checks = Checks { config, ledger, reporter };
+    wishes(&mut checks);
+    arcs(&mut checks);
+    shapers::check(&mut checks);
+    motors::check(&mut checks);
+    homing::check(&mut checks);
+    heat::check(&mut checks);
+    tools::check(&mut checks);
+    outputs::check(&mut checks);
+    pins::check(&mut checks);
+}
+
+/// Refuses what Velvet cannot do yet, where its function is not disabled.
+fn wishes(checks: &mut Checks<'_, '_>) {
+    for &(path, span) in checks.ledger.wishes() {
+        let Some(Support::NotYet { severity, advice }) = path.setting().map(|setting| setting.support) else {
+            continue;
+        };
+        if pins::is_in_use(checks, path) {
+            not_supported(checks.reporter, severity, span, &path.text(checks.config), advice);
+        }
+    }
+}
+
+/// The finding about a setting that Velvet cannot act on yet.
+pub(crate) fn not_supported(reporter: &mut Reporter<'_>, severity: Severity, span: Span, key: &str, advice: &str) {
+    reporter.report(severity, span, key, format_args!("not supported yet"), format_args!("{advice}"));
+}
+
+fn arcs(checks: &mut Checks<'_, '_>) {
+    let motion = &checks.config.motion;
+    if motion.mm_max_arc_error.get() <= 0.0 && motion.mm_per_arc_segment.is_none() {
+        let reason = format_args!("neither this nor mm_per_arc_segment limits the chords of an arc");
+        checks.error(("motion control", 0, "mm_max_arc_error"), reason, format_args!("write 0.01"));
+    }
+}
+
+/// What a check looks at, and where it speaks.
+pub(crate) struct Checks<'a, 'r> {
+    pub(crate) config: &'a MachineConfig,
+    pub(crate) ledger: &'a Ledger,
+    pub(crate) reporter: &'a mut Reporter<'r>,
+}
+
+impl Checks<'_, '_> {
+    /// An error about a setting; the machine may not start.
+    fn error(&mut self, setting: Named<'_>, reason: fmt::Arguments<'_>, fix: fmt::Arguments<'_>) {
+        report(self.config, self.ledger, self.reporter, Severity::Error, setting, reason, fix);
+    }
+
+    /// Whether the setting's line could not be understood, which has been said.
+    fn is_unreadable(&self, (section, place, key): Named<'_>) -> bool {
+        Path::named(section, place, key).is_some_and(|path| self.ledger.is_unreadable(path))
+    }
+
+    /// A warning about a setting.
+    fn warn(&mut self, setting: Named<'_>, reason: fmt::Arguments<'_>, fix: fmt::Arguments<'_>) {
+        report(self.config, self.ledger, self.reporter, Severity::Warning, setting, reason, fix);
+    }
+}
+
+/// A setting by section, place of its instance, and key.
+pub(crate) type Named<'a> = (&'a str, usize, &'a str);
+
+fn report(
+    config: &MachineConfig,
+    ledger: &Ledger,
+    reporter: &mut Reporter<'_>,
+    severity: Severity,
+    (section, place, key): Named<'_>,
+    reason: fmt::Arguments<'_>,
+    fix: fmt::Arguments<'_>,
+) {
+    let Some(path) = Path::named(section, place, key) else {
+        debug_assert!(false, "the schema has no [{section}] {key}");
+        return;
+    };
+    if ledger.is_unreadable(path) || (severity == Severity::Warning && ledger.is_doubted(path)) {
+        return;
+    }
+    // A default has no line of its own; the instance's first line is the next best place.
+    let span = ledger.span(path).or_else(|| ledger.first_of(path.section, path.place)).unwrap_or_default();
+    reporter.report(severity, span, &path.text(config), reason, fix);
+}

@@ -1,0 +1,76 @@
+//! Switches.
+
+use super::Checks;
+use crate::ledger::Path;
+use crate::machine::{OutputKind, SwitchConfig};
+use crate::pin::OutputPin;
+
+const SWITCH: &str = "switch";
+
+pub(super) fn check(checks: &mut Checks<'_, '_>) {
+    let config = checks.config;
+    for (place, switch) in config.switches.iter().enumerate().filter(|(_, switch)| switch.enable) {
+        if switch.is_input() {
+            input(checks, place, switch);
+        } else {
+            output(checks, place, switch);
+            for other in config.switches.iter().take(place).filter(|other| other.enable && !other.is_input()) {
+                if switch.input_on_command.is_some() && other.input_on_command == switch.input_on_command {
+                    let reason = format_args!("'{}' turns on with the same code", other.name);
+                    checks.warn(
+                        (SWITCH, place, "input_on_command"),
+                        reason,
+                        format_args!("add a subcode, as in M106.1"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
+    if switch.output_on_command.is_empty() && switch.output_off_command.is_empty() {
+        let reason = format_args!("the input does nothing");
+        checks.error((SWITCH, place, "output_on_command"), reason, format_args!("write the line it executes"));
+    }
+}
+
+fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
+    let is_written = |checks: &Checks<'_, '_>, key| {
+        Path::named(SWITCH, place, key).is_some_and(|path| checks.ledger.span(path).is_some())
+    };
+    if !is_written(checks, "output_type") {
+        let reason = format_args!("the switch does not say how its output is driven");
+        checks.error((SWITCH, place, "output_type"), reason, format_args!("write digital, sigmadeltapwm or hwpwm"));
+    }
+    if switch.input_on_command.is_none() && switch.input_off_command.is_none() {
+        let reason = format_args!("no code turns the switch on or off");
+        checks.error((SWITCH, place, "input_on_command"), reason, format_args!("write a code, as in M106"));
+    }
+    match (switch.output_pin, switch.output_kind) {
+        (None, _) => {
+            let reason = format_args!("the switch has neither an output_pin nor an input_pin");
+            checks.error((SWITCH, place, "output_pin"), reason, format_args!("write one of them"));
+        }
+        (Some(OutputPin::Digital(_)), OutputKind::HardwarePwm) => {
+            let reason = format_args!("hwpwm needs a timer channel");
+            checks.error((SWITCH, place, "output_pin"), reason, format_args!("write PWM1_1 to PWM2_4"));
+        }
+        (Some(OutputPin::Pwm(_)), OutputKind::Digital | OutputKind::SigmaDelta) => {
+            let reason = format_args!("a timer channel needs output_type = hwpwm");
+            checks.error((SWITCH, place, "output_type"), reason, format_args!("write hwpwm, or another pin"));
+        }
+        (Some(OutputPin::Pwm(pwm)), OutputKind::HardwarePwm) => {
+            let timer = usize::from(pwm.timer).saturating_sub(1);
+            if checks.config.pwm_frequency_hz.get(timer).is_none_or(Option::is_none) {
+                let reason = format_args!("the timer of PWM{} is not set up", pwm.timer);
+                checks.error((SWITCH, place, "output_pin"), reason, format_args!("add the section [pwm{}]", pwm.timer));
+            }
+        }
+        (Some(OutputPin::Digital(_)), _) => {}
+    }
+    if switch.output_kind == OutputKind::HardwarePwm && switch.startup_value > 100.0 {
+        let reason = format_args!("{} is more than 100 percent", switch.startup_value);
+        checks.error((SWITCH, place, "startup_value"), reason, format_args!("write 0 to 100"));
+    }
+}

@@ -1,0 +1,201 @@
+//! Pins: who owns which, which are spoken for, which cannot do what is asked.
+
+use super::Checks;
+use crate::board::{self, Pad};
+use crate::diagnostic::Severity;
+use crate::ledger::{Path, Span};
+use crate::machine::{DriverKind, EndstopConfig, HomingDirection, SensorKind};
+use crate::pin::{Pin, PinName, Pull};
+use crate::schema::{Kind, PinRole, SECTIONS};
+use heapless::Vec;
+use units::Axis;
+
+/// A pad and who has it. The setting is none for what the board itself or a bus uses.
+#[derive(Clone, Copy)]
+struct Claim {
+    pad: Pad,
+    owner: Owner,
+}
+
+#[derive(Clone, Copy)]
+enum Owner {
+    Setting(Path),
+    Bus(&'static str),
+}
+
+const MAX_CLAIMS: usize = 180;
+
+pub(super) fn check(checks: &mut Checks<'_, '_>) {
+    let mut claims: Vec<Claim, MAX_CLAIMS> = Vec::new();
+    buses(checks, &mut claims);
+    let pins = checks.ledger.pins();
+    for &(path, name) in pins {
+        if !is_in_use(checks, path) {
+            continue;
+        }
+        can_do(checks, path, name);
+        if let Some(pad) = board::pad_of(name) {
+            claim(checks, &mut claims, path, pad, name);
+        }
+    }
+    if let Some((section, _)) = crate::schema::section("voltage monitor") {
+        for (place, voltage) in checks.config.voltages.iter().enumerate() {
+            if let Some(pad) = board::voltage_pad(voltage.input) {
+                let name = PinName::Digital(Pin { port: pad.0, number: pad.1, ..Pin::new('A', 0) });
+                claim(checks, &mut claims, Path::new(section, 0, place), pad, name);
+            }
+        }
+    }
+    interrupt_lines(checks);
+}
+
+fn span(checks: &Checks<'_, '_>, path: Path) -> Span {
+    checks.ledger.span(path).or_else(|| checks.ledger.first_of(path.section, path.place)).unwrap_or_default()
+}
+
+/// Whether the setting's instance takes part, and the setting means something for it.
+pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
+    let config = checks.config;
+    let (Some(section), Some(setting)) = (path.section(), path.setting()) else { return false };
+    let place = usize::from(path.place);
+    let lives = setting.is_common || section.instances().is_none_or(|instances| (instances.is_live)(config, place));
+    lives
+        && match (section.name, setting.key) {
+            ("actuator", "en_pin") => {
+                config.actuators.0.get(place).is_some_and(|motor| motor.driver == DriverKind::External)
+            }
+            ("actuator", "motors_enable_pin") => uses_driver_chips(checks),
+            ("tmc2590", "reset_pin") => config.actuators().any(|(_, motor)| motor.driver == DriverKind::Tmc2590),
+            ("uart console", _) => config.uart.enable,
+            ("zprobe", _) => config.probe.enable,
+            ("kill button", _) => config.kill_button.enable,
+            ("switch", "output_pin") => config.switches.get(place).is_some_and(|switch| !switch.is_input()),
+            ("temperature control", key) => config.temperatures.get(place).is_some_and(|heater| match key {
+                "thermistor_pin" => heater.sensor.kind == SensorKind::Thermistor,
+                "spi_select_pin" => heater.sensor.kind == SensorKind::Max31855,
+                _ => true,
+            }),
+            _ => true,
+        }
+}
+
+fn uses_driver_chips(checks: &Checks<'_, '_>) -> bool {
+    checks.config.actuators().any(|(_, motor)| motor.driver != DriverKind::External)
+}
+
+/// Pads of the buses that are in use.
+fn buses(checks: &Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>) {
+    let config = checks.config;
+    let mut add = |pads: &[Pad], name| {
+        for &pad in pads {
+            // The buses' dozen pads are the first claims of many.
+            let _ = claims.push(Claim { pad, owner: Owner::Bus(name) });
+        }
+    };
+    for channel in [0, 1] {
+        let by_drivers = config
+            .actuators()
+            .filter_map(|(_, motor)| config.driver_family(motor.driver))
+            .any(|family| family.spi_channel == channel);
+        let by_sensors = config
+            .temperatures
+            .iter()
+            .filter(|heater| heater.enable)
+            .any(|heater| heater.sensor.kind == SensorKind::Max31855 && heater.sensor.spi_channel == Some(channel));
+        if by_drivers || by_sensors {
+            let (name, pads) = board::spi_pads(channel);
+            add(&pads, name);
+        }
+    }
+    if config.uart.enable {
+        add(&board::uart_pads(config.uart.channel), "[uart console]");
+    }
+}
+
+fn claim(checks: &mut Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>, path: Path, pad: Pad, name: PinName) {
+    let key = path.text(checks.config);
+    let at = span(checks, path);
+    let pin = name.without_modifiers();
+    if let Some(purpose) = board::reserved_for(pad) {
+        let reason = format_args!("{pin} belongs to {purpose}");
+        checks.reporter.report(Severity::Error, at, &key, reason, format_args!("use another pin"));
+    }
+    match claims.iter().find(|claim| claim.pad == pad).map(|claim| claim.owner) {
+        None => {
+            // There are fewer pin settings than places for claims.
+            let _ = claims.push(Claim { pad, owner: Owner::Setting(path) });
+        }
+        Some(Owner::Bus(name)) => {
+            let reason = format_args!("{pin} is used by {name} already");
+            checks.reporter.report(Severity::Error, at, &key, reason, format_args!("use another pin"));
+        }
+        Some(Owner::Setting(first)) => {
+            two_owners(checks, first, path, pin);
+        }
+    }
+}
+
+/// Stands at the later of the two lines; a default has none.
+fn two_owners(checks: &mut Checks<'_, '_>, one: Path, other: Path, pin: PinName) {
+    let line = |path| checks.ledger.span(path).map_or(0, |span| span.line);
+    let (first, second) = if line(one) <= line(other) { (one, other) } else { (other, one) };
+    let (owner, line) = (first.text(checks.config), line(first));
+    let (key, at) = (second.text(checks.config), span(checks, second));
+    let fix = format_args!("use another pin for one of them, or nc");
+    let mut say = |reason| checks.reporter.report(Severity::Error, at, &key, reason, fix);
+    match line {
+        0 => say(format_args!("{pin} is used by {owner} already, by default")),
+        _ => say(format_args!("{pin} is used by {owner} already, in line {line}")),
+    }
+}
+
+/// Modifiers and pads that cannot serve in this role.
+fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
+    let (PinName::Digital(pin), Some(Kind::Pin(role, _))) = (name, path.setting().map(|setting| setting.kind)) else {
+        return;
+    };
+    let key = path.text(checks.config);
+    let at = span(checks, path);
+    let is_output = matches!(role, PinRole::Output | PinRole::OutputOrPwm);
+    let pad = (pin.port, pin.number);
+    let mut say = |severity, reason: &str, fix: &str| {
+        checks.reporter.report(severity, at, &key, format_args!("{pin}: {reason}"), format_args!("{fix}"));
+    };
+    if is_output && pin.pull != Pull::Default {
+        say(Severity::Warning, "an output has no pull resistor", "delete ^, v or -");
+    }
+    if !is_output && pin.open_drain {
+        say(Severity::Warning, "an input is never open drain", "delete the o");
+    }
+    if is_output && pad == board::NEEDS_OPEN_DRAIN && !pin.open_drain {
+        say(Severity::Error, "its pull-up goes to 5 V, so it must be open drain", "write PF14!o");
+    }
+    if is_output && pad == board::NEVER_AN_OUTPUT {
+        say(Severity::Error, "the boot button drives it, so it cannot be an output", "use another pin");
+    }
+}
+
+/// The chip has one interrupt line for each pin number, whatever the port. Switches that are watched at the same time
+/// need lines of their own: those of X and Y, which home together.
+fn interrupt_lines(checks: &mut Checks<'_, '_>) {
+    let config = checks.config;
+    let one_by_one = config.homing.corexy || !config.homing.order.is_empty();
+    let pin_of = |axis| config.endstops.iter().position(|stop| stop.enable && homes(stop, axis));
+    let (Some(x), Some(y)) = (pin_of(Axis::X), pin_of(Axis::Y)) else { return };
+    let number = |place: usize| config.endstops.get(place).and_then(|stop| stop.pin).map(|pin| pin.number);
+    if let (false, Some(line), true) = (one_by_one, number(x), number(x) == number(y)) {
+        let place = x.max(y);
+        let reason = format_args!("the X and Y switches share interrupt line {line} and home together");
+        checks.error(
+            ("endstops", place, "pin"),
+            reason,
+            format_args!("use pins with different numbers, or homing_order"),
+        );
+    }
+}
+
+fn homes(stop: &EndstopConfig, axis: Axis) -> bool {
+    stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None
+}
+
+const _: () = assert!(SECTIONS.len() <= 64, "the ledger keeps one bit per section");

@@ -1,0 +1,143 @@
+//! Defaults that depend on other settings, and the tidying up after the checks.
+
+use crate::ledger::{Ledger, Path};
+use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind};
+use units::{Actuator, Amps, Duty, Mm, MmPerSecond};
+
+/// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
+const LAST_FREE_TOOL: u8 = 252;
+/// From here on a tool number is a bed's or a chamber's, with the M-codes of a bed.
+const FIRST_BED_TOOL: u8 = 100;
+/// Pieces of a straight move on the two deltas.
+const DELTA_SEGMENTS_PER_SECOND: f64 = 100.0;
+const DEFAULT_PWM_HZ: u32 = 10_000;
+
+/// Fills in what the file did not write and other settings decide.
+pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
+    let written = |section: &str, place: usize, key: &str| {
+        Path::named(section, place, key).is_some_and(|path| ledger.span(path).is_some())
+    };
+    kinematics(config, &written);
+    temperatures(config, &written);
+    switches(config, &written);
+    drivers(config, &written);
+    for (place, stop) in config.endstops.iter_mut().enumerate() {
+        if !written("endstops", place, "homing_position") {
+            stop.homing_position = Mm(if stop.homing_direction == HomingDirection::ToMax { 200.0 } else { 0.0 });
+        }
+    }
+    for (frequency, section) in config.pwm_frequency_hz.iter_mut().zip(["pwm1", "pwm2"]) {
+        if ledger.has_section(section) {
+            frequency.get_or_insert(DEFAULT_PWM_HZ);
+        }
+    }
+    let probe = &mut config.probe;
+    if probe.return_rate == MmPerSecond(0.0) {
+        let twice = probe.slow_rate * 2.0;
+        probe.return_rate = if twice < probe.fast_rate { twice } else { probe.fast_rate };
+    }
+}
+
+type Written<'a> = &'a dyn Fn(&str, usize, &str) -> bool;
+
+fn kinematics(config: &mut MachineConfig, written: Written) {
+    let arm = config.motion.arm_solution;
+    if !written("motion control", 0, "must_be_homed") {
+        config.motion.must_be_homed = matches!(arm, ArmSolution::LinearDelta | ArmSolution::RotaryDelta);
+    }
+    if !written("motion control", 0, "delta_segments_per_second") {
+        let is_delta = matches!(arm, ArmSolution::LinearDelta | ArmSolution::RotaryDelta);
+        config.motion.segments_per_second = is_delta.then_some(DELTA_SEGMENTS_PER_SECOND);
+    }
+    let homing = &mut config.homing;
+    for (key, flag, by) in [
+        ("corexy_homing", &mut homing.corexy, ArmSolution::CoreXy),
+        ("delta_homing", &mut homing.delta, ArmSolution::LinearDelta),
+        ("rdelta_homing", &mut homing.rotary_delta, ArmSolution::RotaryDelta),
+        ("scara_homing", &mut homing.scara, ArmSolution::Morgan),
+    ] {
+        if !written("endstops", 0, key) {
+            *flag = arm == by;
+        }
+    }
+    if !written("endstops", 0, "move_to_origin_after_home") {
+        homing.move_to_origin = homing.delta;
+    }
+}
+
+fn temperatures(config: &mut MachineConfig, written: Written) {
+    const SECTION: &str = "temperature control";
+    let has_own_number = |place: usize, name: &str| {
+        written(SECTION, place, "tool_id") || matches!(name, "hotend" | "hotend2" | "bed" | "board")
+    };
+    let mut next_tool = LAST_FREE_TOOL;
+    for (place, heater) in config.temperatures.iter_mut().enumerate() {
+        if !has_own_number(place, &heater.name) {
+            heater.tool_id = next_tool;
+            next_tool = next_tool.saturating_sub(1);
+        }
+        if !written(SECTION, place, "i_max") {
+            heater.pid.i_max = f32::from(heater.max_pwm.0);
+        }
+        if !written(SECTION, place, "runaway_cooling_timeout") {
+            heater.runaway.cooling_timeout = heater.runaway.heating_timeout;
+        }
+        let is_bed = heater.tool_id >= FIRST_BED_TOOL;
+        if !written(SECTION, place, "set_m_code") {
+            heater.set_m_code = if is_bed { 140 } else { 104 };
+        }
+        if !written(SECTION, place, "set_and_wait_m_code") {
+            heater.set_and_wait_m_code = if is_bed { 190 } else { 109 };
+        }
+    }
+}
+
+fn switches(config: &mut MachineConfig, written: Written) {
+    for (place, switch) in config.switches.iter_mut().enumerate() {
+        let subcode = switch.subcode;
+        for code in [&mut switch.input_on_command, &mut switch.input_off_command].into_iter().flatten() {
+            if code.subcode == 0 {
+                code.subcode = subcode;
+            }
+        }
+        let Duty(most) = switch.max_pwm;
+        let is_sigma_delta = switch.output_kind == OutputKind::SigmaDelta;
+        if !written("switch", place, "startup_value") {
+            switch.startup_value = if is_sigma_delta { f32::from(most) } else { 0.0 };
+        } else if is_sigma_delta {
+            switch.startup_value = switch.startup_value.min(f32::from(most));
+        }
+    }
+}
+
+fn drivers(config: &mut MachineConfig, written: Written) {
+    for actuator in Actuator::ALL {
+        let place = actuator as usize;
+        let motor = &mut config.actuators[actuator];
+        if !written("actuator", place, "dir_setup_ns") {
+            motor.dir_setup_ns = if motor.driver == DriverKind::External { 5_000 } else { 500 };
+        }
+        if !written("tmc2590", place, "max_current") {
+            let chip = &mut config.tmc2590.axes[actuator];
+            // Smoothieware's ceilings for the resistors its boards were built with.
+            let milliohms = chip.sense_resistor.get() * 1_000.0;
+            chip.max_current = Amps(match milliohms {
+                r if (49.5..50.5).contains(&r) => 5.5,
+                r if (74.5..75.5).contains(&r) => 4.4,
+                _ => 3.2,
+            });
+        }
+    }
+}
+
+/// Leaves out what is not enabled, and puts the rest in order of name, as Smoothieware visits it.
+pub(crate) fn keep_enabled(config: &mut MachineConfig) {
+    config.extruders.retain(|extruder| extruder.enable);
+    config.extruders.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.temperatures.retain(|heater| heater.enable);
+    config.temperatures.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.endstops.retain(|stop| stop.enable);
+    config.endstops.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.switches.retain(|switch| switch.enable);
+    config.switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+}

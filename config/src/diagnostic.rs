@@ -1,0 +1,102 @@
+//! What the reader has to say about a file: place, reason, fix.
+
+use core::fmt;
+use heapless::{String, Vec};
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The machine runs, but probably not as meant.
+    Warning,
+    /// The setting cannot be used: nothing may move or heat until it is fixed.
+    Error,
+    /// The file cannot be read any further.
+    Fatal,
+}
+
+impl Severity {
+    /// The word in messages.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Warning => "warning",
+            Self::Error => "error",
+            Self::Fatal => "fatal",
+        }
+    }
+}
+
+/// One finding. Texts are cut to fit, never lost whole.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    /// How bad.
+    pub severity: Severity,
+    /// Line, from 1; 0 when it concerns something the file does not say.
+    pub line: u32,
+    /// Column in bytes, from 1; 0 with line 0.
+    pub column: u16,
+    /// Bytes to underline from there, at least 1.
+    pub length: u16,
+    /// Section and key, as `[actuator] alpha.max_rate`; may be empty.
+    pub key: String<72>,
+    /// What is wrong, in a sentence without a full stop.
+    pub reason: String<200>,
+    /// What to write instead; may be empty.
+    pub fix: String<200>,
+}
+
+impl Diagnostic {
+    /// Whether a message should begin with the key: there is one, and the reason does not name it anyway.
+    pub(crate) fn names_key(&self) -> bool {
+        !self.key.is_empty() && !self.reason.contains(self.key.as_str())
+    }
+}
+
+/// `line 12, column 3: error: [planner] has no setting 'junction_devation' (did you mean junction_deviation?)`
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.line > 0 {
+            write!(f, "line {}, column {}: ", self.line, self.column)?;
+        }
+        write!(f, "{}: ", self.severity.word())?;
+        if self.names_key() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.reason)?;
+        if !self.fix.is_empty() {
+            write!(f, " ({})", self.fix)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where findings go: a list, a console, a counter.
+pub trait Sink {
+    /// Takes one finding, in the order found.
+    fn report(&mut self, finding: &Diagnostic);
+}
+
+/// Keeps the first `N`, but rather errors than warnings. The [`Summary`](crate::Summary) counts all.
+impl<const N: usize> Sink for Vec<Diagnostic, N> {
+    fn report(&mut self, finding: &Diagnostic) {
+        if self.push(finding.clone()).is_ok() {
+            return;
+        }
+        if let Some(lesser) = self.iter().rposition(|kept| kept.severity < finding.severity) {
+            self.remove(lesser);
+            let _ = self.push(finding.clone());
+        }
+    }
+}
+
+/// Forgets them; the summary still counts.
+impl Sink for () {
+    fn report(&mut self, _: &Diagnostic) {}
+}
+
+#[cfg(any(test, feature = "std"))]
+impl Sink for std::vec::Vec<Diagnostic> {
+    fn report(&mut self, finding: &Diagnostic) {
+        self.push(finding.clone());
+    }
+}

@@ -1,0 +1,183 @@
+//! Where each setting was written, and which pins are asked for: what the checks need after the text is gone.
+
+use crate::diagnostic::{Diagnostic, Severity, Sink};
+use crate::machine::MachineConfig;
+use crate::pin::PinName;
+use crate::reader::Summary;
+use crate::schema::{Form, SECTIONS, Section, Setting};
+use crate::text::cut;
+use core::fmt;
+use heapless::{String, Vec};
+
+/// Settings a file can write. A full printer configuration has about 150.
+pub(crate) const MAX_WRITTEN: usize = 512;
+const MAX_PINS: usize = 160;
+const MAX_WISHES: usize = 64;
+/// Beyond these, findings that only follow from others are reported too.
+const MAX_UNREADABLE: usize = 32;
+
+/// The place of what is common to all instances.
+const NO_INSTANCE: u8 = u8::MAX;
+
+/// A setting of an instance. Positions in [`SECTIONS`] and in its settings, and the instance's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Path {
+    pub(crate) section: u8,
+    pub(crate) setting: u8,
+    pub(crate) place: u8,
+}
+
+impl Path {
+    pub(crate) fn new(section: usize, setting: usize, place: usize) -> Self {
+        let row = SECTIONS.get(section).and_then(|section| section.settings.get(setting));
+        let place = if row.is_some_and(|row| row.is_common) { NO_INSTANCE } else { place as u8 };
+        // The schema has fewer than 256 of each; a test holds it to that.
+        Self { section: section as u8, setting: setting as u8, place }
+    }
+
+    /// By name; the setting may be common or an instance's.
+    pub(crate) fn named(section: &str, place: usize, key: &str) -> Option<Self> {
+        let (index, section) = crate::schema::section(section)?;
+        let setting = section.settings.iter().position(|setting| setting.key == key)?;
+        Some(Self::new(index, setting, place))
+    }
+
+    pub(crate) fn section(self) -> Option<&'static Section> {
+        SECTIONS.get(usize::from(self.section))
+    }
+
+    pub(crate) fn setting(self) -> Option<&'static Setting> {
+        self.section()?.settings.get(usize::from(self.setting))
+    }
+
+    /// `[switch] fan.output_pin`
+    pub(crate) fn text(self, config: &MachineConfig) -> String<72> {
+        let (Some(section), Some(setting)) = (self.section(), self.setting()) else { return String::new() };
+        let name = section.instances().map_or("", |instances| (instances.name)(config, usize::from(self.place)));
+        match section.form {
+            Form::Plain => cut(format_args!("[{}] {}", section.name, setting.key)),
+            Form::Named(_) if setting.is_common => cut(format_args!("[{}] common.{}", section.name, setting.key)),
+            Form::Named(_) if name.is_empty() => cut(format_args!("[{}] {}", section.name, setting.key)),
+            Form::Named(_) => cut(format_args!("[{}] {name}.{}", section.name, setting.key)),
+            Form::Keyed(_) => cut(format_args!("[{}] {name}", section.name)),
+        }
+    }
+}
+
+/// A stretch of a line. Line 0: nowhere in the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Span {
+    pub(crate) line: u16,
+    pub(crate) column: u8,
+    pub(crate) length: u8,
+}
+
+/// Everything the reader remembers of the file beside the description itself.
+#[derive(Default)]
+pub(crate) struct Ledger {
+    written: Vec<(Path, Span), MAX_WRITTEN>,
+    /// Settings whose value could not be read: what follows from that is not reported again.
+    unreadable: Vec<Path, MAX_UNREADABLE>,
+    /// Settings that have been warned of for an implausible value: one warning is enough.
+    doubted: Vec<Path, MAX_UNREADABLE>,
+    pins: Vec<(Path, PinName), MAX_PINS>,
+    /// Settings that ask for what Velvet cannot do yet.
+    wishes: Vec<(Path, Span), MAX_WISHES>,
+    /// Bit n: section n has been opened.
+    pub(crate) sections: u64,
+}
+
+impl Ledger {
+    /// Notes where a setting stands; gives the place where it stood before. A full ledger forgets places, not values.
+    pub(crate) fn write(&mut self, path: Path, span: Span) -> Result<Option<Span>, Span> {
+        match self.written.iter_mut().find(|(known, _)| *known == path) {
+            Some((_, at)) => Ok(Some(core::mem::replace(at, span))),
+            None => self.written.push((path, span)).map(|()| None).map_err(|(_, span)| span),
+        }
+    }
+
+    /// Notes that a setting asks for what is not supported yet. False: there is no room.
+    pub(crate) fn wish(&mut self, path: Path, span: Span) -> bool {
+        self.wishes.push((path, span)).is_ok()
+    }
+
+    pub(crate) fn wishes(&self) -> &[(Path, Span)] {
+        &self.wishes
+    }
+
+    /// Notes that the value of a setting could not be read.
+    pub(crate) fn mark_unreadable(&mut self, path: Path) {
+        let _ = self.unreadable.push(path);
+    }
+
+    pub(crate) fn is_unreadable(&self, path: Path) -> bool {
+        self.unreadable.contains(&path)
+    }
+
+    /// Notes that the value of a setting is implausible.
+    pub(crate) fn doubt(&mut self, path: Path) {
+        let _ = self.doubted.push(path);
+    }
+
+    pub(crate) fn is_doubted(&self, path: Path) -> bool {
+        self.doubted.contains(&path)
+    }
+
+    /// Where a setting was written; none when its default stands.
+    pub(crate) fn span(&self, path: Path) -> Option<Span> {
+        self.written.iter().find(|(known, _)| *known == path).map(|&(_, span)| span)
+    }
+
+    /// The first written setting of an instance.
+    pub(crate) fn first_of(&self, section: u8, place: u8) -> Option<Span> {
+        self.written.iter().find(|(path, _)| (path.section, path.place) == (section, place)).map(|&(_, span)| span)
+    }
+
+    /// Notes the pin a setting asks for; none takes its claim back.
+    pub(crate) fn ask(&mut self, path: Path, pin: Option<PinName>) {
+        self.pins.retain(|(known, _)| *known != path);
+        if let Some(pin) = pin {
+            // There are fewer settings with pins than places: a test counts them.
+            let _ = self.pins.push((path, pin));
+        }
+    }
+
+    pub(crate) fn pins(&self) -> &[(Path, PinName)] {
+        &self.pins
+    }
+
+    pub(crate) fn has_section(&self, name: &str) -> bool {
+        crate::schema::section(name).is_some_and(|(index, _)| self.sections & (1 << index) != 0)
+    }
+}
+
+/// Counts findings and passes them on.
+pub(crate) struct Reporter<'a> {
+    pub(crate) sink: &'a mut dyn Sink,
+    pub(crate) summary: Summary,
+}
+
+impl Reporter<'_> {
+    pub(crate) fn report(
+        &mut self,
+        severity: Severity,
+        span: Span,
+        key: &str,
+        reason: fmt::Arguments<'_>,
+        fix: fmt::Arguments<'_>,
+    ) {
+        match severity {
+            Severity::Warning => self.summary.warnings += 1,
+            Severity::Error | Severity::Fatal => self.summary.errors += 1,
+        }
+        self.sink.report(&Diagnostic {
+            severity,
+            line: u32::from(span.line),
+            column: u16::from(span.column),
+            length: u16::from(span.length).max(1),
+            key: cut(format_args!("{key}")),
+            reason: cut(reason),
+            fix: cut(fix),
+        });
+    }
+}

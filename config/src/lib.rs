@@ -1,0 +1,32 @@
+//! The machine description: INI text in, a typed [`MachineConfig`] and located findings out.
+//!
+//! One table, [`schema::SECTIONS`], names every setting once, with its type, unit, default, range and meaning. The
+//! reader, the checks, the generated reference and the editor all read that table. The reader takes the file in
+//! pieces of any size, uses fixed memory and never panics.
+//!
+//! This crate does no I/O, owns no pin and knows nothing of G-code or motion: it says what a machine is.
+#![cfg_attr(not(any(test, feature = "std")), no_std)]
+
+mod board;
+mod check;
+mod derive;
+mod diagnostic;
+pub mod edit;
+mod flaw;
+mod ledger;
+mod machine;
+mod pin;
+mod reader;
+#[cfg(any(test, feature = "std"))]
+mod render;
+pub mod schema;
+mod suggest;
+mod text;
+mod value;
+
+pub use diagnostic::{Diagnostic, Severity, Sink};
+pub use machine::*;
+pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
+pub use reader::{Reader, Summary, parse};
+#[cfg(any(test, feature = "std"))]
+pub use render::{render, render_all, to_json};

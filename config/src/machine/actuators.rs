@@ -1,0 +1,141 @@
+//! Motors: `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`, `[extruder]`.
+
+use super::Name;
+use crate::pin::Pin;
+use units::{Actuator, Amps, Micros, Mm, MmPerSecond, MmPerSecond2, Ohms, PerActuator};
+
+/// What drives a motor's coils.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum DriverKind {
+    #[default]
+    Tmc2590,
+    Tmc2660,
+    External,
+}
+
+/// One motor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ActuatorConfig {
+    /// The file describes this motor; otherwise the rest means nothing.
+    pub present: bool,
+    /// Steps (microsteps) per mm, or per degree for a rotary axis.
+    pub steps_per_mm: f64,
+    /// Top speed.
+    pub max_rate: MmPerSecond,
+    /// Acceleration limit of its own; none: `default_acceleration`.
+    pub acceleration: Option<MmPerSecond2>,
+    /// Step output.
+    pub step_pin: Option<Pin>,
+    /// Direction output.
+    pub dir_pin: Option<Pin>,
+    /// Enable output of an external driver; high enables.
+    pub en_pin: Option<Pin>,
+    /// Microsteps per full step, 1 to 256, a power of two.
+    pub microsteps: u16,
+    /// Turn the other way.
+    pub reversed: bool,
+    /// Driver.
+    pub driver: DriverKind,
+    /// The motor whose steps this one copies.
+    pub slaved_to: Option<Slave>,
+    /// Peak coil current; none: not set.
+    pub current: Option<Amps>,
+    /// Time from a direction change to the next step, nanoseconds.
+    pub dir_setup_ns: u32,
+}
+
+/// A motor that follows another.
+pub type Slave = Actuator;
+
+impl ActuatorConfig {
+    /// Whether counting up means a low direction pin: `reversed` and `!` on the pin each say so, and do not cancel.
+    #[must_use]
+    pub fn direction_inverted(&self) -> bool {
+        self.reversed || self.dir_pin.is_some_and(|pin| pin.inverted)
+    }
+}
+
+/// `[actuator]` `common.*`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MotorsCommon {
+    /// Poll the driver chips for faults once a second.
+    pub check_driver_errors: bool,
+    /// Halt on a driver's fatal fault.
+    pub halt_on_driver_alarm: bool,
+    /// Shared not-enable line of the on-board drivers.
+    pub motors_enable_pin: Option<Pin>,
+}
+
+/// One driver chip.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TmcConfig {
+    /// The file has an entry for this chip.
+    pub present: bool,
+    /// Chip select, active low.
+    pub spi_cs_pin: Option<Pin>,
+    /// Sense resistor.
+    pub sense_resistor: Ohms,
+    /// Ceiling of any requested current.
+    pub max_current: Amps,
+    /// Interpolate to 256 microsteps.
+    pub step_interpolation: bool,
+    /// Current when standing still; none: no reduction.
+    pub standstill_current: Option<Amps>,
+    /// Passive fast decay.
+    pub passive_fast_decay: bool,
+    /// Raw registers loaded first: DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF, DRVCONF.
+    pub registers: Option<[u32; 5]>,
+}
+
+/// What all driver chips of one kind share, and each of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DriverFamily {
+    /// 0: SPI1; 1: SPI4, where the on-board chips are.
+    pub spi_channel: u8,
+    /// Reset line of an external driver board.
+    pub reset_pin: Option<Pin>,
+    /// Idle time before the standstill current.
+    pub standstill_time: Micros,
+    /// By motor.
+    pub axes: PerActuator<TmcConfig>,
+}
+
+/// One extruder.
+#[derive(Clone, Debug, Default)]
+pub struct ExtruderConfig {
+    /// Its name.
+    pub name: Name,
+    /// Whether it exists.
+    pub enable: bool,
+    /// Tool number, 0 to 2: motors delta, epsilon, zeta.
+    pub tool_id: u8,
+    /// Tool offset X Y Z.
+    pub offset: [Mm; 3],
+    /// E counts cubic millimetres of filament this thick; none: millimetres of filament.
+    pub filament_diameter: Option<Mm>,
+    /// G10.
+    pub retract_length: Mm,
+    /// G10.
+    pub retract_rate: MmPerSecond,
+    /// Extra filament on G11; may be negative.
+    pub recover_length: Mm,
+    /// G11.
+    pub recover_rate: MmPerSecond,
+    /// Z hop; zero for none.
+    pub z_lift: Mm,
+    /// Speed of the hop.
+    pub z_lift_rate: MmPerSecond,
+    /// Seconds of its own speed that filament runs ahead; zero: none.
+    pub pressure_advance_s: f64,
+    /// Width of the window that smooths pressure advance, in seconds.
+    pub pressure_advance_smooth_time_s: f64,
+}
+
+impl ExtruderConfig {
+    /// The motor it turns: delta for tool 0, epsilon for 1, zeta for 2.
+    #[must_use]
+    pub const fn actuator(&self) -> Option<Actuator> {
+        Actuator::from_index(3 + self.tool_id as usize)
+    }
+}

@@ -1,0 +1,144 @@
+//! `[temperature control]`: sensor, heater, control and safety.
+
+use super::Name;
+use crate::pin::{Pin, ThermistorInput};
+use heapless::String;
+use units::{Celsius, Duty, Micros, Ohms};
+
+/// Kind of sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum SensorKind {
+    #[default]
+    Thermistor,
+    Max31855,
+}
+
+/// A thermistor and its divider. Which rule applies, strongest first: `rt_curve`, `coefficients`, `table`, `beta`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ThermistorConfig {
+    /// Analogue input.
+    pub input: Option<ThermistorInput>,
+    /// A built-in table entry by its name; the reader has checked that the name is known.
+    pub table: Option<&'static str>,
+    /// Look the name up only among the beta entries.
+    pub use_beta_table: bool,
+    /// Beta constant, kelvin.
+    pub beta_k: f64,
+    /// Resistance at `t0`.
+    pub r0: Ohms,
+    /// Temperature of `r0`.
+    pub t0: Celsius,
+    /// Resistor in parallel with the thermistor; zero for none.
+    pub r1: Ohms,
+    /// Pull-up resistor.
+    pub r2: Ohms,
+    /// Steinhart-Hart coefficients c1 c2 c3.
+    pub coefficients: Option<[f64; 3]>,
+    /// Three points of (temperature C, resistance ohm).
+    pub rt_curve: Option<[(f64, f64); 3]>,
+}
+
+/// Where a temperature comes from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SensorConfig {
+    /// Which of the two below.
+    pub kind: SensorKind,
+    /// When it is a thermistor.
+    pub thermistor: ThermistorConfig,
+    /// SPI bus of a MAX31855.
+    pub spi_channel: Option<u8>,
+    /// Chip select of a MAX31855.
+    pub spi_select_pin: Option<Pin>,
+    /// Sampling and control rate.
+    pub readings_per_second: u16,
+}
+
+/// PID gains in Smoothieware's units: duty steps (of 255) per degree, per degree-second, and duty-seconds per degree.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pid {
+    /// Proportional.
+    pub p: f32,
+    /// Integral, per second.
+    pub i: f32,
+    /// Derivative, seconds.
+    pub d: f32,
+    /// Limit of the integral term, duty steps.
+    pub i_max: f32,
+    /// Proportional on measurement.
+    pub on_measurement: bool,
+    /// Update the integral only while the output is not saturated.
+    pub windup: bool,
+}
+
+/// How the heater follows the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ControlLaw {
+    /// PID by [`Pid`].
+    Pid,
+    /// On below, off above the target by this much.
+    BangBang {
+        /// Half width of the dead band.
+        hysteresis: Celsius,
+    },
+}
+
+/// Runaway detection.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Runaway {
+    /// Allowed deviation once the target was reached; none: not checked.
+    pub range: Option<Celsius>,
+    /// Time allowed to heat up; none: not checked.
+    pub heating_timeout: Option<Micros>,
+    /// Time allowed to cool down; none: as if cooling were instant.
+    pub cooling_timeout: Option<Micros>,
+    /// How close counts as reached.
+    pub error_range: Celsius,
+}
+
+/// One temperature controller, or a sensor when it has no heater.
+#[derive(Clone, Debug, Default)]
+pub struct TemperatureConfig {
+    /// Its name.
+    pub name: Name,
+    /// Whether it exists.
+    pub enable: bool,
+    /// Address in tool changes and M-codes; 250 and above are always active.
+    pub tool_id: u8,
+    /// Label in reports: T, B.
+    pub designator: String<8>,
+    /// Sensor.
+    pub sensor: SensorConfig,
+    /// Heater output; none: read only.
+    pub heater_pin: Option<Pin>,
+    /// Ceiling of the output.
+    pub max_pwm: Duty,
+    /// Gains.
+    pub pid: Pid,
+    /// On/off control instead of PID.
+    pub bang_bang: bool,
+    /// Half width of the on/off dead band.
+    pub hysteresis: Celsius,
+    /// Lowest believable reading while heating.
+    pub min_temp: Celsius,
+    /// Highest allowed target and reading.
+    pub max_temp: Celsius,
+    /// Runaway detection.
+    pub runaway: Runaway,
+    /// M-code that sets the target.
+    pub set_m_code: u16,
+    /// M-code that sets the target and waits.
+    pub set_and_wait_m_code: u16,
+    /// M-code that reports.
+    pub get_m_code: u16,
+    /// Meaning of S1 and S2; zero: off.
+    pub presets: [Celsius; 2],
+}
+
+impl TemperatureConfig {
+    /// The control law chosen.
+    #[must_use]
+    pub const fn control(&self) -> ControlLaw {
+        if self.bang_bang { ControlLaw::BangBang { hysteresis: self.hysteresis } } else { ControlLaw::Pid }
+    }
+}

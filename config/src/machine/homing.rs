@@ -1,0 +1,93 @@
+//! `[endstops]` and `[zprobe]`.
+
+use super::Name;
+use crate::pin::Pin;
+use heapless::Vec;
+use units::{Axis, Micros, Mm, MmPerSecond};
+
+/// Which way an axis moves to find its endstop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HomingDirection {
+    /// Not used for homing.
+    #[default]
+    None,
+    /// Towards the negative end.
+    ToMin,
+    /// Towards the positive end.
+    ToMax,
+}
+
+/// One endstop switch.
+#[derive(Clone, Debug, Default)]
+pub struct EndstopConfig {
+    /// Its name.
+    pub name: Name,
+    /// Whether it exists.
+    pub enable: bool,
+    /// Input, logically high when hit.
+    pub pin: Option<Pin>,
+    /// The axis it belongs to (for a slaved motor's own switch: A, B or C).
+    pub axis: Option<Axis>,
+    /// Homing.
+    pub homing_direction: HomingDirection,
+    /// Coordinate of the axis at the switch.
+    pub homing_position: Mm,
+    /// Longest homing move.
+    pub max_travel: Mm,
+    /// First approach.
+    pub fast_rate: MmPerSecond,
+    /// Back-off and second approach.
+    pub slow_rate: MmPerSecond,
+    /// Back-off distance.
+    pub retract: Mm,
+    /// A hit while moving halts.
+    pub limit_enable: bool,
+}
+
+/// `[endstops]` `common.*`
+#[derive(Clone, Debug, Default)]
+pub struct HomingConfig {
+    /// Time a switch must stay active.
+    pub debounce: Micros,
+    /// Axes one after another in this order; empty: XY together, then Z, then A B C.
+    pub order: Vec<Axis, 6>,
+    /// Z before X and Y.
+    pub z_first: bool,
+    /// Each axis alone, stopping both X and Y motors. Follows `arm_solution` unless the file says otherwise.
+    pub corexy: bool,
+    /// All three towers with one Z move. Follows `arm_solution` unless the file says otherwise.
+    pub delta: bool,
+    /// Rotary delta, by angles. Follows `arm_solution` unless the file says otherwise.
+    pub rotary_delta: bool,
+    /// In actuator space.
+    pub scara: bool,
+    /// Move to machine X0 Y0 afterwards.
+    pub move_to_origin: bool,
+    /// Trims of the first three actuators.
+    pub trim: [Mm; 3],
+}
+
+/// `[zprobe]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ProbeConfig {
+    /// Whether there is one.
+    pub enable: bool,
+    /// Input, logically high when triggered.
+    pub pin: Option<Pin>,
+    /// Search.
+    pub slow_rate: MmPerSecond,
+    /// Travel between points.
+    pub fast_rate: MmPerSecond,
+    /// Lift after a touch.
+    pub return_rate: MmPerSecond,
+    /// Clearance between touches.
+    pub height: Mm,
+    /// Longest probing move.
+    pub max_travel: Mm,
+    /// Probe towards +Z.
+    pub reverse_z: bool,
+    /// Pause before each probing move.
+    pub dwell: Micros,
+    /// Time the probe must stay triggered.
+    pub debounce: Micros,
+}

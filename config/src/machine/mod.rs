@@ -1,0 +1,113 @@
+//! The typed machine description: what the rest of Velvet reads instead of text.
+//!
+//! Every field is filled from the schema: first with the schema's default, then with what the file says. Units are
+//! the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
+
+mod actuators;
+mod arms;
+mod heat;
+mod homing;
+mod motion;
+mod outputs;
+mod system;
+
+pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig};
+pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
+pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
+pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
+pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
+pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
+pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
+
+use heapless::{String, Vec};
+use units::{Actuator, Axis, PerActuator};
+
+/// The name of an instance: `hotend`, `fan`, `minx`.
+pub type Name = String<24>;
+/// A line of G-code or a console command kept in the configuration.
+pub type Command = String<96>;
+
+/// Temperature controllers at most.
+pub const MAX_TEMPERATURES: usize = 8;
+/// Switches at most.
+pub const MAX_SWITCHES: usize = 16;
+/// Endstops at most: two per axis.
+pub const MAX_ENDSTOPS: usize = 12;
+/// Extruders at most: actuators delta, epsilon and zeta.
+pub const MAX_EXTRUDERS: usize = 3;
+/// Voltage monitors at most: the six inputs.
+pub const MAX_VOLTAGES: usize = 6;
+
+/// A machine, completely described. Instances are in order of name, as Smoothieware visits them.
+#[derive(Clone, Debug, Default)]
+pub struct MachineConfig {
+    /// `[general]`
+    pub general: General,
+    /// `[system]`, with the second USB port of `[consoles]`.
+    pub system: SystemConfig,
+    /// `[uart console]`
+    pub uart: UartConfig,
+    /// `[motion control]`
+    pub motion: MotionControl,
+    /// `[planner]` and `[conveyor]`
+    pub planner: PlannerConfig,
+    /// `[input shaper]`, X Y Z.
+    pub input_shapers: [InputShaperConfig; 3],
+    /// `[actuator]` `common.*`
+    pub motors: MotorsCommon,
+    /// `[actuator]` by motor; see [`MachineConfig::actuators`] for those that exist.
+    pub actuators: PerActuator<ActuatorConfig>,
+    /// `[tmc2590]`
+    pub tmc2590: DriverFamily,
+    /// `[tmc2660]`
+    pub tmc2660: DriverFamily,
+    /// `[extruder]`, enabled ones only after reading.
+    pub extruders: Vec<ExtruderConfig, MAX_EXTRUDERS>,
+    /// `[temperature control]`, enabled ones only after reading.
+    pub temperatures: Vec<TemperatureConfig, MAX_TEMPERATURES>,
+    /// `[endstops]`, enabled ones only after reading.
+    pub endstops: Vec<EndstopConfig, MAX_ENDSTOPS>,
+    /// `[endstops]` `common.*`
+    pub homing: HomingConfig,
+    /// `[zprobe]`
+    pub probe: ProbeConfig,
+    /// `[switch]`, enabled ones only after reading.
+    pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
+    /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.
+    pub pwm_frequency_hz: [Option<u32>; 2],
+    /// `[voltage monitor]`, with the built-in vmotor and vfet.
+    pub voltages: Vec<VoltageMonitor, MAX_VOLTAGES>,
+    /// `[kill button]`
+    pub kill_button: KillButton,
+    /// `[player]`
+    pub player: PlayerConfig,
+}
+
+impl MachineConfig {
+    /// The motors this machine has, in order, slaves included.
+    pub fn actuators(&self) -> impl Iterator<Item = (Actuator, &ActuatorConfig)> {
+        Actuator::ALL.into_iter().map(|actuator| (actuator, &self.actuators[actuator])).filter(|(_, a)| a.present)
+    }
+
+    /// The driver chip's settings of a motor, when an on-board driver moves it.
+    #[must_use]
+    pub fn driver(&self, actuator: Actuator) -> Option<&TmcConfig> {
+        Some(&self.driver_family(self.actuators[actuator].driver)?.axes[actuator])
+    }
+
+    /// The settings that all chips of a kind share; none for external drivers.
+    #[must_use]
+    pub const fn driver_family(&self, kind: DriverKind) -> Option<&DriverFamily> {
+        match kind {
+            DriverKind::Tmc2590 => Some(&self.tmc2590),
+            DriverKind::Tmc2660 => Some(&self.tmc2660),
+            DriverKind::External => None,
+        }
+    }
+
+    /// The endstop an axis homes to.
+    #[must_use]
+    pub fn homing_endstop(&self, axis: Axis) -> Option<&EndstopConfig> {
+        self.endstops.iter().find(|stop| stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None)
+    }
+}

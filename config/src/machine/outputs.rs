@@ -1,0 +1,98 @@
+//! `[switch]` (fans, power, lamps, buttons) and `[voltage monitor]`.
+
+use super::{Command, Name};
+use crate::pin::{OutputPin, Pin, VoltageInput};
+use units::Duty;
+
+/// A G or M code a switch listens to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CommandCode {
+    /// `G` or `M`.
+    pub letter: char,
+    /// The number.
+    pub number: u16,
+    /// The subcode; 0 when none is written.
+    pub subcode: u8,
+}
+
+/// How a switch drives its output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OutputKind {
+    /// On or off.
+    #[default]
+    Digital,
+    /// 0 to 255, modulated in software.
+    SigmaDelta,
+    /// Percent, by a timer.
+    HardwarePwm,
+}
+
+/// How presses of an input switch change its state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InputBehaviour {
+    /// Follows the pin.
+    #[default]
+    Momentary,
+    /// Each press flips it.
+    Toggle,
+}
+
+/// One switch: an input when `input_pin` is set, else an output.
+#[derive(Clone, Debug, Default)]
+pub struct SwitchConfig {
+    /// Its name.
+    pub name: Name,
+    /// Whether it exists.
+    pub enable: bool,
+    /// Makes it an input.
+    pub input_pin: Option<Pin>,
+    /// For an input.
+    pub input_behaviour: InputBehaviour,
+    /// Line executed when an input turns on; empty for none.
+    pub output_on_command: Command,
+    /// Line executed when an input turns off; empty for none.
+    pub output_off_command: Command,
+    /// Code that turns an output on.
+    pub input_on_command: Option<CommandCode>,
+    /// Code that turns an output off.
+    pub input_off_command: Option<CommandCode>,
+    /// Subcode as written; the codes above have it already, where they had none of their own.
+    pub subcode: u8,
+    /// The output.
+    pub output_pin: Option<OutputPin>,
+    /// How the output is driven.
+    pub output_kind: OutputKind,
+    /// Ceiling of a sigma-delta output; S255 maps to it.
+    pub max_pwm: Duty,
+    /// On at boot.
+    pub startup_state: bool,
+    /// Sigma-delta: the on value, 0 to 255. Hardware PWM: percent when off.
+    pub startup_value: f32,
+    /// Hardware PWM: percent of an on command without words.
+    pub default_on_value: f32,
+    /// State in a fault.
+    pub failsafe_set_to: bool,
+    /// State when the machine halts.
+    pub halt_set_to: bool,
+    /// Leave it alone on a halt.
+    pub ignore_on_halt: bool,
+}
+
+impl SwitchConfig {
+    /// Whether it reads a pin and issues commands, rather than obeying them.
+    #[must_use]
+    pub const fn is_input(&self) -> bool {
+        self.input_pin.is_some()
+    }
+}
+
+/// One monitored voltage.
+#[derive(Clone, Debug)]
+pub struct VoltageMonitor {
+    /// Its name: vmotor, vfet.
+    pub name: Name,
+    /// Input.
+    pub input: VoltageInput,
+    /// Divider ratio: volts at the source per volt at the pin.
+    pub scale: f32,
+}

@@ -1,0 +1,113 @@
+//! The board and the program itself: `[general]`, `[system]`, consoles, kill button, player.
+
+use super::Command;
+use crate::pin::Pin;
+
+/// Which board the image runs on; decides the default driver chip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BoardId {
+    /// Prime with TMC2590 drivers (board id 0, and any unknown id).
+    #[default]
+    Prime2590,
+    /// Prime with TMC2660 drivers (board id 1).
+    Prime2660,
+}
+
+impl BoardId {
+    /// From the four identity pins.
+    #[must_use]
+    pub const fn from_id(id: u8) -> Self {
+        if id == 1 { Self::Prime2660 } else { Self::Prime2590 }
+    }
+}
+
+/// `[general]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct General {
+    /// Replies and G4/G28/G30/M30 meanings in the GRBL style.
+    pub grbl_mode: bool,
+    /// Replay the saved settings at the end of boot.
+    pub config_override: bool,
+}
+
+/// `[system]` and `[consoles]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SystemConfig {
+    /// Step pulse length of external drivers, microseconds.
+    pub step_pulse_us: u32,
+    /// Highest step rate an actuator may ask for, steps per second.
+    pub step_frequency_hz: u32,
+    /// Mirror of board LED 2.
+    pub aux_play_led: Option<Pin>,
+    /// Flash `/sd/flashme.bin` at boot.
+    pub flash_on_boot: bool,
+    /// Offer USB DFU.
+    pub dfu_enable: bool,
+    /// Allow the SD card to be exported over USB.
+    pub msc_enable: bool,
+    /// LED of USB mass storage.
+    pub msc_led: Option<Pin>,
+    /// Enable of the MOSFET buffer; always an open-drain output.
+    pub fets_enable_pin: Option<Pin>,
+    /// Switches the supply of the MOSFET outputs.
+    pub fets_power_enable_pin: Option<Pin>,
+    /// A second USB serial port.
+    pub second_usb_serial_enable: bool,
+}
+
+/// Parity of the auxiliary UART.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum Parity {
+    #[default]
+    None,
+    Odd,
+    Even,
+}
+
+/// `[uart console]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct UartConfig {
+    /// Whether the port is used at all.
+    pub enable: bool,
+    /// A console, rather than output only.
+    pub console: bool,
+    /// 0: USART3 (PB11, PD8); 1: UART4 (PH14, PB9).
+    pub channel: u8,
+    /// Bits per second.
+    pub baudrate: u32,
+    /// Word length, 7 to 9, parity bit included.
+    pub bits: u8,
+    /// 1 or 2.
+    pub stop_bits: u8,
+    /// Parity.
+    pub parity: Parity,
+}
+
+/// `[kill button]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct KillButton {
+    /// Whether there is one.
+    pub enable: bool,
+    /// The input; pressed is low.
+    pub pin: Option<Pin>,
+    /// A latching emergency stop: release may clear the halt.
+    pub toggle: bool,
+    /// Whether the button may clear a halt.
+    pub unkill: bool,
+}
+
+/// `[player]`
+#[derive(Clone, Debug, Default)]
+pub struct PlayerConfig {
+    /// File played once after boot.
+    pub on_boot_gcode: Command,
+    /// Whether to play it.
+    pub on_boot_gcode_enable: bool,
+    /// Keep heaters on while suspended.
+    pub leave_heaters_on_suspend: bool,
+    /// Line executed once suspended; empty for none.
+    pub after_suspend_gcode: Command,
+    /// Line executed before resuming; empty for none.
+    pub before_resume_gcode: Command,
+}

@@ -1,0 +1,218 @@
+//! Text to machine description, line by line.
+//!
+//! The format is Smoothieware's: `[section]`, `key = value`, `name.key = value`, `#` comments. What Smoothieware passes
+//! over in silence (an unknown key, a word that is no number, a line without `=`) is reported here.
+
+mod settings;
+
+use crate::diagnostic::{Severity, Sink};
+use crate::ledger::{Ledger, Reporter, Span};
+use crate::machine::{BoardId, MachineConfig};
+use crate::schema::{Section, section};
+use crate::suggest;
+use crate::{check, derive};
+use heapless::Vec;
+
+/// What reading found, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Findings of severity warning.
+    pub warnings: u32,
+    /// Findings of severity error or fatal.
+    pub errors: u32,
+}
+
+impl Summary {
+    /// Whether the machine may be started: no error, no fatal.
+    #[must_use]
+    pub const fn is_usable(self) -> bool {
+        self.errors == 0
+    }
+}
+
+/// Longest line without its comment. Comments may be of any length.
+const MAX_LINE: usize = 250;
+/// Largest file, in lines; line numbers are kept in 16 bits.
+const MAX_LINES: u32 = 65_535;
+const BYTE_ORDER_MARK: &[u8] = &[0xEF, 0xBB, 0xBF];
+
+/// Reads a configuration fed in pieces. See [`parse`] for a whole text.
+pub struct Reader<'a> {
+    config: &'a mut MachineConfig,
+    board: BoardId,
+    ledger: Ledger,
+    reporter: Reporter<'a>,
+    line: Vec<u8, MAX_LINE>,
+    number: u32,
+    state: LineState,
+    current: Current,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LineState {
+    Text,
+    Comment,
+    TooLong,
+}
+
+/// The section that lines now belong to.
+#[derive(Clone, Copy)]
+enum Current {
+    /// No header yet.
+    Nothing,
+    /// A section the schema does not have; its header has been reported, so its lines are not.
+    Unknown,
+    Known(usize, &'static Section),
+}
+
+impl<'a> Reader<'a> {
+    /// Starts reading into `config`, which is overwritten with the board's defaults.
+    pub fn new(config: &'a mut MachineConfig, board: BoardId, sink: &'a mut dyn Sink) -> Self {
+        *config = MachineConfig::default();
+        let mut reader = Self {
+            config,
+            board,
+            ledger: Ledger::default(),
+            reporter: Reporter { sink, summary: Summary::default() },
+            line: Vec::new(),
+            number: 0,
+            state: LineState::Text,
+            current: Current::Nothing,
+        };
+        reader.fill_in_defaults();
+        reader
+    }
+
+    /// Takes the next bytes of the file, in pieces of any size.
+    pub fn feed(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            match (byte, self.state) {
+                (b'\n', _) => self.end_line(),
+                (b'#', LineState::Text) => self.state = LineState::Comment,
+                (_, LineState::Text) if self.line.push(byte).is_err() => self.state = LineState::TooLong,
+                _ => {}
+            }
+        }
+    }
+
+    /// The file has ended: checks the whole, fills in what depends on it, and tells how it went.
+    pub fn finish(mut self) -> Summary {
+        if !self.line.is_empty() || self.state != LineState::Text {
+            self.end_line();
+        }
+        derive::fill_in(self.config, &self.ledger);
+        check::check(self.config, &self.ledger, &mut self.reporter);
+        derive::keep_enabled(self.config);
+        self.reporter.summary
+    }
+
+    fn end_line(&mut self) {
+        self.number += 1;
+        let state = core::mem::replace(&mut self.state, LineState::Text);
+        let line = core::mem::take(&mut self.line);
+        let whole = Span { line: self.line_number(), column: 1, length: 1 };
+        if self.number == MAX_LINES {
+            let reason = format_args!("the file has more than {MAX_LINES} lines");
+            self.reporter.report(Severity::Fatal, whole, "", reason, format_args!("shorten it"));
+        } else if state == LineState::TooLong {
+            let reason = format_args!("the line has more than {MAX_LINE} characters");
+            self.reporter.report(Severity::Error, whole, "", reason, format_args!("split or shorten it"));
+        } else if self.number < MAX_LINES {
+            match core::str::from_utf8(self.without_mark(&line)) {
+                Ok(text) => self.read_line(text),
+                Err(error) => {
+                    let span = Span { column: column(error.valid_up_to()), ..whole };
+                    let reason = format_args!("the text is not UTF-8 outside comments");
+                    self.reporter.report(Severity::Error, span, "", reason, format_args!("save the file as UTF-8"));
+                }
+            }
+        }
+    }
+
+    /// Some editors put a mark before the first line.
+    fn without_mark<'l>(&self, line: &'l [u8]) -> &'l [u8] {
+        if self.number == 1 { line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line) } else { line }
+    }
+
+    fn line_number(&self) -> u16 {
+        u16::try_from(self.number).unwrap_or(u16::MAX)
+    }
+
+    /// Where a part of the present line stands.
+    fn span(&self, line: &str, part: &str) -> Span {
+        // `part` is a slice of `line`, so the difference of their addresses is its offset.
+        let offset = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
+        let length = u8::try_from(part.len().max(1)).unwrap_or(u8::MAX);
+        Span { line: self.line_number(), column: column(offset), length }
+    }
+
+    fn read_line(&mut self, line: &str) {
+        let text = line.trim();
+        if text.is_empty() {
+        } else if let Some(header) = text.strip_prefix('[') {
+            self.open_section(line, header);
+        } else if let Some((key, value)) = text.split_once('=') {
+            self.read_setting(line, key.trim(), value.trim());
+        } else {
+            let span = self.span(line, text);
+            let fix = match text.as_bytes().first() {
+                Some(b';') => "comments begin with #",
+                _ => "write key = value, or put # before a comment",
+            };
+            let reason = format_args!("the line has no =");
+            self.reporter.report(Severity::Error, span, "", reason, format_args!("{fix}"));
+        }
+    }
+
+    fn open_section(&mut self, line: &str, header: &str) {
+        self.current = Current::Unknown;
+        let Some((name, _)) = header.split_once(']') else {
+            let span = self.span(line, header);
+            let fix = format_args!("write [{}]", header.trim());
+            return self.reporter.report(Severity::Error, span, "", format_args!("the section name has no ]"), fix);
+        };
+        let span = self.span(line, name);
+        if let Some((index, found)) = section(name) {
+            if self.ledger.sections & (1 << index) != 0 {
+                let reason =
+                    format_args!("[{name}] is here again; Smoothieware ignores this second part, Velvet reads it");
+                self.reporter.report(
+                    Severity::Warning,
+                    span,
+                    "",
+                    reason,
+                    format_args!("move its lines to the first one"),
+                );
+            }
+            self.ledger.sections |= 1 << index;
+            self.current = Current::Known(index, found);
+            return;
+        }
+        let reason = format_args!("there is no section [{name}]");
+        match suggest::section(name) {
+            Some(meant) => {
+                self.reporter.report(Severity::Error, span, "", reason, format_args!("did you mean [{meant}]?"));
+            }
+            None => {
+                let mut warn = |fix| self.reporter.report(Severity::Warning, span, "", reason, fix);
+                match suggest::klipper_section(name) {
+                    Some(home) => warn(format_args!("it is Klipper's, and its lines are ignored: look under [{home}]")),
+                    None => warn(format_args!("its lines are ignored; delete it")),
+                }
+            }
+        }
+    }
+}
+
+fn column(offset: usize) -> u8 {
+    u8::try_from(offset + 1).unwrap_or(u8::MAX)
+}
+
+/// Reads a whole configuration. The result is only to be used when the summary [is usable](Summary::is_usable).
+pub fn parse(text: &[u8], board: BoardId, sink: &mut dyn Sink) -> (MachineConfig, Summary) {
+    let mut config = MachineConfig::default();
+    let mut reader = Reader::new(&mut config, board, sink);
+    reader.feed(text);
+    let summary = reader.finish();
+    (config, summary)
+}

@@ -1,0 +1,256 @@
+//! One `key = value` line: the setting it names, the instance it belongs to, the value it gives.
+
+use super::{Current, Reader};
+use crate::check;
+use crate::diagnostic::Severity;
+use crate::flaw::{Flaw, List};
+use crate::ledger::{MAX_WRITTEN, Path, Span};
+use crate::machine::BoardId;
+use crate::schema::{CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support};
+use crate::suggest;
+use crate::text::nearest;
+use crate::value::{self, Value};
+
+/// The name under which the schema keeps defaults of that board.
+const TMC2660_BOARD: &str = "tmc2660 board";
+
+impl Reader<'_> {
+    pub(super) fn read_setting(&mut self, line: &str, key: &str, value: &str) {
+        let at = self.span(line, key);
+        match self.current {
+            Current::Unknown => {}
+            Current::Nothing => {
+                let reason = format_args!("'{key}' stands before any [section]");
+                let fix = format_args!("{}", suggest::Home(key));
+                self.reporter.report(Severity::Error, at, key, reason, fix);
+            }
+            Current::Known(index, section) => {
+                let Some((setting, place)) = self.resolve(index, section, line, key) else { return };
+                let Some(row) = section.settings.get(setting) else { return };
+                let path = Path::new(index, setting, place);
+                let value_span = if value.is_empty() { at } else { self.span(line, value) };
+                self.take_value(path, row, value, at, value_span);
+            }
+        }
+    }
+
+    /// The setting a key names, and the place of its instance, which is made when it is new.
+    fn resolve(&mut self, index: usize, section: &'static Section, line: &str, key: &str) -> Option<(usize, usize)> {
+        let at = self.span(line, key);
+        match section.form {
+            Form::Plain => Some((self.find_key(section, at, key, key, false)?, 0)),
+            Form::Keyed(instances) => Some((0, self.find_instance(index, section, &instances, at, key)?)),
+            Form::Named(instances) => {
+                let Some((name, rest)) = key.split_once('.') else {
+                    let reason = format_args!("'{key}' does not say which {} it is for", instances.noun);
+                    let owner = if section.position(key, true).is_some() { "common" } else { "name" };
+                    let fix = match owner {
+                        "common" => format_args!("write common.{key} = ..."),
+                        _ => format_args!("write name.{key} = ..., with the name of the {}", instances.noun),
+                    };
+                    self.reporter.report(Severity::Error, at, key, reason, fix);
+                    return None;
+                };
+                let is_common = name == "common";
+                let setting = self.find_key(section, at, key, rest, is_common)?;
+                if is_common {
+                    return Some((setting, 0));
+                }
+                Some((setting, self.find_instance(index, section, &instances, at, name)?))
+            }
+        }
+    }
+
+    fn find_key(&mut self, section: &Section, at: Span, whole: &str, key: &str, is_common: bool) -> Option<usize> {
+        let found = section.position(key, is_common);
+        if found.is_none() {
+            let reason = format_args!("[{}] has no setting '{key}'", section.name);
+            let (severity, fix) = suggest::key(section, key, is_common);
+            self.reporter.report(severity, at, whole, reason, format_args!("{fix}"));
+        }
+        found
+    }
+
+    fn find_instance(
+        &mut self,
+        index: usize,
+        section: &'static Section,
+        instances: &Instances,
+        at: Span,
+        name: &str,
+    ) -> Option<usize> {
+        if let Some(place) = (instances.find)(self.config, name) {
+            return Some(place);
+        }
+        let noun = instances.noun;
+        match (instances.create)(self.config, name) {
+            Ok(place) => {
+                self.default_instance(index, section, place, name);
+                return Some(place);
+            }
+            Err(CannotCreate::Full(most)) => {
+                let reason = format_args!("there is no room for {noun} '{name}': Velvet takes {most}");
+                self.reporter.report(
+                    Severity::Error,
+                    at,
+                    name,
+                    reason,
+                    format_args!("delete those that are not enabled"),
+                );
+            }
+            Err(CannotCreate::UnknownName(names)) => {
+                let reason = format_args!("there is no {noun} '{name}'");
+                match nearest(name, names.iter().copied()) {
+                    Some(meant) => {
+                        self.reporter.report(Severity::Error, at, name, reason, format_args!("did you mean {meant}?"));
+                    }
+                    None => {
+                        self.reporter.report(Severity::Error, at, name, reason, format_args!("write {}", List(names)));
+                    }
+                }
+            }
+            Err(CannotCreate::NameTooLong) => {
+                let reason = format_args!("the name '{name}' is longer than 24 characters");
+                self.reporter.report(Severity::Error, at, name, reason, format_args!("shorten it"));
+            }
+        }
+        None
+    }
+
+    fn take_value(&mut self, path: Path, row: &'static Setting, text: &str, at: Span, value_span: Span) {
+        let key = path.text(self.config);
+        match value::parse(&row.kind, text) {
+            Err(flaw) => {
+                self.ledger.mark_unreadable(path);
+                let reason = format_args!("{}", flaw.reason());
+                match (flaw, row.typical) {
+                    (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high => {
+                        let fix = suggest::OtherUnit { unit: row.unit, value, is_low: false };
+                        self.reporter.report(Severity::Error, value_span, &key, reason, format_args!("{fix}"));
+                    }
+                    _ => {
+                        let fix = format_args!("{}", flaw.fix());
+                        self.reporter.report(Severity::Error, value_span, &key, reason, fix);
+                    }
+                }
+            }
+            Ok(value) => {
+                self.object_to(path, row, &key, &value, value_span);
+                self.doubt(path, row, &key, &value, value_span);
+                self.keep(path, row, &value);
+                // Instances of a section that is still to come are not told apart.
+                let has_place = row.support == Support::Now
+                    || row.is_common
+                    || path.section().is_some_and(|section| section.instances().is_none());
+                if !has_place {
+                    return;
+                }
+                match self.ledger.write(path, value_span) {
+                    Ok(Some(before)) => {
+                        let reason = format_args!("is set before, in line {}; this one counts", before.line);
+                        self.reporter.report(Severity::Warning, at, &key, reason, format_args!("delete one of them"));
+                    }
+                    Err(_) => {
+                        let reason = format_args!("the file sets more than {MAX_WRITTEN} settings");
+                        self.reporter.report(
+                            Severity::Error,
+                            at,
+                            &key,
+                            reason,
+                            format_args!("delete what is not enabled"),
+                        );
+                    }
+                    Ok(None) => {}
+                }
+            }
+        }
+    }
+
+    /// Notes a value that asks for something that does not exist, and says when one no longer means anything.
+    fn object_to(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
+        let is_default = match row.default {
+            Fallback::Value(text) => value::parse(&row.kind, text).is_ok_and(|default| default == *value),
+            // What follows from other settings is never a switched-on extra.
+            Fallback::Derived(_) => *value == Value::Bool(false),
+            Fallback::Required => false,
+        };
+        match row.support {
+            _ if is_default => {}
+            Support::Now | Support::Dormant => {}
+            Support::NotYet { severity, advice } => {
+                // Whether it is asked for in earnest, the whole file shows: its function may be disabled.
+                if !self.ledger.wish(path, span) {
+                    check::not_supported(&mut self.reporter, severity, span, key, advice);
+                }
+            }
+        }
+    }
+
+    /// Points out a value that is probably meant in another unit.
+    fn doubt(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
+        let value = match *value {
+            Value::Number(value) => value,
+            Value::Integer(value) => value as f64,
+            _ => return,
+        };
+        // Zero and less mean "none" wherever they are allowed.
+        let Some((low, high)) = row.typical.filter(|&(low, high)| value > 0.0 && !(low..=high).contains(&value)) else {
+            return;
+        };
+        let unit = row.unit;
+        let (much, bound) = if value < low { ("less", low) } else { ("more", high) };
+        let fix = suggest::OtherUnit { unit, value, is_low: value < low };
+        let extreme = if value < low { "at least" } else { "at most" };
+        let reason = format_args!("{value} {unit} is much {much} than usual, which is {extreme} {bound} {unit}");
+        self.ledger.doubt(path);
+        self.reporter.report(Severity::Warning, span, key, reason, format_args!("{fix}"));
+    }
+
+    fn keep(&mut self, path: Path, row: &Setting, value: &Value<'_>) {
+        value::store(&row.kind, value, self.config, usize::from(path.place));
+        if let (Kind::Pin(..), Value::Pin(pin)) = (&row.kind, value)
+            && row.support == Support::Now
+        {
+            self.ledger.ask(path, *pin);
+        }
+    }
+
+    pub(super) fn fill_in_defaults(&mut self) {
+        for (index, section) in SECTIONS.iter().enumerate() {
+            match section.form {
+                Form::Plain | Form::Named(_) => {
+                    let is_plain = section.instances().is_none();
+                    for (setting, row) in
+                        section.settings.iter().enumerate().filter(|(_, row)| is_plain || row.is_common)
+                    {
+                        self.default_setting(Path::new(index, setting, 0), row, "");
+                    }
+                }
+                Form::Keyed(instances) => {
+                    for (name, _) in section.settings.iter().flat_map(|row| row.by_name) {
+                        if let Ok(place) = (instances.create)(self.config, name) {
+                            self.default_instance(index, section, place, name);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn default_instance(&mut self, index: usize, section: &Section, place: usize, name: &str) {
+        for (setting, row) in section.settings.iter().enumerate().filter(|(_, row)| !row.is_common) {
+            self.default_setting(Path::new(index, setting, place), row, name);
+        }
+    }
+
+    fn default_setting(&mut self, path: Path, row: &'static Setting, instance: &str) {
+        let of_the_board = self.board == BoardId::Prime2660 && !row.by_name.iter().any(|(name, _)| *name == instance);
+        let by_board =
+            row.by_name.iter().find(|(name, _)| of_the_board && *name == TMC2660_BOARD).map(|&(_, text)| text);
+        let Some(text) = by_board.or_else(|| row.default_for(instance)) else { return };
+        // An empty default of a word or a number stands for "not set".
+        if let Ok(value) = value::parse(&row.kind, text) {
+            self.keep(path, row, &value);
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! `[temperature control]`
+
+use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, text, word};
+use super::{CannotCreate, Form, Instances, PinRole, Section};
+use crate::machine::{MAX_TEMPERATURES, SensorKind, TemperatureConfig};
+use crate::pin::PinName;
+use units::{Celsius, Duty, Micros, Ohms};
+
+/// Built-in thermistors: Steinhart-Hart entries first, then those that are known by their beta only. A name in both
+/// tables means the first, unless `use_beta_table` is set.
+pub const THERMISTORS: &[&str] = &[
+    "EPCOS100K",
+    "Vishay100K",
+    "Honeywell100K",
+    "Semitec",
+    "Honeywell-QAD",
+    "Semitec-104NT4",
+    "RRRF100K",
+    "RRRF10K",
+    "HT100K",
+];
+
+/// `|heater, value| ...` on the controller at the instance's place.
+macro_rules! heater {
+    (|$heater:ident, $value:ident| $body:expr) => {
+        |c, i, $value| {
+            if let Some($heater) = c.temperatures.get_mut(i) {
+                $body;
+            }
+        }
+    };
+}
+
+fn positive_seconds(seconds: i64) -> Option<Micros> {
+    (seconds > 0).then(|| Micros::from_seconds(seconds.unsigned_abs()))
+}
+
+fn three_points(v: &[f64]) -> Option<[(f64, f64); 3]> {
+    match v {
+        &[t1, r1, t2, r2, t3, r3] => Some([(t1, r1), (t2, r2), (t3, r3)]),
+        _ => None,
+    }
+}
+
+pub const TEMPERATURE_CONTROL: Section = Section {
+    name: "temperature control",
+    summary: "Heaters and temperature sensors. The names hotend, hotend2, bed and board have the Prime's pins, labels \
+              and tool numbers as defaults.",
+    form: Form::Named(Instances {
+        noun: "temperature control",
+        find: |c, name| c.temperatures.iter().position(|heater| heater.name == name),
+        create: |c, name| {
+            let heater = TemperatureConfig { name: new_name(name)?, ..TemperatureConfig::default() };
+            c.temperatures.push(heater).map_err(|_| CannotCreate::Full(MAX_TEMPERATURES))?;
+            Ok(c.temperatures.len() - 1)
+        },
+        name: |c, i| c.temperatures.get(i).map_or("", |heater| heater.name.as_str()),
+        is_live: |c, i| c.temperatures.get(i).is_some_and(|heater| heater.enable),
+    }),
+    settings: &[
+        bool("enable", "false", heater!(|h, v| h.enable = v), "There is such a heater or sensor.")
+            .v1("temperature_control.<name>.enable"),
+        integer(
+            "tool_id",
+            "255",
+            (0, 255),
+            heater!(|h, v| h.tool_id = v as u8),
+            "Number of the heater in M-codes. 250 and above stay active whatever tool is selected; below 100 the \
+             M-codes are those of a hotend, else those of a bed.",
+        )
+        .by_name(&[("hotend", "0"), ("hotend2", "1"), ("bed", "254"), ("board", "253")])
+        .derived("hotend 0, hotend2 1, bed 254, board 253; others count down from 252"),
+        text(
+            "designator",
+            "?",
+            8,
+            heater!(|h, v| h.designator = heapless::String::try_from(v).unwrap_or_default()),
+            "Label in temperature reports. Hosts expect T for the hotend and B for the bed.",
+        )
+        .by_name(&[("hotend", "T"), ("hotend2", "T2"), ("bed", "B"), ("board", "P")])
+        .v1("temperature_control.<name>.designator"),
+        word(
+            "sensor",
+            "thermistor",
+            &["thermistor", "max31855"],
+            heater!(|h, v| h.sensor.kind = if v == 1 { SensorKind::Max31855 } else { SensorKind::Thermistor }),
+            "Kind of sensor: a thermistor, or a thermocouple with a MAX31855.",
+        )
+        .not_yet("use a thermistor"),
+        pin(
+            "thermistor_pin",
+            "nc",
+            PinRole::Thermistor,
+            heater!(|h, v| h.sensor.thermistor.input = v.and_then(PinName::thermistor)),
+            "Input of the thermistor. ADC1_1, ADC1_2, ADC1_3 are connectors T1, T2, T3; ADC1_0 is on the board.",
+        )
+        .klipper("[extruder] sensor_pin")
+        .by_name(&[("hotend", "ADC1_1"), ("hotend2", "ADC1_2"), ("bed", "ADC1_3"), ("board", "ADC1_0")])
+        .v1("temperature_control.<name>.thermistor_pin"),
+        word(
+            "thermistor",
+            "",
+            THERMISTORS,
+            heater!(|h, v| h.sensor.thermistor.table = THERMISTORS.get(v).copied()),
+            "A built-in thermistor by name. Without one, rt_curve, coefficients or beta must describe it.",
+        )
+        .klipper("[extruder] sensor_type")
+        .v1("temperature_control.<name>.thermistor"),
+        bool(
+            "use_beta_table",
+            "false",
+            heater!(|h, v| h.sensor.thermistor.use_beta_table = v),
+            "Take the named thermistor's beta value instead of its Steinhart-Hart coefficients.",
+        )
+        .v1("temperature_control.<name>.use_beta_table"),
+        number("beta", "4066", POSITIVE, heater!(|h, v| h.sensor.thermistor.beta_k = v), "Beta of the thermistor.")
+            .unit("K")
+            .v1("temperature_control.<name>.beta"),
+        number(
+            "r0",
+            "100000",
+            POSITIVE,
+            heater!(|h, v| h.sensor.thermistor.r0 = Ohms(v as f32)),
+            "Resistance at t0. A reading above eight times this counts as a broken wire.",
+        )
+        .unit("Ohm")
+        .v1("temperature_control.<name>.r0"),
+        number(
+            "t0",
+            "25",
+            (-273.0, 1_000.0),
+            heater!(|h, v| h.sensor.thermistor.t0 = Celsius(v as f32)),
+            "Temperature at which the thermistor has r0.",
+        )
+        .unit("C")
+        .v1("temperature_control.<name>.t0"),
+        number(
+            "r1",
+            "0",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.sensor.thermistor.r1 = Ohms(v as f32)),
+            "A resistor in parallel with the thermistor; 0 for none.",
+        )
+        .unit("Ohm")
+        .v1("temperature_control.<name>.r1"),
+        number(
+            "r2",
+            "4700",
+            POSITIVE,
+            heater!(|h, v| h.sensor.thermistor.r2 = Ohms(v as f32)),
+            "Pull-up resistor of the divider; on the board it is 4.7 kOhm.",
+        )
+        .klipper("[extruder] pullup_resistor")
+        .unit("Ohm")
+        .v1("temperature_control.<name>.r2"),
+        numbers(
+            "coefficients",
+            3,
+            heater!(|h, v| h.sensor.thermistor.coefficients = <[f64; 3]>::try_from(v).ok()),
+            "Steinhart-Hart coefficients c1,c2,c3 of the thermistor.",
+        )
+        .v1("temperature_control.<name>.coefficients"),
+        numbers(
+            "rt_curve",
+            6,
+            heater!(|h, v| h.sensor.thermistor.rt_curve = three_points(v)),
+            "Three points temperature,resistance of the thermistor's curve. Stronger than coefficients.",
+        )
+        .unit("C,Ohm")
+        .v1("temperature_control.<name>.rt_curve"),
+        integer(
+            "spi_channel",
+            "-1",
+            (-1, 1),
+            heater!(|h, v| h.sensor.spi_channel = u8::try_from(v).ok()),
+            "SPI bus of a MAX31855: 0 is SPI1, 1 is SPI4. All of them must be on the same one.",
+        )
+        .dormant(),
+        pin(
+            "spi_select_pin",
+            "nc",
+            PinRole::Output,
+            heater!(|h, v| h.sensor.spi_select_pin = v.and_then(PinName::digital)),
+            "Chip select of a MAX31855.",
+        )
+        .dormant(),
+        pin(
+            "heater_pin",
+            "nc",
+            PinRole::Output,
+            heater!(|h, v| h.heater_pin = v.and_then(PinName::digital)),
+            "Heater output. nc makes this a sensor only.",
+        )
+        .klipper("[extruder] heater_pin")
+        .by_name(&[("hotend", "PE0"), ("hotend2", "PB8"), ("bed", "PE3")])
+        .v1("temperature_control.<name>.heater_pin"),
+        integer(
+            "max_pwm",
+            "255",
+            (0, 255),
+            heater!(|h, v| h.max_pwm = Duty(v as u8)),
+            "Ceiling of the heater's power, of 255. M301 Y changes it.",
+        )
+        .klipper("[extruder] max_power")
+        .v1("temperature_control.<name>.max_pwm"),
+        number("p_factor", "10", ANY, heater!(|h, v| h.pid.p = v as f32), "Proportional gain. M301 P changes it.")
+            .klipper("[extruder] pid_Kp")
+            .v1("temperature_control.<name>.p_factor"),
+        number("i_factor", "0.3", ANY, heater!(|h, v| h.pid.i = v as f32), "Integral gain. M301 I changes it.")
+            .klipper("[extruder] pid_Ki")
+            .unit("1/s")
+            .v1("temperature_control.<name>.i_factor"),
+        number("d_factor", "200", ANY, heater!(|h, v| h.pid.d = v as f32), "Derivative gain. M301 D changes it.")
+            .klipper("[extruder] pid_Kd")
+            .unit("s")
+            .v1("temperature_control.<name>.d_factor"),
+        bool(
+            "use_ponm",
+            "false",
+            heater!(|h, v| h.pid.on_measurement = v),
+            "Proportional on measurement instead of on error: slower, without overshoot.",
+        ),
+        number(
+            "i_max",
+            "255",
+            (0.0, 255.0),
+            heater!(|h, v| h.pid.i_max = v as f32),
+            "Limit of the integral part, of 255. M301 X changes it.",
+        )
+        .derived("max_pwm")
+        .v1("temperature_control.<name>.i_max"),
+        bool(
+            "windup",
+            "false",
+            heater!(|h, v| h.pid.windup = v),
+            "Update the integral only while the output is not at its limit. false updates it always.",
+        )
+        .v1("temperature_control.<name>.windup"),
+        bool("bang_bang", "false", heater!(|h, v| h.bang_bang = v), "Switch fully on and off instead of PID.")
+            .klipper("[extruder] control")
+            .v1("temperature_control.<name>.bang_bang"),
+        number(
+            "hysteresis",
+            "2",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.hysteresis = Celsius(v as f32)),
+            "With bang_bang: on this far below, off this far above the target.",
+        )
+        .klipper("[extruder] max_delta")
+        .unit("C")
+        .v1("temperature_control.<name>.hysteresis"),
+        number(
+            "min_temp",
+            "0",
+            (-273.0, 2_000.0),
+            heater!(|h, v| h.min_temp = Celsius(v as f32)),
+            "A reading below this while heating means a broken sensor: heater off, halt.",
+        )
+        .klipper("[extruder] min_temp")
+        .unit("C")
+        .v1("temperature_control.<name>.min_temp"),
+        number(
+            "max_temp",
+            "300",
+            (-273.0, 2_000.0),
+            heater!(|h, v| h.max_temp = Celsius(v as f32)),
+            "Highest target; a reading above it while heating means heater off, halt. M143 changes it.",
+        )
+        .klipper("[extruder] max_temp")
+        .unit("C")
+        .typical(1.0, 700.0)
+        .v1("temperature_control.<name>.max_temp"),
+        integer(
+            "runaway_range",
+            "20",
+            (0, 500),
+            heater!(|h, v| h.runaway.range = (v > 0).then_some(Celsius(v as f32))),
+            "Once at the target, further than this from it for more than 5 s halts; 0 switches that off.",
+        )
+        .unit("C")
+        .v1("temperature_control.<name>.runaway_range"),
+        integer(
+            "runaway_heating_timeout",
+            "300",
+            (0, 86_400),
+            heater!(|h, v| h.runaway.heating_timeout = positive_seconds(v)),
+            "Longer than this to the target halts; 0 switches that off.",
+        )
+        .klipper("[verify_heater] check_gain_time")
+        .unit("s")
+        .v1("temperature_control.<name>.runaway_heating_timeout"),
+        integer(
+            "runaway_cooling_timeout",
+            "300",
+            (0, 86_400),
+            heater!(|h, v| h.runaway.cooling_timeout = positive_seconds(v)),
+            "Time allowed to cool to a lower target; 0: none.",
+        )
+        .derived("runaway_heating_timeout")
+        .unit("s")
+        .v1("temperature_control.<name>.runaway_cooling_timeout"),
+        number(
+            "runaway_error_range",
+            "1",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.runaway.error_range = Celsius(v as f32)),
+            "This close to the target counts as reached.",
+        )
+        .unit("C"),
+        integer(
+            "readings_per_second",
+            "20",
+            (1, 100),
+            heater!(|h, v| h.sensor.readings_per_second = v as u16),
+            "How often the sensor is read and the heater adjusted.",
+        )
+        .unit("Hz")
+        .v1("temperature_control.<name>.readings_per_second"),
+        integer(
+            "set_m_code",
+            "104",
+            (0, 9_999),
+            heater!(|h, v| h.set_m_code = v as u16),
+            "M-code that sets the target.",
+        )
+        .derived("104, or 140 when tool_id is 100 or more")
+        .v1("temperature_control.<name>.set_m_code"),
+        integer(
+            "set_and_wait_m_code",
+            "109",
+            (0, 9_999),
+            heater!(|h, v| h.set_and_wait_m_code = v as u16),
+            "M-code that sets the target and waits for it.",
+        )
+        .derived("109, or 190 when tool_id is 100 or more")
+        .v1("temperature_control.<name>.set_and_wait_m_code"),
+        integer(
+            "get_m_code",
+            "105",
+            (0, 9_999),
+            heater!(|h, v| h.get_m_code = v as u16),
+            "M-code that reports the temperature.",
+        )
+        .v1("temperature_control.<name>.get_m_code"),
+        number(
+            "preset1",
+            "0",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.presets[0] = Celsius(v as f32)),
+            "What S1 means; 0: off.",
+        )
+        .unit("C")
+        .v1("temperature_control.<name>.preset1"),
+        number(
+            "preset2",
+            "0",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.presets[1] = Celsius(v as f32)),
+            "What S2 means; 0: off.",
+        )
+        .unit("C")
+        .v1("temperature_control.<name>.preset2"),
+    ],
+};

@@ -1,0 +1,305 @@
+//! The schema: one table that names every setting once.
+//!
+//! A row holds a setting's type, range, unit, default, meaning, its name in the previous generation, and the function
+//! that puts a value into [`MachineConfig`]. The reader fills a description with the defaults through the same
+//! functions, so what the reference says is what a missing line means.
+
+mod actuators;
+mod build;
+mod endstops;
+#[cfg(any(test, feature = "std"))]
+mod examples;
+mod extruder;
+#[cfg(test)]
+mod facts;
+mod heat;
+#[cfg(any(test, feature = "std"))]
+mod json;
+mod kinematics;
+#[cfg(any(test, feature = "std"))]
+mod markdown;
+mod modules;
+mod motion;
+mod probe;
+mod shaper;
+mod switches;
+mod system;
+#[cfg(test)]
+mod tests;
+
+use crate::diagnostic::Severity;
+use crate::machine::MachineConfig;
+use crate::pin::PinName;
+#[cfg(any(test, feature = "std"))]
+pub use json::json_schema;
+#[cfg(any(test, feature = "std"))]
+pub use markdown::markdown;
+
+/// Every section, in the order of the reference.
+pub const SECTIONS: &[Section] = &[
+    system::GENERAL,
+    system::SYSTEM,
+    system::CONSOLES,
+    system::UART_CONSOLE,
+    motion::MOTION_CONTROL,
+    motion::PLANNER,
+    motion::CONVEYOR,
+    shaper::INPUT_SHAPER,
+    actuators::ACTUATOR,
+    actuators::TMC2590,
+    actuators::TMC2660,
+    actuators::CURRENT_CONTROL,
+    extruder::EXTRUDER,
+    heat::TEMPERATURE_CONTROL,
+    endstops::ENDSTOPS,
+    switches::SWITCH,
+    switches::PWM1,
+    switches::PWM2,
+    switches::VOLTAGE_MONITOR,
+    probe::ZPROBE,
+    probe::THREE_POINT,
+    probe::CARTESIAN_GRID,
+    probe::DELTA_GRID,
+    probe::DELTA_CALIBRATION,
+    system::KILL_BUTTON,
+    system::PLAYER,
+    kinematics::LINEAR_DELTA,
+    kinematics::ROTARY_DELTA,
+    kinematics::MORGAN_SCARA,
+    kinematics::COREXZ,
+    kinematics::DELTESIAN,
+    kinematics::GENERIC_CARTESIAN,
+    kinematics::WINCH,
+    modules::LASER,
+    modules::DRILLING_CYCLES,
+    modules::FILAMENT_DETECTOR,
+    modules::TEMPERATURE_SWITCH,
+    modules::BUTTON_BOX,
+    modules::LATHE,
+    modules::ELS,
+    modules::ST7920,
+    modules::TM1638,
+    modules::MPG,
+    modules::NETWORK,
+];
+
+/// A section of the file.
+pub struct Section {
+    /// The text between the brackets.
+    pub name: &'static str,
+    /// What it is about.
+    pub summary: &'static str,
+    /// How its lines look.
+    pub form: Form,
+    /// Its settings.
+    pub settings: &'static [Setting],
+}
+
+/// How the lines of a section look.
+#[derive(Clone, Copy)]
+pub enum Form {
+    /// `key = value`
+    Plain,
+    /// `name.key = value`, with `common.key` where a setting says so.
+    Named(Instances),
+    /// `name = value`: each key is an instance's name, and there is one setting.
+    Keyed(Instances),
+}
+
+/// Where the instances of a section live in the description.
+#[derive(Clone, Copy)]
+pub struct Instances {
+    /// What one is called in messages: `motor`, `switch`.
+    pub noun: &'static str,
+    /// The place of an instance that is there already.
+    pub find: fn(&MachineConfig, &str) -> Option<usize>,
+    /// Makes a place.
+    pub create: fn(&mut MachineConfig, &str) -> Result<usize, CannotCreate>,
+    /// The name of the instance at a place.
+    pub name: fn(&MachineConfig, usize) -> &str,
+    /// Whether the instance at a place takes part, so that its pins are claimed.
+    pub is_live: fn(&MachineConfig, usize) -> bool,
+}
+
+/// Why an instance cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CannotCreate {
+    /// There are this many already.
+    Full(usize),
+    /// Only these names exist.
+    UnknownName(&'static [&'static str]),
+    /// The name is longer than 24 characters.
+    NameTooLong,
+}
+
+/// One setting.
+pub struct Setting {
+    /// The key, without the instance's name.
+    pub key: &'static str,
+    /// `common.key` rather than `name.key` (or `key`, in a plain section).
+    pub is_common: bool,
+    /// Type, range and place in the description.
+    pub kind: Kind,
+    /// Unit of the value in the file; empty for none.
+    pub unit: &'static str,
+    /// What machines have, where a wrong unit is an easy slip. Beyond it a value is taken, with a warning.
+    pub typical: Option<(f64, f64)>,
+    /// What a missing line means.
+    pub default: Fallback,
+    /// Defaults of instances with these names, and of boards with these drivers (`tmc2660 board`).
+    pub by_name: &'static [(&'static str, &'static str)],
+    /// What it does, in one or two sentences.
+    pub summary: &'static str,
+    /// Its name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
+    pub v1: &'static str,
+    /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may differ.
+    pub klipper: &'static str,
+    /// Who had it first.
+    pub since: Since,
+    /// Whether Velvet acts on it.
+    pub support: Support,
+}
+
+/// What a missing line means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fallback {
+    /// This value, read as if it stood in the file.
+    Value(&'static str),
+    /// Worked out from other settings; the text says how.
+    Derived(&'static str),
+    /// There is none: the line must be there when the instance is used.
+    Required,
+}
+
+/// Who had a setting first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Since {
+    /// Smoothieware.
+    Smoothieware,
+    /// Velvet only.
+    Velvet,
+}
+
+/// Whether Velvet acts on a setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Support {
+    /// Yes.
+    Now,
+    /// Not yet: a value other than the default is reported, with this advice.
+    NotYet {
+        /// How bad it is to go without.
+        severity: Severity,
+        /// What to do instead.
+        advice: &'static str,
+    },
+    /// Part of a function whose own switch is [`Support::NotYet`]; without that switch it does nothing anyway.
+    Dormant,
+}
+
+/// Puts a value of type `T` into the description; the number is the instance's place.
+pub type Set<T> = fn(&mut MachineConfig, usize, T);
+
+/// The type of a setting, the values it takes, and where they go.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    /// `true` or `false`.
+    Bool(Set<bool>),
+    /// A whole number from `.0` to `.1`.
+    Integer((i64, i64), Set<i64>),
+    /// A number from `.0` to `.1`.
+    Number((f64, f64), Set<f64>),
+    /// This many numbers, with commas between; an empty value stands for none.
+    Numbers(usize, for<'v> fn(&mut MachineConfig, usize, &'v [f64])),
+    /// One of these words, in either case.
+    Word(&'static [&'static str], Set<usize>),
+    /// Text of at most this many bytes.
+    Text(usize, for<'v> fn(&mut MachineConfig, usize, &'v str)),
+    /// A G or M code such as `M106` or `M106.1`; an empty value stands for none.
+    Command(Set<Option<crate::machine::CommandCode>>),
+    /// Five hexadecimal numbers with commas between; an empty value stands for none.
+    Registers(Set<Option<[u32; 5]>>),
+    /// Axis letters, as in `ZXY`.
+    Axes(for<'v> fn(&mut MachineConfig, usize, &'v [units::Axis])),
+    /// A pin that can do this.
+    Pin(PinRole, Set<Option<PinName>>),
+    /// A voltage input and an optional scale: `ADC3_5,11`.
+    Voltage(Set<(crate::pin::VoltageInput, f64)>),
+}
+
+/// What a pin must be able to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PinRole {
+    /// A GPIO output.
+    Output,
+    /// A GPIO input, read now and then.
+    Input,
+    /// A GPIO input that needs an interrupt line of its own.
+    Interrupt,
+    /// A GPIO output or a timer channel.
+    OutputOrPwm,
+    /// A timer channel.
+    Pwm,
+    /// A thermistor input.
+    Thermistor,
+}
+
+impl Section {
+    /// The instances, when the section has any.
+    #[must_use]
+    pub const fn instances(&self) -> Option<&Instances> {
+        match &self.form {
+            Form::Plain => None,
+            Form::Named(instances) | Form::Keyed(instances) => Some(instances),
+        }
+    }
+
+    /// The place of a setting in [`Section::settings`].
+    #[must_use]
+    pub fn position(&self, key: &str, is_common: bool) -> Option<usize> {
+        self.settings.iter().position(|setting| setting.key == key && setting.is_common == is_common)
+    }
+}
+
+impl Setting {
+    /// The default of the instance with this name, as text; none when it has to be derived or written.
+    #[must_use]
+    pub fn default_for(&self, instance: &str) -> Option<&'static str> {
+        match (self.by_name.iter().find(|(name, _)| *name == instance), self.default) {
+            (Some(&(_, value)), _) | (None, Fallback::Value(value)) => Some(value),
+            _ => None,
+        }
+    }
+}
+
+/// The setting that a Smoothieware v1 name stands for, and the instance when the name holds one.
+#[must_use]
+pub fn by_v1_name(name: &str) -> Option<(&'static Section, &'static Setting, Option<&str>)> {
+    let rows = SECTIONS.iter().flat_map(|section| section.settings.iter().map(move |row| (section, row)));
+    for (section, row) in rows.filter(|(_, row)| !row.v1.is_empty()) {
+        if row.v1 == name {
+            return Some((section, row, None));
+        }
+        if let Some(instance) = instance_of(row.v1, name) {
+            return Some((section, row, Some(instance)));
+        }
+    }
+    None
+}
+
+/// What stands in `name` where the v1 name `pattern` has `<axis>` or `<name>`. Motors have names of their own.
+pub(crate) fn instance_of<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
+    let (start, rest) = pattern.split_once('<')?;
+    let (kind, end) = rest.split_once('>')?;
+    let instance = name.strip_prefix(start)?.strip_suffix(end)?;
+    let exists = match kind {
+        "axis" => units::Actuator::from_name(instance).is_some(),
+        _ => !instance.is_empty() && !instance.contains('.'),
+    };
+    exists.then_some(instance)
+}
+
+/// The section of this name and its place in [`SECTIONS`].
+#[must_use]
+pub fn section(name: &str) -> Option<(usize, &'static Section)> {
+    SECTIONS.iter().enumerate().find(|(_, section)| section.name == name)
+}

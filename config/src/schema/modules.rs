@@ -1,0 +1,256 @@
+//! Functions that are not part of Velvet yet. Their settings are known, checked, and refused when they are used.
+
+use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text, word};
+use super::{Form, Instances, PinRole, Section};
+
+/// Instances that nothing stores yet.
+const UNREAD: Instances =
+    Instances { noun: "entry", find: |_, _| Some(0), create: |_, _| Ok(0), name: |_, _| "", is_live: |_, _| true };
+
+pub const LASER: Section = Section {
+    name: "laser",
+    summary: "A laser whose power follows the speed.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "There is a laser.")
+            .v1("laser_module_enable")
+            .not_yet("leave it disabled until Velvet can do it"),
+        pin("pwm_pin", "nc", PinRole::Pwm, nowhere, "Timer channel that drives the laser.")
+            .v1("laser_module_pwm_pin")
+            .dormant(),
+        pin("ttl_pin", "nc", PinRole::Output, nowhere, "Output that is on while the laser has power.")
+            .v1("laser_module_ttl_pin")
+            .dormant(),
+        bool("inverted_pwm", "false", nowhere, "The output is low where it would be high.").dormant(),
+        bool("pullup", "true", nowhere, "Pull the output up.").dormant(),
+        bool("opendrain", "false", nowhere, "The output only pulls low.").dormant(),
+        number("maximum_power", "1", ANY, nowhere, "Duty cycle at full power.")
+            .unit("fraction")
+            .v1("laser_module_maximum_power")
+            .dormant(),
+        number("minimum_power", "0", ANY, nowhere, "Least duty cycle in a cutting move.")
+            .unit("fraction")
+            .v1("laser_module_minimum_power")
+            .dormant(),
+        number("maximum_s_value", "1", ANY, nowhere, "The S value of full power.")
+            .v1("laser_module_maximum_s_value")
+            .dormant(),
+        number("default_power", "0.8", ANY, nowhere, "S until a program sets it.")
+            .unit("S units")
+            .v1("laser_module_default_power")
+            .dormant(),
+        bool("proportional_power", "true", nowhere, "Power follows the speed along the path.")
+            .v1("laser_module_proportional_power")
+            .dormant(),
+        integer("proportional_power_frequency", "10000", (0, 1_000_000), nowhere, "Rate of power updates.")
+            .unit("Hz")
+            .dormant(),
+    ],
+};
+
+pub const DRILLING_CYCLES: Section = Section {
+    name: "drillingcycles",
+    summary: "Canned drilling cycles G81 to G83.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "Understand the drilling cycles.")
+            .v1("drillingcycles.enable")
+            .not_yet("leave it disabled until Velvet can do it"),
+        word("dwell_units", "S", &["S", "P"], nowhere, "Unit of a cycle's P word: S for seconds, P for milliseconds.")
+            .v1("drillingcycles.dwell_units")
+            .dormant(),
+    ],
+};
+
+pub const FILAMENT_DETECTOR: Section = Section {
+    name: "filament detector",
+    summary: "Notices that filament has run out or is stuck.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "There is a detector.")
+            .v1("filament_detector.enable")
+            .not_yet("leave it disabled until Velvet can do it"),
+        pin("encoder_pin", "nc", PinRole::Interrupt, nowhere, "Interrupt input counting filament pulses.")
+            .v1("filament_detector.encoder_pin")
+            .dormant(),
+        pin("bulge_pin", "nc", PinRole::Input, nowhere, "Input that reports a bulge.")
+            .v1("filament_detector.bulge_pin")
+            .dormant(),
+        pin("detector_pin", "nc", PinRole::Input, nowhere, "Input that reports missing filament.").dormant(),
+        integer("seconds_per_check", "2", (0, 1_000_000), nowhere, "Interval of the pulse check.")
+            .unit("s")
+            .v1("filament_detector.seconds_per_check")
+            .dormant(),
+        number("pulses_per_mm", "1", ANY, nowhere, "Pulses expected per millimetre.")
+            .unit("pulses/mm")
+            .v1("filament_detector.pulses_per_mm")
+            .dormant(),
+        bool("leave_heaters_on", "false", nowhere, "Keeps heaters on when it suspends.")
+            .v1("filament_detector.leave_heaters_on")
+            .dormant(),
+    ],
+};
+
+pub const TEMPERATURE_SWITCH: Section = Section {
+    name: "temperature switch",
+    summary: "Switches that follow a temperature.",
+    form: Form::Named(UNREAD),
+    settings: &[
+        bool("enable", "false", nowhere, "There is such a rule.")
+            .v1("temperatureswitch.<name>.enable")
+            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        text("designator", "", 96, no_text, "First letter of the controllers to watch; the hottest counts.")
+            .v1("temperatureswitch.<name>.designator")
+            .dormant(),
+        text("switch", "", 96, no_text, "Name of the output switch to operate.")
+            .v1("temperatureswitch.<name>.switch")
+            .dormant(),
+        bool("inverted", "false", nowhere, "Inverts the state sent to the switch.")
+            .v1("temperatureswitch.<name>.inverted")
+            .dormant(),
+        word("trigger", "level", &["level", "rising", "falling"], nowhere, "When the switch is operated.")
+            .v1("temperatureswitch.<name>.trigger")
+            .dormant(),
+        integer("arm_mcode", "0", (0, 1_000_000), nowhere, "M-code that arms (S non-zero) or disarms it.")
+            .v1("temperatureswitch.<name>.arm_mcode")
+            .dormant(),
+        bool("start_armed", "false", nowhere, "Arms it at boot when an arm M-code exists.").dormant(),
+        number("threshold_temp", "50", ANY, nowhere, "Temperature that separates low and high.")
+            .unit("C")
+            .v1("temperatureswitch.<name>.threshold_temp")
+            .dormant(),
+        integer("heatup_poll", "15", (0, 1_000_000), nowhere, "Check interval while low.")
+            .unit("s")
+            .v1("temperatureswitch.<name>.heatup_poll")
+            .dormant(),
+        integer("cooldown_poll", "60", (0, 1_000_000), nowhere, "Check interval while high.")
+            .unit("s")
+            .v1("temperatureswitch.<name>.cooldown_poll")
+            .dormant(),
+    ],
+};
+
+pub const BUTTON_BOX: Section = Section {
+    name: "button box",
+    summary: "Buttons that send lines.",
+    form: Form::Named(UNREAD),
+    settings: &[
+        integer("poll_frequency_hz", "20", (0, 1_000), nowhere, "Polling rate of all buttons.")
+            .unit("Hz")
+            .common()
+            .dormant(),
+        bool("enable", "true", nowhere, "The button is in use; the only enable that is true by itself.").dormant(),
+        text("pin", "nc", 96, no_text, "Input of the button, or external for one that another part reads.").dormant(),
+        text("press", "", 96, no_text, "Line sent on a press; KILL, SUSPEND and $J STOP act at once.")
+            .not_yet_harmless("use [switch] with input_pin, or leave it out"),
+        text("release", "", 96, no_text, "Line sent on release.").dormant(),
+    ],
+};
+
+pub const LATHE: Section = Section {
+    name: "lathe",
+    summary: "Threading in step with a spindle.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "Understand threading with G33.")
+            .not_yet("leave it disabled until Velvet can do it"),
+        number("encoder_ppr", "1000", ANY, nowhere, "Encoder pulses per turn of the spindle, gearing included.")
+            .unit("pulses/rev")
+            .dormant(),
+        pin(
+            "index_pin",
+            "nc",
+            PinRole::Interrupt,
+            nowhere,
+            "Input that pulses once a turn: starts threads, measures the speed.",
+        )
+        .dormant(),
+    ],
+};
+
+pub const ELS: Section = Section {
+    name: "els",
+    summary: "Panel of an electronic leadscrew.",
+    form: Form::Plain,
+    settings: &[bool("enable", "false", nowhere, "There is such a panel.")
+        .not_yet_harmless("leave it disabled until Velvet can do it")],
+};
+
+pub const ST7920: Section = Section {
+    name: "st7920",
+    summary: "Graphic display.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "There is such a display.")
+            .v1("panel.enable")
+            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        pin("clk", "nc", PinRole::Output, nowhere, "Clock of the bit-banged display link.").dormant(),
+        pin("mosi", "nc", PinRole::Output, nowhere, "Data of the bit-banged display link.").dormant(),
+    ],
+};
+
+pub const TM1638: Section = Section {
+    name: "tm1638",
+    summary: "Lamp and key module.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "There is such a module.")
+            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        pin("clock_pin", "nc", PinRole::Output, nowhere, "Clock pin.").dormant(),
+        pin("data_pin", "nc", PinRole::Output, nowhere, "Bidirectional data pin.").dormant(),
+        pin("strobe_pin", "nc", PinRole::Output, nowhere, "Strobe pin.").dormant(),
+    ],
+};
+
+pub const MPG: Section = Section {
+    name: "mpg",
+    summary: "Handwheels.",
+    form: Form::Named(UNREAD),
+    settings: &[
+        bool("enable", "false", nowhere, "There is such a handwheel.")
+            .not_yet("leave it disabled until Velvet can do it"),
+        pin("enca_pin", "nc", PinRole::Interrupt, nowhere, "Encoder phase A.").v1("panel.encoder_a_pin").dormant(),
+        pin("encb_pin", "nc", PinRole::Interrupt, nowhere, "Encoder phase B.").v1("panel.encoder_b_pin").dormant(),
+        integer("axis", "-1", (-1, 5), nowhere, "Actuator index that is stepped.").dormant(),
+    ],
+};
+
+pub const NETWORK: Section = Section {
+    name: "network",
+    summary: "Ethernet and what it serves.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", nowhere, "Use Ethernet.")
+            .v1("network.enable")
+            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        text("ip_address", "auto", 96, no_text, "Fixed address, or auto for DHCP.").v1("network.ip_address").dormant(),
+        text("ip_mask", "255.255.255.0", 96, no_text, "Netmask used with a fixed address.")
+            .v1("network.ip_mask")
+            .dormant(),
+        text("ip_gateway", "192.168.1.1", 96, no_text, "Gateway used with a fixed address.")
+            .v1("network.ip_gateway")
+            .dormant(),
+        text("dns_server", "auto", 96, no_text, "DNS server.").dormant(),
+        text("hostname", "smoothiev2", 96, no_text, "Name of the machine in the network.").dormant(),
+        bool("shell_enable", "false", nowhere, "A console on TCP port 23.").dormant(),
+        bool("ftp_enable", "false", nowhere, "File transfer on TCP port 21.").dormant(),
+        bool(
+            "webserver_enable",
+            "false",
+            nowhere,
+            "Web pages from /sd/www on TCP port 80, with console and upload over WebSocket.",
+        )
+        .dormant(),
+        bool("ntp_enable", "true", nowhere, "Set the clock from the network.").dormant(),
+        text("ntp_server", "pool.ntp.org", 96, no_text, "Host to ask for the time.").dormant(),
+        integer("timezone", "0", (-12, 14), nowhere, "Whole hours added to UTC.").unit("h").dormant(),
+        text(
+            "firmware_url",
+            "http://download.smoothieware.org/",
+            96,
+            no_text,
+            "Where the update command looks; ends with a slash.",
+        )
+        .dormant(),
+    ],
+};

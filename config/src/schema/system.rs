@@ -1,0 +1,234 @@
+//! `[general]`, `[system]`, `[consoles]`, `[uart console]`, `[kill button]`, `[player]`.
+
+use super::build::{bool, integer, pin, text, word};
+use super::{Form, PinRole, Section};
+use crate::machine::{Command, Parity};
+use crate::pin::PinName;
+
+const EIGHT_N_ONE: &str = "use 8 bits, no parity, 1 stop bit";
+const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
+
+pub const GENERAL: Section = Section {
+    name: "general",
+    summary: "How the firmware talks and starts.",
+    form: Form::Plain,
+    settings: &[
+        bool(
+            "grbl_mode",
+            "false",
+            |c, _, v| c.general.grbl_mode = v,
+            "Replies, alarm texts and the meanings of G4, G28, G30 and M30 follow GRBL instead of a 3D printer.",
+        ),
+        bool(
+            "config-override",
+            "false",
+            |c, _, v| c.general.config_override = v,
+            "At the end of boot, replay the settings that M500 saved in /sd/config-override.",
+        ),
+    ],
+};
+
+pub const SYSTEM: Section = Section {
+    name: "system",
+    summary: "The board: step timing, power outputs, indicator lamps.",
+    form: Form::Plain,
+    settings: &[
+        integer(
+            "step_pulse_us",
+            "1",
+            (1, 20),
+            |c, _, v| c.system.step_pulse_us = v as u32,
+            "Length of a step pulse to an external driver. On-board drivers step on both edges and need none.",
+        )
+        .unit("us")
+        .v1("microseconds_per_step_pulse"),
+        integer(
+            "step_frequency",
+            "200000",
+            (1, 1_000_000),
+            |c, _, v| c.system.step_frequency_hz = v as u32,
+            "Highest step rate of one motor; a max_rate beyond it is lowered with a warning. Velvet has no fixed step \
+             tick, so this is only a limit.",
+        )
+        .unit("Hz")
+        .v1("base_stepping_frequency"),
+        pin(
+            "aux_play_led",
+            "nc",
+            PinRole::Output,
+            |c, _, v| c.system.aux_play_led = v.and_then(PinName::digital),
+            "A second lamp that shows what board LED 2 shows: on while moving, blinking in a halt.",
+        )
+        .not_yet_harmless("leave it out")
+        .v1("play_led_pin"),
+        bool(
+            "flash_on_boot",
+            "true",
+            |c, _, v| c.system.flash_on_boot = v,
+            "At boot, install /sd/flashme.bin when it is a valid image.",
+        )
+        .dormant(),
+        bool("dfu_enable", "false", |c, _, v| c.system.dfu_enable = v, "Offer firmware download over USB (DFU).")
+            .not_yet_harmless(WAIT_FOR_USB),
+        bool(
+            "msc_enable",
+            "true",
+            |c, _, v| c.system.msc_enable = v,
+            "Let the msc command turn USB into a disk that shows the SD card.",
+        )
+        .dormant(),
+        pin(
+            "msc_led",
+            "PF13",
+            PinRole::Output,
+            |c, _, v| c.system.msc_led = v.and_then(PinName::digital),
+            "Lamp that blinks while USB shows the SD card.",
+        )
+        .dormant(),
+        pin(
+            "fets_enable_pin",
+            "PF14!o",
+            PinRole::Output,
+            |c, _, v| c.system.fets_enable_pin = v.and_then(PinName::digital),
+            "Enables all MOSFET outputs; active except in a halt. It must be open drain: its pull-up goes to 5 V.",
+        ),
+        pin(
+            "fets_power_enable_pin",
+            "PD7",
+            PinRole::Output,
+            |c, _, v| c.system.fets_power_enable_pin = v.and_then(PinName::digital),
+            "Switches the supply of the MOSFET outputs; on except in a halt.",
+        ),
+    ],
+};
+
+pub const CONSOLES: Section = Section {
+    name: "consoles",
+    summary: "Which consoles there are.",
+    form: Form::Plain,
+    settings: &[bool(
+        "second_usb_serial_enable",
+        "false",
+        |c, _, v| c.system.second_usb_serial_enable = v,
+        "A second USB serial port with a console of its own.",
+    )
+    .v1("second_usb_serial_enable")
+    .not_yet_harmless("use the first USB port, the debug UART or [uart console]")],
+};
+
+pub const UART_CONSOLE: Section = Section {
+    name: "uart console",
+    summary: "The auxiliary UART. The debug UART (PD5, PD6, 115200 baud) is always a console.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", |c, _, v| c.uart.enable = v, "Use the auxiliary UART."),
+        bool(
+            "console",
+            "true",
+            |c, _, v| c.uart.console = v,
+            "A full console; when false the port only sends what echo -1 writes.",
+        ),
+        integer(
+            "channel",
+            "0",
+            (0, 1),
+            |c, _, v| c.uart.channel = v as u8,
+            "0 is USART3 (receive PB11, send PD8), 1 is UART4 (receive PH14, send PB9).",
+        ),
+        integer("baudrate", "115200", (1_200, 3_000_000), |c, _, v| c.uart.baudrate = v as u32, "Bit rate.")
+            .unit("baud")
+            .v1("uart0.baud_rate"),
+        integer("bits", "8", (7, 9), |c, _, v| c.uart.bits = v as u8, "Word length, parity bit included.")
+            .unit("bits")
+            .not_yet(EIGHT_N_ONE),
+        integer("stop_bits", "1", (1, 2), |c, _, v| c.uart.stop_bits = v as u8, "Stop bits.")
+            .unit("bits")
+            .not_yet(EIGHT_N_ONE),
+        word(
+            "parity",
+            "none",
+            &["none", "odd", "even"],
+            |c, _, v| {
+                c.uart.parity = match v {
+                    1 => Parity::Odd,
+                    2 => Parity::Even,
+                    _ => Parity::None,
+                }
+            },
+            "Parity.",
+        )
+        .not_yet(EIGHT_N_ONE),
+    ],
+};
+
+pub const KILL_BUTTON: Section = Section {
+    name: "kill button",
+    summary: "A push button or latching switch that halts the machine.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", |c, _, v| c.kill_button.enable = v, "There is a kill button.").v1("kill_button_enable"),
+        pin(
+            "pin",
+            "nc",
+            PinRole::Input,
+            |c, _, v| c.kill_button.pin = v.and_then(PinName::digital),
+            "Its input, logically low when pressed.",
+        )
+        .v1("kill_button_pin"),
+        bool(
+            "toggle_enable",
+            "false",
+            |c, _, v| c.kill_button.toggle = v,
+            "It latches; letting it go may clear the halt.",
+        )
+        .v1("kill_button_toggle_enable"),
+        bool(
+            "unkill_enable",
+            "true",
+            |c, _, v| c.kill_button.unkill = v,
+            "It may clear a halt: a latching one by its release, a push button by holding it for 2 seconds.",
+        )
+        .v1("unkill_enable"),
+    ],
+};
+
+pub const PLAYER: Section = Section {
+    name: "player",
+    summary: "Files played from the SD card.",
+    form: Form::Plain,
+    settings: &[
+        text(
+            "on_boot_gcode",
+            "/sd/on_boot.gcode",
+            96,
+            |c, _, v| c.player.on_boot_gcode = Command::try_from(v).unwrap_or_default(),
+            "A file played once after boot; nothing happens when it is not there.",
+        )
+        .v1("on_boot_gcode"),
+        bool("on_boot_gcode_enable", "true", |c, _, v| c.player.on_boot_gcode_enable = v, "Play the boot file.")
+            .v1("on_boot_gcode_enable"),
+        bool(
+            "leave_heaters_on_suspend",
+            "false",
+            |c, _, v| c.player.leave_heaters_on_suspend = v,
+            "Keep the heaters on while a print is suspended.",
+        )
+        .v1("leave_heaters_on_suspend"),
+        text(
+            "after_suspend_gcode",
+            "",
+            96,
+            |c, _, v| c.player.after_suspend_gcode = super::switches::spaced(v),
+            "A line executed once suspended. Underscores stand for blanks.",
+        )
+        .v1("after_suspend_gcode"),
+        text(
+            "before_resume_gcode",
+            "",
+            96,
+            |c, _, v| c.player.before_resume_gcode = super::switches::spaced(v),
+            "A line executed before resuming. Underscores stand for blanks.",
+        )
+        .v1("before_resume_gcode"),
+    ],
+};

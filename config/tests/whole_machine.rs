@@ -1,0 +1,384 @@
+//! What only the whole file can show.
+
+mod common;
+
+use common::{Findings, SAMPLE, edited, expect, line_of, read};
+use config::{
+    BoardId,
+    Severity::{Error, Warning},
+    Summary,
+};
+use units::{Actuator, Amps, MmPerSecond};
+
+#[test]
+fn a_pin_with_two_owners_names_both() {
+    let text = edited("fan.output_pin = PE1 ", "fan.output_pin = PE3");
+    let (_, findings) = read(&text);
+    let [finding] = findings.as_slice() else { panic!("{findings:#?}") };
+    assert_eq!(finding.key, "[switch] fan.output_pin");
+    let heater = line_of(&text, "bed.heater_pin");
+    let expected = format!("PE3 is used by [temperature control] bed.heater_pin already, in line {heater}");
+    assert_eq!(finding.reason, expected.as_str());
+}
+
+#[test]
+fn pins_of_the_board_and_its_buses_are_refused() {
+    let key = "[switch] fan.output_pin";
+    for (pin, reason) in [
+        ("PD11", "belongs to the QSPI flash"),
+        ("PC8", "belongs to the SD card"),
+        ("PA1", "belongs to Ethernet"),
+        ("PA12", "belongs to USB"),
+        ("PH9", "belongs to the board's lamps"),
+        ("PA13", "belongs to the debug probe"),
+        ("PE12", "used by SPI bus 1"),
+        ("PD8", "used by [uart console]"),
+        ("PF11", "used by [temperature control] hotend.thermistor_pin"),
+        ("PD7", "used by [system] fets_power_enable_pin"),
+        ("PJ14", "cannot be an output"),
+    ] {
+        let to = format!("fan.output_pin = {pin} ");
+        expect("fan.output_pin = PE1 ", &to, Error, &to, key, reason, "use another pin");
+    }
+    // The finding stands at the later line.
+    let reason = "used by [switch] fan.output_pin already";
+    let (from, to) = ("fan.output_pin = PE1 ", "fan.output_pin = PH5 ");
+    expect(from, to, Error, "vmotor = ", "[voltage monitor] vmotor", reason, "use another pin");
+    expect("PF14!o", "PF14!", Error, "PF14", "[system] fets_enable_pin", "open drain", "PF14!o");
+}
+
+#[test]
+fn a_default_pin_can_be_an_owner_too() {
+    let text = edited("fets_power_enable_pin = PD7 ", "#").replace("fan.output_pin = PE1 ", "fan.output_pin = PD7 ");
+    let (_, findings) = read(&text);
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    assert!(findings[0].reason.contains("fets_power_enable_pin already, by default"), "{}", findings[0]);
+}
+
+#[test]
+fn what_is_not_enabled_owns_no_pin() {
+    let (config, findings) =
+        read(&format!("{SAMPLE}\n").replace(
+            "[endstops]",
+            "lamp.output_pin = PE3\nlamp.output_type = digital\nlamp.enable = false\n[endstops]",
+        ));
+    assert!(findings.is_empty(), "{findings:#?}");
+    assert_eq!(config.switches.len(), 1, "a disabled switch is left out");
+}
+
+#[test]
+fn motors_are_checked_against_their_drivers() {
+    for (from, to, severity, at, key, reason, fix) in [
+        (
+            "alpha.max_rate = 18000 ",
+            "alpha.max_rate = 600000",
+            Warning,
+            "alpha.max_rate",
+            "[actuator] alpha.max_rate",
+            "800000 steps/s",
+            "write 150000",
+        ),
+        (
+            "beta.microsteps = 16",
+            "beta.microsteps = 20",
+            Error,
+            "beta.microsteps",
+            "[actuator] beta.microsteps",
+            "20 microsteps",
+            "1, 2, 4, 8",
+        ),
+        (
+            "beta.step_pin = PK2",
+            "beta.step_pin = nc",
+            Error,
+            "beta.step_pin",
+            "[actuator] beta.step_pin",
+            "needs a step_pin",
+            "",
+        ),
+        (
+            "gamma.current = 1.2",
+            "gamma.current = 4.0",
+            Warning,
+            "gamma.current",
+            "[current control] gamma.current",
+            "above the driver's max_current",
+            "3 or less",
+        ),
+        (
+            "gamma.sense_resistor = 50",
+            "gamma.sense_resistor = 500",
+            Error,
+            "gamma.current",
+            "[current control] gamma.current",
+            "500 mOhm",
+            "0.65",
+        ),
+        (
+            "gamma.current = 1.2",
+            "",
+            Warning,
+            "gamma.driver",
+            "[actuator] gamma.driver",
+            "has no current",
+            "gamma.current",
+        ),
+        (
+            "beta.spi_cs_pin = PG8",
+            "beta.spi_cs_pin = PG8!",
+            Error,
+            "beta.spi_cs_pin",
+            "[tmc2590] beta.spi_cs_pin",
+            "active low by itself",
+            "",
+        ),
+        (
+            "delta.driver = tmc2590",
+            "delta.driver = tmc2660",
+            Error,
+            "delta.driver",
+            "[actuator] delta.driver",
+            "no entry in [tmc2660]",
+            "there is one in [tmc2590]",
+        ),
+        (
+            "delta.driver = tmc2590",
+            "delta.driver = external",
+            Warning,
+            "delta.current",
+            "[current control] delta.current",
+            "cannot be set",
+            "delete",
+        ),
+    ] {
+        expect(from, to, severity, at, key, reason, fix);
+    }
+}
+
+#[test]
+fn what_is_too_high_is_lowered() {
+    let (config, _) = read(&edited("alpha.max_rate = 18000 ", "alpha.max_rate = 600000"));
+    assert_eq!(config.actuators[Actuator::Alpha].max_rate, MmPerSecond(200_000.0 / 80.0));
+    let (config, _) = read(&edited("gamma.current = 1.2", "gamma.current = 4.0"));
+    assert_eq!(config.actuators[Actuator::Gamma].current, Some(Amps(3.0)));
+}
+
+#[test]
+fn a_slave_must_be_like_its_master() {
+    let slave = |line: &str| {
+        let text = edited("delta.driver = tmc2590", &format!("delta.driver = tmc2590\n{line}"));
+        // The extruder would turn the slave: not this test's matter.
+        read(&text.replace("hotend.enable = true\nhotend.tool_id = 0                     # T0", "#")).1
+    };
+    let findings = slave("delta.slaved_to = gamma");
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    assert!(findings[0].reason.contains("415 steps/mm, gamma has 400"), "{}", findings[0]);
+    let findings = slave("delta.slaved_to = X");
+    assert!(findings[0].reason.contains("not one of the possible values"), "{}", findings[0]);
+    let (_, findings) = read(&edited("beta.driver = tmc2590", "beta.driver = tmc2590\nbeta.slaved_to = alpha"));
+    assert!(findings[0].reason.contains("only delta, epsilon and zeta"), "{}", findings[0]);
+}
+
+#[test]
+fn an_extruder_needs_its_motor() {
+    expect(
+        "hotend.tool_id = 0                     # T0",
+        "hotend.tool_id = 1 # T0",
+        Error,
+        "# T0",
+        "[extruder] hotend.tool_id",
+        "motor epsilon, which is not there",
+        "[actuator] epsilon",
+    );
+}
+
+#[test]
+fn a_machine_without_motors_is_not_usable() {
+    let mut findings = Findings::new();
+    let (_, summary) = config::parse(b"", BoardId::Prime2590, &mut findings);
+    assert_eq!(summary, Summary { warnings: 0, errors: 3 });
+    assert!(!summary.is_usable());
+    assert_eq!(
+        findings[0].to_string(),
+        "error: [actuator] alpha.steps_per_mm: there is no motor alpha (describe it: motors are alpha, beta, gamma and up, without a gap)"
+    );
+}
+
+#[test]
+fn heaters_need_sensors_and_sensible_limits() {
+    for (from, to, severity, at, key, reason) in [
+        (
+            "bed.thermistor_pin = ADC1_3 ",
+            "bed.thermistor_pin = nc",
+            Error,
+            "bed.thermistor_pin",
+            "thermistor_pin",
+            "a heater without a sensor",
+        ),
+        ("bed.thermistor = Honeywell100K", "", Warning, "bed.enable", "thermistor", "beta 4066"),
+        (
+            "bed.thermistor = Honeywell100K",
+            "bed.thermistor = Honeywel100K",
+            Error,
+            "bed.thermistor =",
+            "thermistor",
+            "not one of the possible values",
+        ),
+        ("bed.max_temp = 120", "bed.max_temp = 2", Error, "bed.max_temp", "max_temp", "is not above min_temp"),
+        (
+            "bed.max_temp = 120",
+            "bed.max_temp = 120\nbed.preset1 = 200",
+            Error,
+            "bed.preset1",
+            "preset1",
+            "above max_temp",
+        ),
+        ("bed.designator = B", "bed.designator = T", Warning, "", "designator", "has the designator T as well"),
+        ("bed.designator = B", "bed.tool_id = 0", Error, "bed.tool_id", "tool_id", "has tool_id 0 as well"),
+        ("bed.bang_bang = false", "bed.max_pwm = 0", Warning, "bed.max_pwm", "max_pwm", "never heats"),
+        ("bed.bang_bang = false", "bed.sensor = max31855", Error, "", "", ""),
+    ] {
+        if key.is_empty() {
+            let (_, findings) = read(&edited(from, to));
+            let keys: Vec<_> = findings.iter().map(|finding| finding.key.as_str()).collect();
+            assert_eq!(
+                keys,
+                ["sensor", "spi_channel", "spi_select_pin"].map(|key| format!("[temperature control] bed.{key}"))
+            );
+            continue;
+        }
+        let at = if at.is_empty() { "bed.designator" } else { at };
+        expect(from, to, severity, at, &format!("[temperature control] bed.{key}"), reason, "");
+    }
+}
+
+#[test]
+fn runaway_protection_is_not_switched_off_unnoticed() {
+    let text = edited("bed.runaway_range = 15", "bed.runaway_range = 0")
+        .replace("bed.runaway_heating_timeout = 900", "bed.runaway_heating_timeout = 0");
+    let (config, findings) = read(&text);
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    assert!(findings[0].reason.contains("all runaway checks are off"));
+    assert_eq!((config.temperatures[0].runaway.range, config.temperatures[0].runaway.heating_timeout), (None, None));
+}
+
+#[test]
+fn endstops_are_checked_against_their_axes() {
+    for (from, to, severity, key, reason) in [
+        ("minx.pin = PD0^ ", "minx.pin = nc", Error, "minx.pin", "needs a pin"),
+        ("minx.axis = X", "", Error, "minx.axis", "which axis"),
+        ("minx.axis = X", "minx.axis = C", Error, "minx.axis", "axis C has no motor"),
+        ("minx.axis = X", "minx.axis = Y", Error, "miny.homing_direction", "Y homes to 'minx' already"),
+        (
+            "miny.axis = Y\nminy.homing_direction = home_to_min",
+            "miny.axis = Y\nminy.homing_direction = home_to_max",
+            Warning,
+            "miny.homing_direction",
+            "contradict each other",
+        ),
+        ("minz.fast_rate = 10", "minz.fast_rate = 100", Warning, "minz.fast_rate", "faster than the motor's max_rate"),
+        ("minz.slow_rate = 2", "minz.slow_rate = 12", Warning, "minz.slow_rate", "faster than the first"),
+    ] {
+        let at = if key == "minx.axis" && to.is_empty() { "minx.enable" } else { key };
+        expect(from, to, severity, at, &format!("[endstops] {key}"), reason, "");
+    }
+}
+
+#[test]
+fn endstops_homed_together_need_interrupt_lines_of_their_own() {
+    expect(
+        "miny.pin = PI1^ ",
+        "miny.pin = PJ0^",
+        Error,
+        "miny.pin",
+        "[endstops] miny.pin",
+        "share interrupt line 0",
+        "homing_order",
+    );
+    let text =
+        edited("miny.pin = PI1^ ", "miny.pin = PJ0^").replace("[endstops]", "[endstops]\ncommon.homing_order = XYZ");
+    assert!(read(&text).1.is_empty(), "one after the other they may share");
+}
+
+#[test]
+fn switches_are_checked_against_their_outputs() {
+    for (from, to, at, key, reason) in [
+        ("fan.output_type = sigmadeltapwm", "", "fan.enable", "output_type", "how its output is driven"),
+        (
+            "fan.output_pin = PE1 ",
+            "fan.output_pin = PWM1_1",
+            "fan.output_type",
+            "output_type",
+            "needs output_type = hwpwm",
+        ),
+        ("fan.output_pin = PE1 ", "", "fan.enable", "output_pin", "neither an output_pin nor an input_pin"),
+        (
+            "fan.input_on_command = M106",
+            "fan.input_on_command = fan on",
+            "fan.input_on_command",
+            "input_on_command",
+            "not a G or M code",
+        ),
+        (
+            "fan.startup_value = 255",
+            "fan.input_pin = PJ6^",
+            "fan.enable",
+            "output_on_command",
+            "the input does nothing",
+        ),
+    ] {
+        expect(from, to, Error, at, &format!("[switch] fan.{key}"), reason, "");
+    }
+    let (_, findings) = read(
+        &edited("fan.output_pin = PE1 ", "fan.output_pin = PWM1_1 #")
+            .replace("sigmadeltapwm", "hwpwm")
+            .replace("fan.startup_value = 255", ""),
+    );
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    assert!(findings[0].fix.contains("[pwm1]"), "{}", findings[0]);
+}
+
+#[test]
+fn reversing_a_motor_twice_is_pointed_out() {
+    let text = edited("delta.dir_pin = PG5", "delta.dir_pin = PG5!\ndelta.reversed = true");
+    let (config, findings) = read(&text);
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    assert!(findings[0].reason.contains("together they count once"), "{}", findings[0]);
+    assert!(config.actuators[Actuator::Delta].direction_inverted());
+}
+
+#[test]
+fn a_standstill_current_above_the_ceiling_is_an_error() {
+    let (_, findings) =
+        read(&edited("beta.max_current = 3000", "beta.max_current = 3000\nbeta.standstill_current = 3500"));
+    let errors: Vec<_> = findings.iter().filter(|finding| finding.severity == Error).collect();
+    assert_eq!(errors.len(), 1, "{findings:#?}");
+    assert_eq!(errors[0].key, "[tmc2590] beta.standstill_current");
+    assert!(errors[0].reason.contains("above max_current"));
+}
+
+#[test]
+fn input_shapers_are_checked_against_what_they_are_made_for() {
+    let with = |lines: &str| read(&format!("{SAMPLE}\n[input shaper]\n{lines}\n"));
+    let (config, findings) = with("shaper_type_x = ei\nshaper_freq_x = 48.5\ndamping_ratio_x = 0.05");
+    assert!(findings.is_empty(), "{findings:?}");
+    let [x, y, _] = config.input_shapers;
+    assert_eq!((x.shaper, x.frequency_hz, x.damping_ratio), (config::InputShaper::Ei, Some(48.5), 0.05));
+    assert_eq!((y.shaper, y.frequency_hz, y.damping_ratio), (config::InputShaper::Mzv, None, 0.1));
+    for (lines, key, reason) in [
+        ("shaper_freq_y = 2", "[input shaper] shaper_freq_y", "too slow to shape"),
+        (
+            "shaper_freq_z = 40\nshaper_type_z = 3hump_ei\ndamping_ratio_z = 0.25",
+            "[input shaper] damping_ratio_z",
+            "more than this shaper is made for",
+        ),
+    ] {
+        let (_, findings) = with(lines);
+        assert!(
+            findings.iter().any(|f| f.severity == Error && f.key == key && f.reason.contains(reason)),
+            "{lines}: {findings:?}"
+        );
+    }
+    // What an axis without a shaper would be damped by does not matter.
+    assert!(with("shaper_type_z = 3hump_ei\ndamping_ratio_z = 0.25").1.is_empty());
+}

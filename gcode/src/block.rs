@@ -1,0 +1,187 @@
+//! A command with its words.
+
+use core::fmt;
+
+/// What kind of command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the letters are the meaning")]
+pub enum Letter {
+    G,
+    M,
+    T,
+}
+
+/// A command code: `G1`, `G38.2`, `M106.1`, `T0`. Without a written subcode it is 0: `G59.0` equals `G59`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Code {
+    /// G, M or T.
+    pub letter: Letter,
+    /// The number; for T the tool.
+    pub number: u16,
+    /// The digits after the point.
+    pub subcode: u8,
+}
+
+impl Code {
+    /// `Gn`
+    #[must_use]
+    pub const fn g(number: u16) -> Self {
+        Self { letter: Letter::G, number, subcode: 0 }
+    }
+
+    /// `Mn`
+    #[must_use]
+    pub const fn m(number: u16) -> Self {
+        Self { letter: Letter::M, number, subcode: 0 }
+    }
+
+    /// `Tn`
+    #[must_use]
+    pub const fn t(number: u16) -> Self {
+        Self { letter: Letter::T, number, subcode: 0 }
+    }
+
+    /// The same with a subcode, as in `Code::g(38).sub(2)`.
+    #[must_use]
+    pub const fn sub(self, subcode: u8) -> Self {
+        Self { subcode, ..self }
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letter = match self.letter {
+            Letter::G => 'G',
+            Letter::M => 'M',
+            Letter::T => 'T',
+        };
+        write!(f, "{letter}{}", self.number)?;
+        if self.subcode > 0 {
+            write!(f, ".{}", self.subcode)?;
+        }
+        Ok(())
+    }
+}
+
+const LETTERS: usize = 26;
+
+/// One command and its words, or words alone, which go on with the last motion code.
+///
+/// A letter written twice counts as its last writing. Letters are upper case, however they were written.
+#[derive(Clone, Debug)]
+pub struct Block<'a> {
+    /// The command; none: the modal motion code applies.
+    pub code: Option<Code>,
+    /// Column of the first word, from 1.
+    pub column: u16,
+    /// Raw text after a code that takes text (M23 M28 M30 M32 M117 M501 M504), trimmed, without comment and checksum.
+    pub text: Option<&'a str>,
+    /// Bit n: the n-th letter is written.
+    present: u32,
+    /// Bit n: the n-th letter has a number.
+    valued: u32,
+    values: [f64; LETTERS],
+    columns: [u8; LETTERS],
+}
+
+impl<'a> Block<'a> {
+    /// A block without words.
+    #[must_use]
+    pub const fn new(code: Option<Code>, column: u16) -> Self {
+        Self { code, column, text: None, present: 0, valued: 0, values: [0.0; LETTERS], columns: [0; LETTERS] }
+    }
+
+    /// Adds or replaces a word; for tests and for programs that make blocks. Anything but a letter is left out.
+    #[must_use]
+    pub fn with(mut self, letter: char, value: f64) -> Self {
+        if let Ok(byte) = u8::try_from(letter) {
+            self.set(byte, Some(value), 0);
+        }
+        self
+    }
+
+    /// The number of a word, when the word is there and has one. Letters in either case.
+    #[must_use]
+    pub fn get(&self, letter: char) -> Option<f64> {
+        let index = index(letter)?;
+        if self.valued & (1 << index) == 0 { None } else { self.values.get(index).copied() }
+    }
+
+    /// Whether a word is there, with or without a number.
+    #[must_use]
+    pub fn has(&self, letter: char) -> bool {
+        index(letter).is_some_and(|index| self.present & (1 << index) != 0)
+    }
+
+    /// Whether there is no word (nor text) beside the code.
+    #[must_use]
+    pub const fn is_bare(&self) -> bool {
+        self.present == 0 && self.text.is_none()
+    }
+
+    /// Column of a word, from 1; the block's own when the word is not there.
+    #[must_use]
+    pub fn column_of(&self, letter: char) -> u16 {
+        match index(letter).and_then(|index| self.columns.get(index)) {
+            Some(&column) if self.has(letter) => u16::from(column),
+            _ => self.column,
+        }
+    }
+
+    /// The words in order of the alphabet: letter and number.
+    pub fn words(&self) -> impl Iterator<Item = (char, Option<f64>)> + '_ {
+        ('A'..='Z').filter(|&letter| self.has(letter)).map(|letter| (letter, self.get(letter)))
+    }
+
+    /// Whether the code is this one, subcode included.
+    #[must_use]
+    pub fn is(&self, code: Code) -> bool {
+        self.code == Some(code)
+    }
+
+    pub(crate) fn set(&mut self, letter: u8, value: Option<f64>, column: u8) {
+        let Some(index) = index(char::from(letter)) else { return };
+        let bit = 1 << index;
+        self.present |= bit;
+        self.valued = if value.is_some() { self.valued | bit } else { self.valued & !bit };
+        if let Some(place) = self.values.get_mut(index) {
+            *place = value.unwrap_or(0.0);
+        }
+        if let Some(place) = self.columns.get_mut(index) {
+            *place = column;
+        }
+    }
+}
+
+/// Equal in meaning: columns do not count.
+impl PartialEq for Block<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.code == other.code && self.text == other.text && self.words().eq(other.words())
+    }
+}
+
+/// Prints a block that reads back as the same block.
+impl fmt::Display for Block<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut blank = "";
+        if let Some(code) = self.code {
+            write!(f, "{code}")?;
+            blank = " ";
+        }
+        if let Some(text) = self.text {
+            write!(f, " {text}")?;
+        }
+        for (letter, value) in self.words() {
+            write!(f, "{blank}{letter}")?;
+            if let Some(value) = value {
+                write!(f, "{value}")?;
+            }
+            blank = " ";
+        }
+        Ok(())
+    }
+}
+
+fn index(letter: char) -> Option<usize> {
+    letter.is_ascii_alphabetic().then(|| usize::from((letter as u8).to_ascii_uppercase() - b'A'))
+}

@@ -1,0 +1,22 @@
+//! G-code text: bytes to lines ([`LineBuffer`]), lines to blocks ([`Decoder`], [`Blocks`]), blocks to words ([`Block`]).
+//!
+//! Understood: RepRap (`N` and `*` checksums, resends, several commands on a line, text after M23 M28 M30 M32 M117 M501 M504) and
+//! NIST RS-274 line syntax (blanks anywhere, lower case, `( )` and `;` comments, block delete, `%`). Lines of a console
+//! command (`ls`, `$H`) are told apart from lower-case G-code (`g1 x10`).
+//!
+//! This crate knows no positions, modal state or units: a number is a number, with the column it stood in.
+#![cfg_attr(not(test), no_std)]
+
+mod block;
+mod decoder;
+mod error;
+mod line_buffer;
+mod number;
+pub mod realtime;
+mod scanner;
+
+pub use block::{Block, Code, Letter};
+pub use decoder::{Decoder, Line, Refusal, checksum_of};
+pub use error::{Problem, SyntaxError};
+pub use line_buffer::{Gathered, LineBuffer, MAX_LINE_LENGTH};
+pub use scanner::Blocks;

@@ -1,0 +1,168 @@
+//! Gathers the bytes of one console or file into lines.
+
+/// Longest line in bytes, without its line end.
+pub const MAX_LINE_LENGTH: usize = 255;
+
+/// What a byte completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gathered<'a> {
+    /// A line, without its end; may be empty.
+    Line(&'a [u8]),
+    /// The end of a line that was too long; none of it was kept.
+    TooLong,
+}
+
+/// A line being typed. CR, LF and CR LF all end it; BS and DEL take back a byte. There is no echo.
+///
+/// Bytes that act at once ([`crate::realtime`]) must be taken out before.
+#[derive(Clone, Debug)]
+pub struct LineBuffer {
+    bytes: [u8; MAX_LINE_LENGTH],
+    length: usize,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Gathering,
+    /// The line overflowed: skip to its end.
+    Skipping,
+    /// A CR has just ended a line: an LF right after it belongs to that end.
+    AfterReturn,
+}
+
+impl LineBuffer {
+    /// An empty line.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { bytes: [0; MAX_LINE_LENGTH], length: 0, state: State::Gathering }
+    }
+
+    /// Takes one byte; gives the line that it ended.
+    pub fn push(&mut self, byte: u8) -> Option<Gathered<'_>> {
+        let was = self.state;
+        match byte {
+            b'\n' if was == State::AfterReturn => {
+                self.state = State::Gathering;
+                None
+            }
+            b'\n' | b'\r' => {
+                self.state = if byte == b'\r' { State::AfterReturn } else { State::Gathering };
+                Some(self.end(was))
+            }
+            _ if was == State::Skipping => None,
+            _ => {
+                self.state = State::Gathering;
+                self.store(byte);
+                None
+            }
+        }
+    }
+
+    /// The unfinished line at the end of a file, if there is one.
+    pub fn finish(&mut self) -> Option<Gathered<'_>> {
+        let was = core::mem::replace(&mut self.state, State::Gathering);
+        if self.length == 0 && was != State::Skipping { None } else { Some(self.end(was)) }
+    }
+
+    /// Forgets the unfinished line, as an abort does.
+    pub fn clear(&mut self) {
+        self.length = 0;
+        self.state = State::Gathering;
+    }
+
+    fn end(&mut self, was: State) -> Gathered<'_> {
+        let length = core::mem::replace(&mut self.length, 0);
+        if was == State::Skipping { Gathered::TooLong } else { Gathered::Line(self.bytes.get(..length).unwrap_or(&[])) }
+    }
+
+    fn store(&mut self, byte: u8) {
+        const BACKSPACE: u8 = 8;
+        const DELETE: u8 = 127;
+        if matches!(byte, BACKSPACE | DELETE) {
+            self.length = self.length.saturating_sub(1);
+        } else if let Some(place) = self.bytes.get_mut(self.length) {
+            *place = byte;
+            self.length += 1;
+        } else {
+            self.length = 0;
+            self.state = State::Skipping;
+        }
+    }
+}
+
+impl Default for LineBuffer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every line gathered from `bytes`; none stands for one that was too long.
+    fn gather(bytes: &[u8]) -> Vec<Option<Vec<u8>>> {
+        let mut buffer = LineBuffer::new();
+        let mut lines = Vec::new();
+        let mut keep = |gathered: Gathered| {
+            lines.push(match gathered {
+                Gathered::Line(line) => Some(line.to_vec()),
+                Gathered::TooLong => None,
+            });
+        };
+        for &byte in bytes {
+            if let Some(gathered) = buffer.push(byte) {
+                keep(gathered);
+            }
+        }
+        if let Some(gathered) = buffer.finish() {
+            keep(gathered);
+        }
+        lines
+    }
+
+    fn line(text: &str) -> Option<Vec<u8>> {
+        Some(text.as_bytes().to_vec())
+    }
+
+    #[test]
+    fn every_kind_of_line_end_ends_one_line() {
+        assert_eq!(
+            gather(b"G28\nG1 X1\r\nM5\rM2\n\rT1"),
+            [line("G28"), line("G1 X1"), line("M5"), line("M2"), line(""), line("T1")]
+        );
+    }
+
+    #[test]
+    fn backspace_and_delete_take_back_and_stop_at_the_start() {
+        assert_eq!(gather(b"\x08G29\x088\x7f\x7f\x7f\x7fM1\n"), [line("M1")]);
+    }
+
+    #[test]
+    fn the_longest_line_is_kept_and_one_byte_more_is_refused_once() {
+        let longest = [b'a'; MAX_LINE_LENGTH];
+        let mut bytes = longest.to_vec();
+        bytes.extend(b"\n");
+        bytes.extend([b'b'; MAX_LINE_LENGTH + 1]);
+        bytes.extend(b"\nG1\n");
+        bytes.extend([b'c'; 5 * MAX_LINE_LENGTH]);
+        assert_eq!(gather(&bytes), [Some(longest.to_vec()), None, line("G1"), None]);
+    }
+
+    proptest! {
+        #[test]
+        fn lines_come_back_as_they_were_sent(sent in proptest::collection::vec("[ -~]{0,255}", 0..8)) {
+            let text: String = sent.iter().map(|line| format!("{line}\n")).collect();
+            prop_assert_eq!(gather(text.as_bytes()), sent.iter().map(|s| line(s)).collect::<Vec<_>>());
+        }
+
+        #[test]
+        fn no_bytes_make_it_fail_or_overflow(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
+            for line in gather(&bytes).into_iter().flatten() {
+                prop_assert!(line.len() <= MAX_LINE_LENGTH);
+            }
+        }
+    }
+}

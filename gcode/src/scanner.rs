@@ -1,0 +1,352 @@
+//! Words to blocks, one pass, lazily: blocks before a bad word are given before the error.
+
+use crate::block::{Block, Code, Letter};
+use crate::error::{Problem, SyntaxError};
+use crate::number::{self, Flaw};
+
+/// M-codes whose argument is text, kept as it stands.
+const TEXT_M_CODES: [u16; 7] = [23, 28, 30, 32, 117, 501, 504];
+/// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
+const NUMBERED_G_CODES: [u16; 16] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 81, 82, 83, 92, 93];
+
+/// The commands of a line, in order. Ends after the first error.
+#[derive(Clone, Debug)]
+pub struct Blocks<'a> {
+    line: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Blocks<'a> {
+    /// The commands of a line that has neither number nor checksum. [`crate::Decoder`] takes those off.
+    #[must_use]
+    pub const fn new(line: &'a [u8]) -> Self {
+        Self { line, at: 0 }
+    }
+
+    pub(crate) const fn starting_at(line: &'a [u8], at: usize) -> Self {
+        Self { line, at }
+    }
+
+    fn peek(&self) -> Option<u8> {
+        self.line.get(self.at).copied()
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        self.line.get(self.at..).unwrap_or(&[])
+    }
+
+    fn error(&self, at: usize, problem: Problem) -> SyntaxError {
+        SyntaxError { column: column(at), problem }
+    }
+
+    fn skip_blanks(&mut self) {
+        while matches!(self.peek(), Some(b' ' | b'\t')) {
+            self.at += 1;
+        }
+    }
+
+    /// To the next word; none at the end of the line.
+    fn next_word(&mut self) -> Result<Option<u8>, SyntaxError> {
+        loop {
+            self.skip_blanks();
+            match self.peek() {
+                None | Some(b';') => {
+                    self.at = self.line.len();
+                    return Ok(None);
+                }
+                Some(b'(') => match self.rest().iter().position(|&byte| byte == b')') {
+                    Some(length) => self.at += length + 1,
+                    None => return Err(self.error(self.at, Problem::UnclosedComment)),
+                },
+                Some(byte) if byte.is_ascii_alphabetic() => return Ok(Some(byte.to_ascii_uppercase())),
+                Some(byte @ (b'#' | b'[' | b']' | b'=')) => {
+                    return Err(self.error(self.at, Problem::NotSupported(byte)));
+                }
+                Some(b'*') => return Err(self.error(self.at, Problem::BadChecksum)),
+                Some(byte) => return Err(self.error(self.at, Problem::NotALetter(byte))),
+            }
+        }
+    }
+
+    fn block(&mut self) -> Result<Option<Block<'a>>, SyntaxError> {
+        let Some(first) = self.next_word()? else { return Ok(None) };
+        let begin = self.at;
+        let code = match first {
+            b'G' => Some(self.code(Letter::G, 'G')?),
+            b'M' => Some(self.code(Letter::M, 'M')?),
+            b'T' => Some(self.code(Letter::T, 'T')?),
+            b'O' => return Err(self.error(begin, Problem::NotSupported(b'O'))),
+            _ => None,
+        };
+        let mut block = Block::new(code, column(begin));
+        if code.is_some_and(takes_text) {
+            block.text = self.text()?.filter(|text| !is_end_of_program(code, text));
+            return Ok(Some(block));
+        }
+        let flags_allowed = code.is_some_and(allows_flags);
+        while let Some(letter) = self.next_word()? {
+            if matches!(letter, b'G' | b'M') {
+                break;
+            }
+            let begin = self.at;
+            let value = self.value(letter, flags_allowed)?;
+            block.set(letter, value, u8::try_from(column(begin)).unwrap_or(u8::MAX));
+        }
+        Ok(Some(block))
+    }
+
+    /// A code's number and subcode, the letter being at hand.
+    fn code(&mut self, letter: Letter, name: char) -> Result<Code, SyntaxError> {
+        let begin = self.at;
+        self.at += 1;
+        self.skip_blanks();
+        let number = number::parse_digits(self.rest()).and_then(|(n, length)| Some((u16::try_from(n).ok()?, length)));
+        let (number, length) = number.ok_or(self.error(begin, Problem::BadCode(name)))?;
+        self.at += length;
+        let mut subcode = 0;
+        if self.peek() == Some(b'.') {
+            self.at += 1;
+            let digits =
+                number::parse_digits(self.rest()).and_then(|(n, length)| Some((u8::try_from(n).ok()?, length)));
+            let (value, length) = digits.ok_or(self.error(begin, Problem::BadSubcode(name)))?;
+            self.at += length;
+            subcode = value;
+        }
+        if self.peek() == Some(b'.') || (letter == Letter::T && subcode != 0) {
+            return Err(self.error(begin, Problem::BadSubcode(name)));
+        }
+        Ok(Code { letter, number, subcode })
+    }
+
+    /// The number of a word, the letter being at hand; none for a flag.
+    fn value(&mut self, letter: u8, flags_allowed: bool) -> Result<Option<f64>, SyntaxError> {
+        let begin = self.at;
+        let letter = char::from(letter);
+        self.at += 1;
+        self.skip_blanks();
+        if !self.peek().is_some_and(number::starts) {
+            return if flags_allowed { Ok(None) } else { Err(self.error(begin, Problem::MissingNumber(letter))) };
+        }
+        match number::parse(self.rest()) {
+            Ok((value, length)) => {
+                self.at += length;
+                Ok(Some(value))
+            }
+            Err(Flaw::NoDigits) => Err(self.error(begin, Problem::NoDigits(letter))),
+            Err(Flaw::SecondPoint) => Err(self.error(begin, Problem::SecondPoint(letter))),
+        }
+    }
+
+    /// What follows a code that takes text, up to a `;`.
+    fn text(&mut self) -> Result<Option<&'a str>, SyntaxError> {
+        let begin = self.at;
+        let rest = self.rest();
+        self.at = self.line.len();
+        let length = rest.iter().position(|&byte| byte == b';').unwrap_or(rest.len());
+        let text = core::str::from_utf8(rest.get(..length).unwrap_or(&[]));
+        let text = text.map_err(|_| self.error(begin, Problem::NotText))?.trim_matches([' ', '\t']);
+        Ok((!text.is_empty()).then_some(text))
+    }
+}
+
+impl<'a> Iterator for Blocks<'a> {
+    type Item = Result<Block<'a>, SyntaxError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let block = self.block();
+        if block.is_err() {
+            self.at = self.line.len();
+        }
+        block.transpose()
+    }
+}
+
+pub(crate) fn column(at: usize) -> u16 {
+    u16::try_from(at).map_or(u16::MAX, |at| at.saturating_add(1))
+}
+
+fn takes_text(code: Code) -> bool {
+    code.letter == Letter::M && code.subcode == 0 && TEXT_M_CODES.contains(&code.number)
+}
+
+/// `M30 (end of part)`, as mills write it: a comment, no file name.
+fn is_end_of_program(code: Option<Code>, text: &str) -> bool {
+    code == Some(Code::m(30)) && text.starts_with('(') && text.ends_with(')')
+}
+
+fn allows_flags(code: Code) -> bool {
+    code.letter != Letter::G || !NUMBERED_G_CODES.contains(&code.number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn blocks(line: &str) -> Vec<Block<'_>> {
+        Blocks::new(line.as_bytes()).map(|block| block.unwrap()).collect()
+    }
+
+    /// The blocks before the error, and the error.
+    fn failing(line: &str) -> (usize, u16, Problem) {
+        let all: Vec<_> = Blocks::new(line.as_bytes()).collect();
+        let error = all.last().unwrap().clone().unwrap_err();
+        assert!(all[..all.len() - 1].iter().all(Result::is_ok), "{line}: the error ends the line");
+        (all.len() - 1, error.column, error.problem)
+    }
+
+    fn g(number: u16) -> Block<'static> {
+        Block::new(Some(Code::g(number)), 1)
+    }
+
+    fn m(number: u16) -> Block<'static> {
+        Block::new(Some(Code::m(number)), 1)
+    }
+
+    #[test]
+    fn a_move_has_its_words_and_their_columns() {
+        let line = blocks("G1 X10.5 y-.25E+3 F1500");
+        assert_eq!(line, [g(1).with('X', 10.5).with('Y', -0.25).with('E', 3.0).with('F', 1500.0)]);
+        assert_eq!(line[0].column, 1);
+        assert_eq!([line[0].column_of('x'), line[0].column_of('Y'), line[0].column_of('F')], [4, 10, 19]);
+    }
+
+    #[test]
+    fn blanks_and_case_do_not_matter() {
+        for line in ["G1X10Y20", "g1 x10 y20", "  G01\tX 10  Y\t20  ", "g 1x1 0y20", "G1(to)X10(the ; edge)Y20;done"] {
+            if line == "g 1x1 0y20" {
+                // A blank inside a number ends it, unlike in RS-274: nobody writes it, and it hides slips.
+                assert_eq!(failing(line), (0, 7, Problem::NotALetter(b'0')));
+            } else {
+                assert_eq!(blocks(line), [g(1).with('X', 10.0).with('Y', 20.0)], "{line}");
+            }
+        }
+    }
+
+    #[test]
+    fn several_commands_on_a_line_run_in_order() {
+        assert_eq!(
+            blocks("G90G21 G0X1 M3S100 T1"),
+            [g(90), g(21), g(0).with('X', 1.0), m(3).with('S', 100.0).with('T', 1.0)]
+        );
+        assert_eq!(blocks("T1 M6"), [Block::new(Some(Code::t(1)), 1), m(6)]);
+        assert_eq!(blocks("M6 T1"), [m(6).with('T', 1.0)]);
+    }
+
+    #[test]
+    fn subcodes_are_part_of_the_code() {
+        assert_eq!(blocks("G38.2 Z-5")[0].code, Some(Code::g(38).sub(2)));
+        assert_eq!(blocks("M106.1 S255")[0].code, Some(Code::m(106).sub(1)));
+        assert_eq!(blocks("G59.3")[0].code, Some(Code::g(59).sub(3)));
+        assert_eq!(blocks("G92.0 X0")[0].code, Some(Code::g(92)));
+        assert_eq!(Code::g(59).sub(3).to_string(), "G59.3");
+    }
+
+    #[test]
+    fn words_without_a_command_are_a_modal_block() {
+        assert_eq!(blocks("X1 Y2"), [Block::new(None, 1).with('X', 1.0).with('Y', 2.0)]);
+        assert_eq!(blocks("F300"), [Block::new(None, 1).with('F', 300.0)]);
+    }
+
+    #[test]
+    fn letters_alone_are_flags_except_where_a_number_is_meant() {
+        let home = &blocks("G28 X Y")[0];
+        assert!(home.has('X') && home.has('Y') && !home.has('Z'));
+        assert_eq!(home.get('X'), None);
+        assert_eq!(failing("G1 X Y5"), (0, 4, Problem::MissingNumber('X')));
+        assert_eq!(failing("hello"), (0, 1, Problem::MissingNumber('H')));
+    }
+
+    #[test]
+    fn the_last_of_two_equal_letters_counts() {
+        assert_eq!(blocks("G1 X1 X2"), [g(1).with('X', 2.0)]);
+        assert_eq!(blocks("G28 X1 X")[0].get('X'), None);
+    }
+
+    #[test]
+    fn text_codes_keep_their_text() {
+        assert_eq!(blocks("M117 Hello, World! (50%)  ; note")[0].text, Some("Hello, World! (50%)"));
+        assert_eq!(blocks("m23 My File.gcode")[0].text, Some("My File.gcode"));
+        assert_eq!(blocks("M28 a.g")[0].text, Some("a.g"));
+        assert_eq!(blocks("M32/b.g")[0].text, Some("/b.g"));
+        assert_eq!(blocks("G4 P1 M30"), [g(4).with('P', 1.0), m(30)]);
+        assert_eq!(blocks("M23.1 S1")[0].text, None);
+        assert_eq!(blocks("M30 (end of part)")[0].text, None);
+        assert_eq!(blocks("M30 old (2).gcode")[0].text, Some("old (2).gcode"));
+        assert_eq!(
+            Blocks::new(b"M117 \xff").next().unwrap().unwrap_err(),
+            SyntaxError { column: 5, problem: Problem::NotText }
+        );
+    }
+
+    #[test]
+    fn comments_may_hold_anything() {
+        assert!(Blocks::new(b"; \xff\xfe *12 (").next().is_none());
+        assert!(Blocks::new(b" (\xe9t\xe9) ").next().is_none());
+        assert!(Blocks::new(b"").next().is_none());
+    }
+
+    #[test]
+    fn bad_words_name_their_column_and_reason() {
+        assert_eq!(failing("G1 X1 @5"), (0, 7, Problem::NotALetter(b'@')));
+        assert_eq!(failing("G90 G1 X1..2"), (1, 8, Problem::SecondPoint('X')));
+        assert_eq!(failing("G1 X-"), (0, 4, Problem::NoDigits('X')));
+        assert_eq!(failing("G1 X.Y1"), (0, 4, Problem::NoDigits('X')));
+        assert_eq!(failing("G"), (0, 1, Problem::BadCode('G')));
+        assert_eq!(failing("M-5"), (0, 1, Problem::BadCode('M')));
+        assert_eq!(failing("G70000"), (0, 1, Problem::BadCode('G')));
+        assert_eq!(failing("G38.300"), (0, 1, Problem::BadSubcode('G')));
+        assert_eq!(failing("T1.5"), (0, 1, Problem::BadSubcode('T')));
+        assert_eq!(failing("G1 X1 (open"), (0, 7, Problem::UnclosedComment));
+        assert_eq!(failing("#1=5"), (0, 1, Problem::NotSupported(b'#')));
+        assert_eq!(failing("G1 X[1+2]"), (0, 4, Problem::MissingNumber('X')));
+        assert_eq!(failing("O100 sub"), (0, 1, Problem::NotSupported(b'O')));
+        assert_eq!(failing("G1 X1*"), (0, 6, Problem::BadChecksum));
+    }
+
+    #[test]
+    fn the_reason_begins_with_smoothieware_words_and_ends_with_the_column() {
+        let error = Blocks::new(b"G1 X1 @5").next().unwrap().unwrap_err();
+        assert_eq!(error.to_string(), "Illegal word: '@' where a letter should be, column 7");
+    }
+
+    proptest! {
+        #[test]
+        fn a_printed_block_reads_back_as_itself(
+            letter in "[GMT]", number in 0_u16..1000, subcode in 0_u8..10,
+            words in proptest::collection::btree_map("[A-FH-LN-SU-Z]", -1e6_f64..1e6, 0..10),
+        ) {
+            let code = match letter.as_str() {
+                "G" => Code::g(number).sub(subcode),
+                "M" => Code::m(number).sub(subcode),
+                _ => Code::t(number),
+            };
+            prop_assume!(!takes_text(code));
+            let block = words.iter().fold(Block::new(Some(code), 1), |block, (letter, value)| {
+                block.with(letter.chars().next().unwrap(), *value)
+            });
+            let text = block.to_string();
+            prop_assert_eq!(blocks(&text), [block]);
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic_or_run_on(line in proptest::collection::vec(any::<u8>(), 0..255)) {
+            let all: Vec<_> = Blocks::new(&line).collect();
+            prop_assert!(all.len() <= line.len());
+            for (index, block) in all.iter().enumerate() {
+                if let Err(error) = block {
+                    prop_assert_eq!(index, all.len() - 1);
+                    prop_assert!((1..=line.len()).contains(&usize::from(error.column)));
+                    prop_assert!(!error.to_string().is_empty());
+                }
+            }
+        }
+
+        #[test]
+        fn no_plausible_line_makes_it_panic(line in "[GMTXYZEFNO0-9 .+*;()#/%-]{0,60}") {
+            for block in Blocks::new(line.as_bytes()).flatten() {
+                let _ = block.to_string();
+            }
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! The words every Velvet crate shares: quantities with their unit in the type, the sets of axes and actuators a
+//! machine has, and the clock that step times are counted in.
+//!
+//! One internal system: millimetre, second, degree Celsius, ampere. Minutes and inches end in the G-code interpreter.
+//! This crate does no I/O and knows nothing of G-code, configuration or hardware.
+#![cfg_attr(not(test), no_std)]
+
+mod axis;
+mod quantity;
+mod steps;
+mod time;
+
+pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
+pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, Ohms, Volts};
+pub use steps::{Direction, StepCount, StepPosition};
+pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};
