@@ -1,0 +1,310 @@
+//! The step feed: takes segments of trajectory, solves them for steps, merges the motors, fills the step queue.
+//!
+//! Runs about every half millisecond and keeps 1 to 1.5 ms written ahead: less would let a late run starve the interrupt,
+//! more would delay a hold. It locks the motion object only to take a segment (its knots are computed there, a few
+//! hundred instructions) and to report; solving happens without the lock.
+
+use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
+
+use crate::{
+    agenda::Agenda,
+    knots::Segment,
+    live::Rewind,
+    motion::Access,
+    motor::{Grid, LONG_AGO, Motor, MotorSetup},
+    queue::{StepEvent, StepQueue, Writer},
+    trajectory::whole_ticks,
+    trigger::{Fired, Latch, Trigger},
+};
+
+/// How far ahead of now the queue may be written: 1.5 ms.
+pub const HORIZON: Ticks = Ticks::from_micros(1_500);
+/// A segment is taken while less than this is written ahead; a segment is at most 0.5 ms long.
+const REFILL: Ticks = Ticks::from_micros(1_000);
+/// Less than this written ahead at the beginning of a run counts as urgent.
+const URGENT: Ticks = Ticks::from_micros(250);
+/// Played positions are worked out every so many runs: it costs a walk over the unplayed events.
+const RUNS_PER_LOOK: u8 = 32;
+
+/// What the feed tells the motion object at the end of a run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FeedReport {
+    /// Steps played, as of the last look.
+    pub played: PerActuator<StepCount>,
+    /// Nothing is left to play or to write.
+    pub drained: bool,
+}
+
+impl FeedReport {
+    pub const RESTING: Self = Self { played: PerActuator([0; MAX_ACTUATORS]), drained: true };
+}
+
+/// What the motion object wants of the feed, taken at the beginning of each run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FeedOrders {
+    /// Stop playing at once.
+    pub cut: bool,
+    /// The motors' positions were declared anew.
+    pub rebase: Option<PerActuator<StepCount>>,
+    /// The motors were configured anew.
+    pub setup: Option<PerActuator<MotorSetup>>,
+}
+
+/// At least the motors, and a power of two: an index reduced to it needs no check.
+const SLOTS: usize = 8;
+
+/// The feed. One context owns it.
+#[derive(Debug)]
+pub struct StepFeed {
+    motors: [Motor; SLOTS],
+    agenda: Agenda,
+    /// First tick of the current segment.
+    base: Ticks,
+    grid: Grid,
+    /// Offset of the newest event.
+    newest: i32,
+    /// Everything up to here is written.
+    end: Ticks,
+    /// Count of the first event since the positions were last declared.
+    since: u32,
+    played: PerActuator<StepCount>,
+    runs: u8,
+    moving: bool,
+}
+
+/// What happens at one instant.
+#[derive(Clone, Copy, Debug, Default)]
+struct Instant {
+    stepping: u8,
+    forward: u8,
+    backward: u8,
+}
+
+impl Instant {
+    /// Writes it; gives the offset of the last event written.
+    #[inline]
+    fn write(self, writer: &mut Writer<'_>, base: Ticks, at: i32) -> i32 {
+        let tick = (base.0 as u32).wrapping_add(at as u32);
+        if self.forward | self.backward == 0 {
+            writer.push(StepEvent::step(tick, self.stepping));
+            return at;
+        }
+        writer.push(StepEvent::turn(tick, self.forward, self.backward));
+        if self.stepping == 0 {
+            return at;
+        }
+        writer.push(StepEvent::step(tick.wrapping_add(1), self.stepping));
+        at + 1
+    }
+}
+
+impl Default for StepFeed {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl StepFeed {
+    /// Nothing written, nothing to write.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            motors: [Motor::NONE; SLOTS],
+            agenda: Agenda::EMPTY,
+            base: Ticks(0),
+            grid: Grid { length: 0.0, fraction: 0.0 },
+            newest: LONG_AGO,
+            end: Ticks(0),
+            since: 0,
+            played: PerActuator([0; MAX_ACTUATORS]),
+            runs: 0,
+            moving: false,
+        }
+    }
+
+    /// One run of the feed task, due every half millisecond. Writes the queue up to [`HORIZON`] ahead of `now`, stops the
+    /// motion if the latch has fired, clears up after a cut. The caller then makes sure the step timer is armed.
+    pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) {
+        let orders = motion.with(|motion| motion.feed_orders());
+        self.obey(&orders, queue);
+        if queue.is_cut() {
+            self.clear_up(motion, queue);
+        }
+        if let Some(fired) = latch.take() {
+            let trigger = self.locate(fired, now, queue);
+            motion.with(|motion| motion.triggered(trigger));
+        }
+        let urgent = self.moving && self.end < now.plus(URGENT);
+        while self.emit(queue) && self.end < now.plus(REFILL) {
+            let Some(segment) = motion.with(|motion| motion.take_segment(now)) else {
+                self.moving = false;
+                break;
+            };
+            self.load(&segment);
+        }
+        let report = self.report(queue);
+        let squeezed = self.motors.iter_mut().map(|motor| core::mem::take(&mut motor.squeezed)).sum();
+        motion.with(|motion| motion.feed_reports(report, urgent, squeezed));
+    }
+
+    fn obey(&mut self, orders: &FeedOrders, queue: &StepQueue) {
+        if let Some(setup) = orders.setup {
+            for (motor, setup) in self.motors.iter_mut().zip(setup.0) {
+                motor.setup = setup;
+            }
+            // Pins may have been handed out anew.
+            self.forget_directions();
+        }
+        if let Some(steps) = orders.rebase {
+            self.stand_at(steps, queue);
+        }
+        if orders.cut {
+            queue.cut();
+        }
+    }
+
+    /// Every direction is written again before the motor's next step.
+    fn forget_directions(&mut self) {
+        for motor in &mut self.motors {
+            motor.facing = 0;
+        }
+    }
+
+    fn stand_at(&mut self, steps: PerActuator<StepCount>, queue: &StepQueue) {
+        for (motor, steps) in self.motors.iter_mut().zip(steps.0) {
+            motor.steps = steps;
+        }
+        self.played = steps;
+        self.since = queue.written();
+    }
+
+    /// After a cut: the motors stand where the last event played left them.
+    fn clear_up(&mut self, motion: &mut impl Access, queue: &StepQueue) {
+        let real = self.rewind(queue).to_played(queue);
+        queue.restart();
+        // What the interrupt never played may have been a direction.
+        self.forget_directions();
+        self.agenda = Agenda::EMPTY;
+        self.moving = false;
+        self.stand_at(real.steps, queue);
+        motion.with(|motion| motion.resume_from_cut(real.steps));
+    }
+
+    fn rewind(&self, queue: &StepQueue) -> Rewind {
+        let forward =
+            self.motors.iter().filter(|motor| motor.facing > 0).fold(0, |mask, motor| mask | motor.setup.mask);
+        Rewind::new(queue, self.steps(), forward, self.since)
+    }
+
+    fn steps(&self) -> PerActuator<StepCount> {
+        let mut steps = PerActuator([0; MAX_ACTUATORS]);
+        for (steps, motor) in steps.0.iter_mut().zip(&self.motors) {
+            *steps = motor.steps;
+        }
+        steps
+    }
+
+    /// Where the motors were when an input fired.
+    fn locate(&self, fired: Fired, now: Ticks, queue: &StepQueue) -> Trigger {
+        // The report lies less than half a turn of the 32-bit clock (10 s) from now, on either side.
+        let ago = (now.0 as u32).wrapping_sub(fired.at) as i32;
+        let at = now.0.saturating_add_signed(-i64::from(ago));
+        let newest = self.base.0.saturating_add_signed(i64::from(self.newest));
+        let steps = self.rewind(queue).to_tick(queue, at, newest).steps;
+        Trigger { input: fired.input, at: Ticks(at), steps }
+    }
+
+    fn report(&mut self, queue: &StepQueue) -> FeedReport {
+        let drained = queue.is_empty() && self.agenda.is_empty();
+        self.runs += 1;
+        if drained {
+            self.played = self.steps();
+        } else if self.runs >= RUNS_PER_LOOK {
+            self.played = self.rewind(queue).to_played(queue).steps;
+        }
+        if self.runs >= RUNS_PER_LOOK {
+            self.runs = 0;
+        }
+        FeedReport { played: self.played, drained }
+    }
+
+    /// Makes a segment the current one. The one before is written out.
+    fn load(&mut self, segment: &Segment) {
+        let base = whole_ticks(segment.start);
+        let passed = base.since(self.base).0.min(1 << 30) as i32;
+        self.newest = (self.newest - passed).max(LONG_AGO);
+        self.base = base;
+        self.grid = Grid::new(segment);
+        self.end = whole_ticks(segment.start + segment.duration);
+        self.moving = true;
+        for (index, span) in segment.motors.0.iter().enumerate() {
+            let Some(motor) = self.motors.get_mut(index) else { continue };
+            motor.pass(passed);
+            if motor.setup.mask != 0 && motor.lane.load(span) {
+                let due = motor.schedule(&self.grid);
+                self.agenda.insert(due, index);
+            }
+        }
+    }
+
+    /// Writes events in time order until the current segment is done (true) or the queue is full.
+    fn emit(&mut self, queue: &StepQueue) -> bool {
+        let mut writer = queue.writer();
+        while let Some((due, first)) = self.agenda.first() {
+            // One instant writes a turn and a step event at most.
+            if writer.room() < 2 {
+                return false;
+            }
+            // Events never share a tick, so that the order in the queue is the order in time.
+            let at = if due > self.newest { due } else { self.newest + 1 };
+            let motor = &mut self.motors[first % SLOTS];
+            if motor.turning || !self.agenda.first_is_alone() {
+                let instant = self.crowded(due, first, at);
+                self.newest = instant.write(&mut writer, self.base, at);
+                continue;
+            }
+            // By far the most frequent: one motor steps.
+            self.newest = at;
+            writer.push(StepEvent::step((self.base.0 as u32).wrapping_add(at as u32), motor.setup.mask));
+            let next = motor.step(at, &self.grid);
+            self.agenda.replace_first(next.map(|next| (next, first)));
+        }
+        true
+    }
+
+    /// Several motors at one tick, or a direction change.
+    #[inline(never)]
+    fn crowded(&mut self, due: i32, first: usize, at: i32) -> Instant {
+        let mut instant = Instant::default();
+        let mut index = first;
+        loop {
+            self.happen(index, at, &mut instant);
+            match self.agenda.first() {
+                Some((same, next)) if same == due => index = next,
+                _ => return instant,
+            }
+        }
+    }
+
+    /// What a motor does at `at`, and when it does something again.
+    fn happen(&mut self, index: usize, at: i32, instant: &mut Instant) {
+        let motor = &mut self.motors[index % SLOTS];
+        let mask = motor.setup.mask;
+        let next = if motor.turning {
+            match motor.turn(at) {
+                (next, true) => {
+                    instant.forward |= mask;
+                    Some(next)
+                }
+                (next, false) => {
+                    instant.backward |= mask;
+                    Some(next)
+                }
+            }
+        } else {
+            instant.stepping |= mask;
+            motor.step(at, &self.grid)
+        };
+        self.agenda.replace_first(next.map(|next| (next, index)));
+    }
+}

@@ -1,0 +1,255 @@
+//! What the trajectory did lately: a ring of stretches of constant acceleration, for filters to look back on.
+//!
+//! Times are the low 64 bits of [`TickTime`], compared by wrapping differences: good for ten seconds either way, and
+//! no stretch that a cursor still needs is older than a second or two.
+
+use units::{MAX_AXES, PerAxis};
+
+use super::MAX_EXTRUDERS;
+use crate::trajectory::{Piece, TickTime};
+
+/// Stretches kept, a power of two.
+pub(super) const CAPACITY: usize = 128;
+/// A stretch is cut after this long (0.25 s): polynomials of long times lose digits.
+const LONGEST: u64 = 50_000_000 << 32;
+/// Seconds in a unit of time.
+const SECONDS_PER_UNIT: f64 = 1.0 / (units::STEP_CLOCK_HZ as f64 * 4_294_967_296.0);
+
+/// A length of time that may be negative, in seconds.
+pub(super) fn seconds(units: u64) -> f64 {
+    units as i64 as f64 * SECONDS_PER_UNIT
+}
+
+/// The low bits of a point in time.
+fn low(time: TickTime) -> u64 {
+    time.to_bits() as u64
+}
+
+/// Constant acceleration along a straight line, until the next stretch begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    pub start: u64,
+    pub origin: PerAxis<f64>,
+    pub direction: PerAxis<f64>,
+    pub speed: f64,
+    pub acceleration: f64,
+    /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
+    sums: [[f64; 2]; MAX_EXTRUDERS],
+}
+
+impl Stretch {
+    const EMPTY: Self = Self {
+        start: 0,
+        origin: PerAxis([0.0; MAX_AXES]),
+        direction: PerAxis([0.0; MAX_AXES]),
+        speed: 0.0,
+        acceleration: 0.0,
+        sums: [[0.0; 2]; MAX_EXTRUDERS],
+    };
+
+    pub fn of(piece: &Piece) -> Self {
+        Self {
+            start: low(piece.start),
+            origin: piece.origin,
+            direction: piece.direction,
+            speed: piece.speed,
+            acceleration: piece.acceleration,
+            sums: [[0.0; 2]; MAX_EXTRUDERS],
+        }
+    }
+
+    /// Standing still.
+    pub fn rest(start: TickTime, place: PerAxis<f64>) -> Self {
+        Self { start: low(start), origin: place, ..Self::EMPTY }
+    }
+
+    pub fn is_rest(&self) -> bool {
+        self.speed == 0.0 && self.acceleration == 0.0
+    }
+
+    /// Begun so long before `time` that it should be cut.
+    pub fn is_older_than(&self, time: TickTime) -> bool {
+        low(time).wrapping_sub(self.start) > LONGEST
+    }
+
+    /// Path distance and speed at `time`.
+    pub fn along(&self, time: u64) -> (f64, f64) {
+        let t = seconds(time.wrapping_sub(self.start));
+        ((self.speed + 0.5 * self.acceleration * t) * t, self.speed + self.acceleration * t)
+    }
+
+    /// Origin and direction of an axis.
+    pub(super) fn axis(&self, axis: usize) -> (f64, f64) {
+        (self.origin.0.get(axis).copied().unwrap_or_default(), self.direction.0.get(axis).copied().unwrap_or_default())
+    }
+
+    /// The factor of pressure advance that holds here: none unless filament is pushed while X or Y move.
+    pub(super) fn factor(&self, axis: usize, factor: f64) -> f64 {
+        let [x, y, ..] = self.direction.0;
+        if self.axis(axis).1 > 0.0 && (x != 0.0 || y != 0.0) { factor } else { 0.0 }
+    }
+
+    /// First and second antiderivative of an extruder's advanced position less `reference`, at `time`.
+    pub(super) fn sums(&self, axis: usize, factor: f64, time: u64, reference: f64) -> [f64; 2] {
+        let t = seconds(time.wrapping_sub(self.start));
+        let (origin, direction) = self.axis(axis);
+        let factor = self.factor(axis, factor);
+        // The advanced position is c0 + c1 t + c2 t^2.
+        let c0 = origin - reference + factor * (direction * self.speed);
+        let c1 = direction * self.speed + factor * (direction * self.acceleration);
+        let c2 = 0.5 * direction * self.acceleration;
+        let [once, twice] = self.sums.get(axis - 3).copied().unwrap_or_default();
+        [
+            once + t * (c0 + t * (c1 / 2.0 + t * (c2 / 3.0))),
+            twice + t * (once + t * (c0 / 2.0 + t * (c1 / 6.0 + t * (c2 / 12.0)))),
+        ]
+    }
+}
+
+/// The ring. Stretches are counted from the beginning of time (wrapping).
+#[derive(Debug)]
+pub(super) struct History {
+    stretches: [Stretch; CAPACITY],
+    /// Count of the newest stretch.
+    newest: u32,
+    /// Factors of pressure advance; zero where there is none.
+    factors: [f64; MAX_EXTRUDERS],
+    /// Positions that the sums are relative to, and since when.
+    references: [f64; MAX_EXTRUDERS],
+    since: u64,
+}
+
+impl History {
+    pub const fn new() -> Self {
+        Self {
+            stretches: [Stretch::EMPTY; CAPACITY],
+            newest: 0,
+            factors: [0.0; MAX_EXTRUDERS],
+            references: [0.0; MAX_EXTRUDERS],
+            since: 0,
+        }
+    }
+
+    pub fn configure(&mut self, factors: [f64; MAX_EXTRUDERS]) {
+        self.factors = factors;
+    }
+
+    pub fn stretch(&self, count: u32) -> &Stretch {
+        // The remainder is always in range: the check disappears.
+        &self.stretches[count as usize % CAPACITY]
+    }
+
+    fn stretch_mut(&mut self, count: u32) -> &mut Stretch {
+        &mut self.stretches[count as usize % CAPACITY]
+    }
+
+    pub fn newest(&self) -> &Stretch {
+        self.stretch(self.newest)
+    }
+
+    /// Replaces the newest stretch by one with the same beginning.
+    pub fn amend(&mut self, stretch: Stretch) {
+        let newest = self.stretch_mut(self.newest);
+        *newest = Stretch { sums: newest.sums, ..stretch };
+    }
+
+    /// How many stretches are newer.
+    pub fn age(&self, count: u32) -> u32 {
+        self.newest.wrapping_sub(count)
+    }
+
+    /// What the sums of this axis are relative to.
+    pub fn reference(&self, axis: usize) -> f64 {
+        self.references.get(axis - 3).copied().unwrap_or_default()
+    }
+
+    /// Forgets everything but this. Gives its count.
+    pub fn restart(&mut self, stretch: Stretch) -> u32 {
+        let [_, _, _, references @ ..] = stretch.origin.0;
+        self.references = references;
+        self.since = stretch.start;
+        *self.stretch_mut(self.newest) = stretch;
+        self.newest
+    }
+
+    /// Appends a stretch. `oldest` is the count of the oldest that anything still looks at.
+    pub fn push(&mut self, stretch: Stretch, oldest: Option<u32>) {
+        let mut stretch = stretch;
+        for (index, factor) in self.factors.into_iter().enumerate() {
+            if factor > 0.0 {
+                let axis = 3 + index;
+                let sums = self.newest().sums(axis, factor, stretch.start, self.reference(axis));
+                if let Some(slot) = stretch.sums.get_mut(index) {
+                    *slot = sums;
+                }
+            }
+        }
+        self.newest = self.newest.wrapping_add(1);
+        *self.stretch_mut(self.newest) = stretch;
+        if stretch.start.wrapping_sub(self.since) > LONGEST {
+            self.rebase(oldest.unwrap_or(self.newest));
+        }
+    }
+
+    /// Makes the sums relative to the oldest stretch in use, so that they stay small and exact. Sums may differ by what is
+    /// linear in time (and by the reference's own share): a second difference does not see it.
+    fn rebase(&mut self, oldest: u32) {
+        let oldest =
+            if self.age(oldest) as usize >= CAPACITY { self.newest.wrapping_sub(CAPACITY as u32 - 1) } else { oldest };
+        let base = *self.stretch(oldest);
+        self.since = base.start;
+        for (index, factor) in self.factors.into_iter().enumerate() {
+            let (Some(reference), Some([once, twice])) = (self.references.get_mut(index), base.sums.get(index)) else {
+                continue;
+            };
+            if factor <= 0.0 {
+                continue;
+            }
+            let moved = base.axis(3 + index).0 - *reference;
+            *reference += moved;
+            let mut count = oldest;
+            loop {
+                let stretch = self.stretch_mut(count);
+                let t = seconds(stretch.start.wrapping_sub(base.start));
+                if let Some(sums) = stretch.sums.get_mut(index) {
+                    let [own_once, own_twice] = *sums;
+                    *sums = [own_once - (once + moved * t), own_twice - (twice + t * (once + 0.5 * moved * t))];
+                }
+                if count == self.newest {
+                    break;
+                }
+                count = count.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Begin of the stretch after this one.
+    pub fn next_start(&self, count: u32) -> Option<u64> {
+        if count == self.newest { None } else { Some(self.stretch(count.wrapping_add(1)).start) }
+    }
+
+    /// Moves a cursor on to the stretch that `time` is in; at a boundary to the later one if `onto`. True if it moved.
+    pub fn pass(&self, count: &mut u32, time: u64, onto: bool) -> bool {
+        let before = *count;
+        // Should the ring have run over, the oldest there is.
+        if self.age(*count) as usize >= CAPACITY {
+            *count = self.newest.wrapping_sub(CAPACITY as u32 - 1);
+        }
+        while let Some(next) = self.next_start(*count) {
+            let past = time.wrapping_sub(next) as i64;
+            if past < 0 || (past == 0 && !onto) {
+                break;
+            }
+            *count = count.wrapping_add(1);
+        }
+        *count != before
+    }
+
+    /// Shifts everything in time.
+    pub fn shift(&mut self, by: u64) {
+        self.since = self.since.wrapping_add(by);
+        for stretch in &mut self.stretches {
+            stretch.start = stretch.start.wrapping_add(by);
+        }
+    }
+}

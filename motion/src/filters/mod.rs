@@ -1,0 +1,318 @@
+//! Filters on the trajectory: input shapers for X, Y and Z, pressure advance for the extruders.
+//!
+//! They stand between the trajectory and the knots, on Cartesian axes, so they are right for every kinematics. The trajectory
+//! runs ahead of the motors by the [`FilterConfig::latency`]; what it did lately is kept as a [`history`] of stretches of constant
+//! acceleration. At output time t a shaped axis is the weighted sum of its positions at t less the delay of each pulse
+//! ([`shaper`]); an extruder is its advanced position averaged over a window ([`advance`]); any other axis is its position at t
+//! less the latency. All axes share the latency, so nothing lags behind anything else at constant speed.
+//!
+//! Each delay has a cursor into the history, which only moves forward: the cost of a knot does not depend on how long the
+//! history is. Wherever a cursor passes from one stretch to the next, the output has a kink, and a knot is put there: between two knots
+//! shaped axes are quadratics of time, which a cubic matches exactly, and extruders are quartics, which it matches to
+//! `T^4 / 384` times the change of acceleration over a quarter of the smoothing time squared (1e-9 mm at most for real machines).
+//! Kinks closer than [`LEAST_SPACING`] share a knot.
+//!
+//! When no filter is configured, or they are switched off (homing), none of this runs and nothing is delayed.
+
+pub mod advance;
+mod history;
+pub mod shaper;
+
+use units::{Axis, MAX_AXES, PerAxis};
+
+pub use advance::PressureAdvance;
+pub(crate) use history::Stretch;
+use history::{CAPACITY, History};
+pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
+
+use crate::{
+    greatest,
+    knots::SEGMENT_SECONDS,
+    trajectory::{Piece, TickTime, tick_time},
+};
+use advance::Window;
+
+/// Auxiliary axes: extruders.
+pub const MAX_EXTRUDERS: usize = 3;
+
+/// The filters of a machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilterConfig {
+    /// Input shapers of X, Y and Z.
+    pub shapers: [Option<Shaper>; 3],
+    /// Pressure advance of the extruders on A, B and C.
+    pub advance: [Option<PressureAdvance>; MAX_EXTRUDERS],
+}
+
+impl FilterConfig {
+    /// Every axis as it is.
+    pub const NONE: Self = Self { shapers: [None; 3], advance: [None; MAX_EXTRUDERS] };
+
+    /// Pressure advance that does something: a factor of zero leaves an extruder as it is.
+    fn advancing(&self) -> [Option<PressureAdvance>; MAX_EXTRUDERS] {
+        self.advance.map(|advance| advance.filter(|advance| advance.factor > 0.0))
+    }
+
+    /// By how much the motors lag behind the trajectory, seconds: the farthest that any filter looks ahead.
+    #[must_use]
+    pub fn latency(&self) -> f64 {
+        let shapers = self.shapers.iter().flatten().map(|shaper| shaper.pulses().shift());
+        let windows = self.advancing().into_iter().flatten().map(|advance| 0.5 * advance.smooth_time);
+        shapers.chain(windows).fold(0.0, greatest)
+    }
+}
+
+/// Kinks closer together than this (2 us) share a knot: the error in time is below 0.15 of this times the relative change of
+/// speed.
+pub const LEAST_SPACING: u64 = 400 << 32;
+
+/// Delays of three shapers, and that of the axes that have none.
+const MAX_TAPS: usize = 3 * shaper::MAX_PULSES + 1;
+
+/// A place in the history, so far behind the output.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cursor {
+    /// In units of [`TickTime`].
+    delay: u64,
+    /// Which stretch.
+    count: u32,
+}
+
+/// A delay, and the weight that each axis gives it.
+#[derive(Clone, Copy, Debug)]
+struct Tap {
+    cursor: Cursor,
+    weights: [f64; MAX_AXES],
+}
+
+impl Tap {
+    const NONE: Self = Self { cursor: Cursor { delay: 0, count: 0 }, weights: [0.0; MAX_AXES] };
+}
+
+/// The filters at work.
+#[derive(Debug)]
+pub(crate) struct Filters {
+    history: History,
+    taps: [Tap; MAX_TAPS],
+    tap_count: usize,
+    windows: [Option<Window>; MAX_EXTRUDERS],
+    /// The longest delay.
+    span: u64,
+    /// Something is configured.
+    configured: bool,
+    /// Configured, but not to be used.
+    pub bypassed: bool,
+    /// What [`Self::bypassed`] shall be from the next standstill on.
+    pub bypass_wanted: bool,
+    /// The output is settled up to here.
+    pub out: TickTime,
+    /// The output stands still, where the trajectory does.
+    pub drained: bool,
+    /// The piece of trajectory that the last stretch ends within, having lumped its beginning together with others.
+    pub cut_piece: Option<Piece>,
+    /// Output at `out`: place, and velocity just before.
+    pub point: PerAxis<f64>,
+    velocity: PerAxis<f64>,
+}
+
+/// The output at the end of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Knot {
+    /// Length of the segment, seconds.
+    pub seconds: f64,
+    /// Place and velocity (mm/s) at the beginning; there it may jump.
+    pub start: PerAxis<f64>,
+    pub entry: PerAxis<f64>,
+    /// Place and velocity at the end.
+    pub point: PerAxis<f64>,
+    pub exit: PerAxis<f64>,
+}
+
+impl Filters {
+    pub const fn new() -> Self {
+        Self {
+            history: History::new(),
+            taps: [Tap::NONE; MAX_TAPS],
+            tap_count: 0,
+            windows: [None; MAX_EXTRUDERS],
+            span: 0,
+            configured: false,
+            bypassed: false,
+            bypass_wanted: false,
+            out: TickTime::ZERO,
+            drained: true,
+            cut_piece: None,
+            point: PerAxis([0.0; MAX_AXES]),
+            velocity: PerAxis([0.0; MAX_AXES]),
+        }
+    }
+
+    /// Whether the trajectory goes through here at all.
+    pub const fn engaged(&self) -> bool {
+        self.configured && !self.bypassed
+    }
+
+    /// Changes the filters. Call at rest, then [`Self::settle`].
+    pub fn configure(&mut self, config: &FilterConfig) {
+        let latency = config.latency();
+        self.configured = latency > 0.0;
+        self.tap_count = 0;
+        for (axis, shaper) in config.shapers.iter().enumerate() {
+            match shaper {
+                Some(shaper) => self.add_shaper(axis, &shaper.pulses(), latency),
+                None => self.add_tap(axis, latency, 1.0),
+            }
+        }
+        for (index, advance) in config.advancing().into_iter().enumerate() {
+            let axis = 3 + index;
+            let window = advance.map(|advance| Window::new(axis, &advance, latency));
+            if window.is_none() {
+                self.add_tap(axis, latency, 1.0);
+            }
+            if let Some(slot) = self.windows.get_mut(index) {
+                *slot = window;
+            }
+        }
+        let factors = config.advancing().map(|advance| advance.map_or(0.0, |advance| advance.factor));
+        self.history.configure(factors);
+        self.span = self.cursors().map(|cursor| cursor.delay).fold(0, |longest, delay| longest.max(delay));
+    }
+
+    fn add_shaper(&mut self, axis: usize, pulses: &Pulses, latency: f64) {
+        let first = latency - pulses.shift();
+        for pulse in pulses.as_slice() {
+            self.add_tap(axis, first + pulse.time, pulse.amplitude);
+        }
+    }
+
+    /// Axes with the same delay share a tap.
+    fn add_tap(&mut self, axis: usize, delay: f64, weight: f64) {
+        let delay = tick_time(delay).to_bits() as u64;
+        let known = self.taps.iter().take(self.tap_count).position(|tap| tap.cursor.delay == delay);
+        let index = known.unwrap_or(self.tap_count);
+        let Some(tap) = self.taps.get_mut(index) else { return };
+        if known.is_none() {
+            *tap = Tap { cursor: Cursor { delay, count: 0 }, ..Tap::NONE };
+            self.tap_count += 1;
+        }
+        if let Some(slot) = tap.weights.get_mut(axis) {
+            *slot = weight;
+        }
+    }
+
+    fn cursors(&self) -> impl Iterator<Item = &Cursor> {
+        let windows = self.windows.iter().flatten().flat_map(|window| window.cursors.iter());
+        self.taps.iter().take(self.tap_count).map(|tap| &tap.cursor).chain(windows)
+    }
+
+    fn cursors_mut(&mut self) -> (&History, impl Iterator<Item = &mut Cursor>) {
+        let windows = self.windows.iter_mut().flatten().flat_map(|window| window.cursors.iter_mut());
+        (&self.history, self.taps.iter_mut().take(self.tap_count).map(|tap| &mut tap.cursor).chain(windows))
+    }
+
+    /// Stands at `place` and has always stood there.
+    pub fn settle(&mut self, place: PerAxis<f64>, at: TickTime) {
+        let count = self.history.restart(Stretch::rest(at, place));
+        let (_, cursors) = self.cursors_mut();
+        for cursor in cursors {
+            cursor.count = count;
+        }
+        self.out = at;
+        self.drained = true;
+        self.cut_piece = None;
+        self.point = place;
+        self.velocity = PerAxis([0.0; MAX_AXES]);
+    }
+
+    /// The trajectory goes on with this stretch. Stretches come in order of time.
+    pub fn push(&mut self, stretch: Stretch) {
+        let oldest =
+            self.cursors().map(|cursor| cursor.count).reduce(|a, b| if (b.wrapping_sub(a) as i32) < 0 { b } else { a });
+        self.history.push(stretch, oldest);
+    }
+
+    /// The newest stretch of trajectory.
+    pub fn newest(&self) -> &Stretch {
+        self.history.newest()
+    }
+
+    /// Replaces the newest stretch by one with the same beginning. Only before any output from it.
+    pub fn amend(&mut self, stretch: Stretch) {
+        self.history.amend(stretch);
+    }
+
+    /// How short a stretch may be, seconds: zero unless the history is half full. From then on stretches this long fit twice into what
+    /// is left of it, whatever comes.
+    pub fn least_stretch(&self) -> f64 {
+        let oldest = self.cursors().map(|cursor| self.history.age(cursor.count)).fold(0, |a, b| a.max(b));
+        if (oldest as usize) < CAPACITY / 2 { 0.0 } else { history::seconds(self.span) / (CAPACITY / 4) as f64 }
+    }
+
+    /// How much longer a trajectory at rest must be followed until the output is at rest too. Zero when it is.
+    pub fn still_to_drain(&self) -> TickTime {
+        let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start);
+        TickTime::from_bits(u128::from(self.span.saturating_sub(rested)))
+    }
+
+    /// Shifts everything in time.
+    pub fn shift(&mut self, by: TickTime) {
+        self.out += by;
+        self.history.shift(by.to_bits() as u64);
+        if let Some(piece) = &mut self.cut_piece {
+            piece.start += by;
+        }
+    }
+
+    /// Moves on to the next knot, at most half a millisecond on, not beyond `settled`, up to where the trajectory is known.
+    pub fn advance(&mut self, settled: TickTime) -> Knot {
+        let now = self.out.to_bits() as u64;
+        let mut room = settled.saturating_sub(self.out).min(tick_time(SEGMENT_SECONDS)).to_bits() as u64;
+        let mut nearest = u64::MAX;
+        let mut turned = false;
+        let (history, cursors) = self.cursors_mut();
+        for cursor in cursors {
+            turned |= history.pass(&mut cursor.count, now.wrapping_sub(cursor.delay), true);
+            if let Some(next) = history.next_start(cursor.count) {
+                nearest = nearest.min(next.wrapping_add(cursor.delay).wrapping_sub(now));
+            }
+        }
+        room = room.min(nearest.max(LEAST_SPACING));
+        let start = self.point;
+        let entry = if turned { self.output(now).1 } else { self.velocity };
+        let end = now.wrapping_add(room);
+        let (history, cursors) = self.cursors_mut();
+        for cursor in cursors {
+            history.pass(&mut cursor.count, end.wrapping_sub(cursor.delay), false);
+        }
+        let (point, exit) = self.output(end);
+        self.out += TickTime::from_bits(u128::from(room));
+        self.point = point;
+        self.velocity = exit;
+        Knot { seconds: history::seconds(room), start, entry, point, exit }
+    }
+
+    /// Place and velocity at `time`, each cursor's stretch taken as it is.
+    fn output(&self, time: u64) -> (PerAxis<f64>, PerAxis<f64>) {
+        // Sums of differences from a nearby place: at rest they are zero, and the output is exact.
+        let near = self.taps.first().map_or(self.point, |tap| self.history.stretch(tap.cursor.count).origin);
+        let (mut point, mut velocity) = (near, PerAxis([0.0; MAX_AXES]));
+        for tap in self.taps.iter().take(self.tap_count) {
+            let stretch = self.history.stretch(tap.cursor.count);
+            let (way, speed) = stretch.along(time.wrapping_sub(tap.cursor.delay));
+            for axis in Axis::ALL {
+                let weight = tap.weights[axis as usize];
+                if weight != 0.0 {
+                    point[axis] += weight * (stretch.origin[axis] - near[axis] + stretch.direction[axis] * way);
+                    velocity[axis] += weight * (stretch.direction[axis] * speed);
+                }
+            }
+        }
+        for window in self.windows.iter().flatten() {
+            let (place, rate) = window.output(&self.history, time);
+            if let (Some(p), Some(v)) = (point.0.get_mut(window.axis), velocity.0.get_mut(window.axis)) {
+                (*p, *v) = (place, rate);
+            }
+        }
+        (point, velocity)
+    }
+}

@@ -1,0 +1,280 @@
+//! Kinematics: where each motor must be for the machine to be at a point, and back.
+//!
+//! One enum rather than a trait object: the set is closed, the call is in the path of every knot, and a copy of it
+//! fits a configuration. Each family has a file of its own. Axes and motors that a family does not use go through one to one:
+//! A B C drive delta, epsilon and zeta.
+//!
+//! Everything downstream asks only these questions, so an arm solution is added here and nowhere else: the motors' positions
+//! at a point, their velocities there, the point for given motors, and what [`line`] says of straight moves.
+//!
+//! Outside the reachable space positions and velocities are those of the nearest posture, continuous and finite: no rounding can make
+//! a motor jump. That such places are never commanded is [`Kinematics::check_line`]'s work.
+
+mod deltesian;
+mod line;
+mod linear;
+mod linear_delta;
+mod morgan;
+mod parameters;
+mod polar;
+mod rotary_delta;
+mod spheres;
+#[cfg(test)]
+pub(crate) mod tests;
+mod winch;
+
+pub use deltesian::Deltesian;
+pub(crate) use line::Strain;
+pub use linear::{CoreXz, Generic};
+pub use linear_delta::{LinearDelta, LinearDeltaGeometry};
+pub use morgan::Morgan;
+pub use parameters::Parameters;
+pub use rotary_delta::RotaryDelta;
+pub use winch::{MOST_ANCHORS, Winch};
+
+use units::{Actuator, Axis, PerActuator, PerAxis};
+
+/// X, Y and Z.
+type Axes = [f64; 3];
+/// Alpha, beta and gamma.
+type Motors = [f64; 3];
+
+/// Square of a nanometre: what keeps roots and divisions sound at the edges.
+const TINY: f64 = 1e-12;
+/// A place this near to an edge of the reachable space, mm, is refused: motors would have to be infinitely fast there.
+const LEAST_CLEARANCE: f64 = 0.01;
+
+/// How the motors' positions (mm at the motor, or degrees) follow from the machine's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Kinematics {
+    /// One motor for each axis.
+    #[default]
+    Cartesian,
+    /// Two motors move X and Y together through one belt: alpha X+Y, beta X-Y (corexy, hbot).
+    CoreXy,
+    /// Two motors move X and Z together, geared: alpha and beta; gamma is Y.
+    CoreXz(CoreXz),
+    /// Alpha X-Y, beta Y.
+    HybridCoreXy,
+    /// Alpha X-Z, beta Y, gamma Z.
+    HybridCoreXz,
+    /// Alpha X, beta Z; there is no Y.
+    Lathe,
+    /// Any combination of X, Y and Z for each of three motors.
+    Generic(Generic),
+    /// Three towers.
+    LinearDelta(LinearDelta),
+    /// Three shoulders.
+    RotaryDelta(RotaryDelta),
+    /// Two links on a tower.
+    Morgan(Morgan),
+    /// Two towers and a bed.
+    Deltesian(Deltesian),
+    /// A turning bed.
+    Polar,
+    /// Ropes.
+    Winch(Winch),
+}
+
+impl Kinematics {
+    /// The name in configurations.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Cartesian => "cartesian",
+            Self::CoreXy => "corexy",
+            Self::CoreXz(_) => "corexz",
+            Self::HybridCoreXy => "hybrid_corexy",
+            Self::HybridCoreXz => "hybrid_corexz",
+            Self::Lathe => "lathe",
+            Self::Generic(_) => "generic_cartesian",
+            Self::LinearDelta(_) => "linear_delta",
+            Self::RotaryDelta(_) => "rotary_delta",
+            Self::Morgan(_) => "morgan",
+            Self::Deltesian(_) => "deltesian",
+            Self::Polar => "polar",
+            Self::Winch(_) => "winch",
+        }
+    }
+
+    /// Motor positions in mm (degrees) for a machine position.
+    #[must_use]
+    pub fn actuators(&self, point: &PerAxis<f64>) -> PerActuator<f64> {
+        let [x, y, z, a, b, c] = point.0;
+        let axes = [x, y, z];
+        let [alpha, beta, gamma] = match self {
+            Self::Cartesian => axes,
+            Self::LinearDelta(delta) => delta.motors(axes),
+            Self::RotaryDelta(delta) => delta.motors(axes),
+            Self::Morgan(arm) => arm.motors(axes),
+            Self::Deltesian(towers) => towers.motors(axes),
+            Self::Polar => polar::motors(axes),
+            Self::Winch(ropes) => {
+                let mut motors = point.0;
+                ropes.motors(axes, &mut motors);
+                return PerActuator(motors);
+            }
+            _ => self.linear(axes),
+        };
+        PerActuator([alpha, beta, gamma, a, b, c])
+    }
+
+    /// Motor velocities in mm/s (degrees/s) where the machine is at `point` and moves with `velocity`.
+    #[must_use]
+    pub fn velocities(&self, point: &PerAxis<f64>, velocity: &PerAxis<f64>) -> PerActuator<f64> {
+        let ([x, y, z, ..], [vx, vy, vz, a, b, c]) = (point.0, velocity.0);
+        let (axes, speed) = ([x, y, z], [vx, vy, vz]);
+        let [alpha, beta, gamma] = match self {
+            Self::Cartesian => speed,
+            Self::LinearDelta(delta) => delta.velocities(axes, speed),
+            Self::RotaryDelta(delta) => delta.velocities(axes, speed),
+            Self::Morgan(arm) => arm.velocities(axes, speed),
+            Self::Deltesian(towers) => towers.velocities(axes, speed),
+            Self::Polar => polar::velocities(axes, speed),
+            Self::Winch(ropes) => {
+                let mut motors = velocity.0;
+                ropes.velocities(axes, speed, &mut motors);
+                return PerActuator(motors);
+            }
+            _ => self.linear(speed),
+        };
+        PerActuator([alpha, beta, gamma, a, b, c])
+    }
+
+    /// Machine position for motor positions in mm (degrees).
+    #[must_use]
+    pub fn point(&self, actuators: &PerActuator<f64>) -> PerAxis<f64> {
+        let [alpha, beta, gamma, a, b, c] = actuators.0;
+        let motors = [alpha, beta, gamma];
+        let [x, y, z] = match self {
+            Self::Cartesian => motors,
+            Self::CoreXy => [(alpha + beta) * 0.5, (alpha - beta) * 0.5, gamma],
+            Self::CoreXz(gearing) => gearing.axes(motors),
+            Self::HybridCoreXy => [alpha + beta, beta, gamma],
+            Self::HybridCoreXz => [alpha + gamma, beta, gamma],
+            Self::Lathe => [alpha, 0.0, beta],
+            Self::Generic(map) => map.axes(motors),
+            Self::LinearDelta(delta) => delta.axes(motors),
+            Self::RotaryDelta(delta) => delta.axes(motors),
+            Self::Morgan(arm) => arm.axes(motors),
+            Self::Deltesian(towers) => towers.axes(motors),
+            Self::Polar => polar::axes(motors),
+            Self::Winch(ropes) => ropes.axes(&actuators.0),
+        };
+        // What belongs to a rope is no auxiliary axis.
+        let own = |index: usize, value: f64| if self.path_motors() & (1 << index) == 0 { value } else { 0.0 };
+        PerAxis([x, y, z, own(3, a), own(4, b), own(5, c)])
+    }
+
+    fn linear(&self, [x, y, z]: Axes) -> Motors {
+        match self {
+            Self::CoreXy => [x + y, x - y, z],
+            Self::CoreXz(gearing) => gearing.motors([x, y, z]),
+            Self::HybridCoreXy => [x - y, y, z],
+            Self::HybridCoreXz => [x - z, y, z],
+            Self::Lathe => [x, z, 0.0],
+            Self::Generic(map) => map.motors([x, y, z]),
+            _ => [x, y, z],
+        }
+    }
+
+    /// Straight moves are straight for every motor.
+    #[must_use]
+    pub const fn is_linear(&self) -> bool {
+        !matches!(
+            self,
+            Self::LinearDelta(_)
+                | Self::RotaryDelta(_)
+                | Self::Morgan(_)
+                | Self::Deltesian(_)
+                | Self::Polar
+                | Self::Winch(_)
+        )
+    }
+
+    /// Motors that X, Y and Z turn, one bit each.
+    const fn path_motors(&self) -> u8 {
+        match self {
+            Self::Winch(ropes) => ropes.mask(),
+            _ => 0b111,
+        }
+    }
+
+    /// Motors that must stand still for `axis` to stand still, one bit each: what an end switch of that axis stops.
+    /// Zero for an axis that the machine does not have.
+    #[must_use]
+    pub fn motors_of(&self, axis: Axis) -> u8 {
+        let index = axis as usize;
+        let own = 1 << index;
+        if !axis.is_primary() {
+            return own & !self.path_motors();
+        }
+        let (alpha, beta, gamma) = (Actuator::Alpha.bit(), Actuator::Beta.bit(), Actuator::Gamma.bit());
+        match (self, axis) {
+            (Self::CoreXy | Self::Deltesian(_) | Self::Morgan(_) | Self::Polar, Axis::X) => alpha | beta,
+            (Self::CoreXy | Self::Morgan(_) | Self::Polar, Axis::Y) => alpha | beta,
+            (Self::CoreXz(_), Axis::X | Axis::Z) | (Self::Deltesian(_), Axis::Z) => alpha | beta,
+            (Self::CoreXz(_) | Self::Deltesian(_), _) => gamma,
+            (Self::HybridCoreXy, Axis::Y) => alpha | beta,
+            (Self::HybridCoreXz, Axis::Z) => alpha | gamma,
+            (Self::Lathe, Axis::Y) => 0,
+            (Self::Lathe, Axis::Z) => beta,
+            (Self::Generic(map), _) => map.motors_of(index),
+            (Self::LinearDelta(_) | Self::RotaryDelta(_) | Self::Winch(_), _) => self.path_motors(),
+            _ => own,
+        }
+    }
+
+    /// A whole turn of a motor whose positions repeat, degrees: of two equal postures the nearer one is meant.
+    #[must_use]
+    pub const fn turn_of(&self, actuator: Actuator) -> Option<f64> {
+        match (self, actuator) {
+            (Self::Polar, Actuator::Beta) | (Self::Morgan(_), Actuator::Alpha | Actuator::Beta) => Some(360.0),
+            _ => None,
+        }
+    }
+
+    /// Distance in mm to the nearest place where a motor's position is no smooth function of the tool's. What lies well within
+    /// that distance is nearly straight: it bounds the slices of the trajectory. Infinite for linear kinematics.
+    #[must_use]
+    pub fn clearance(&self, point: &PerAxis<f64>) -> f64 {
+        let [x, y, z, ..] = point.0;
+        let axes = [x, y, z];
+        match self {
+            Self::LinearDelta(delta) => delta.clearance(axes),
+            Self::RotaryDelta(delta) => delta.clearance(axes),
+            Self::Morgan(arm) => arm.clearance(axes),
+            Self::Deltesian(towers) => towers.clearance(axes),
+            Self::Polar => polar::clearance(axes),
+            Self::Winch(ropes) => ropes.clearance(axes),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The machine can be here.
+    #[must_use]
+    pub fn reaches(&self, point: &PerAxis<f64>) -> bool {
+        let [x, y, z, ..] = point.0;
+        let axes = [x, y, z];
+        let is_allowed = match self {
+            Self::RotaryDelta(delta) => delta.is_within_angles(axes),
+            Self::Morgan(arm) => arm.is_within_limits(axes),
+            _ => true,
+        };
+        // Not a number compares false.
+        is_allowed && self.clearance(point) >= LEAST_CLEARANCE
+    }
+
+    /// The geometry is that of a machine: its middle can be reached, nothing divides by zero.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        match self {
+            Self::CoreXz(gearing) => libm::fabs(gearing.x) > 1e-6 && libm::fabs(gearing.z) > 1e-6,
+            Self::LinearDelta(delta) => delta.is_sound(),
+            Self::RotaryDelta(delta) => delta.is_sound(),
+            Self::Morgan(arm) => arm.is_sound(),
+            Self::Deltesian(towers) => towers.is_sound(),
+            _ => true,
+        }
+    }
+}

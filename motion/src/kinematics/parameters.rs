@@ -1,0 +1,55 @@
+//! The parameters of a geometry by their letters, as M665 sets and prints them.
+
+use super::{Kinematics, LinearDelta, Morgan};
+
+/// Letters and values, in the order they are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Parameters {
+    values: [(char, f64); 8],
+    count: usize,
+}
+
+impl Parameters {
+    fn of<const N: usize>(given: [(char, f64); N]) -> Self {
+        let mut values = [(' ', 0.0); 8];
+        values.iter_mut().zip(given).for_each(|(slot, value)| *slot = value);
+        Self { values, count: N.min(8) }
+    }
+
+    /// Letter and value of each.
+    pub fn iter(&self) -> impl Iterator<Item = (char, f64)> {
+        self.values.into_iter().take(self.count)
+    }
+
+    /// Sets the one with this letter. False when there is none.
+    pub fn set(&mut self, letter: char, value: f64) -> bool {
+        let slot = self.values.iter_mut().take(self.count).find(|(known, _)| *known == letter);
+        slot.map(|slot| slot.1 = value).is_some()
+    }
+}
+
+impl Kinematics {
+    /// What M665 may change; nothing for kinematics without such parameters.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        match self {
+            Self::LinearDelta(delta) => Parameters::of(delta.parameters()),
+            Self::RotaryDelta(delta) => Parameters::of(delta.parameters()),
+            Self::Morgan(arm) => Parameters::of(arm.parameters()),
+            _ => Parameters::default(),
+        }
+    }
+
+    /// The same machine with these values of its [`Self::parameters`].
+    #[must_use]
+    pub fn with_parameters(&self, parameters: &Parameters) -> Self {
+        let all = parameters.values.map(|(_, value)| value);
+        let [a, b, c, d, e, f, g, _] = all;
+        match self {
+            Self::LinearDelta(_) => Self::LinearDelta(LinearDelta::with_parameters(all)),
+            Self::RotaryDelta(delta) => Self::RotaryDelta(delta.with_parameters([a, b, c, d, e, f, g])),
+            Self::Morgan(_) => Self::Morgan(Morgan::with_parameters(all)),
+            other => *other,
+        }
+    }
+}

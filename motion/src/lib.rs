@@ -1,0 +1,60 @@
+//! From moves to step events: straight lines and arcs, look-ahead, the trajectory in time, kinematics, step times.
+//!
+//! One move, followed through: [`Motion::submit`] turns it into a block with its limits ([`planner`]); the reverse pass
+//! of [`Motion::plan`] settles the speed at each junction; when the block's turn comes, [`profile`] gives it a
+//! trapezoid in closed form. [`StepFeed::run`] takes that trajectory in slices of at most half a millisecond
+//! ([`knots::Segment`]: each motor's position and speed at both ends, through the [`Kinematics`]), solves the cubic
+//! between the ends for its step crossings ([`lane`]), merges the motors in time order and fills the
+//! [`queue::StepQueue`], which the step interrupt plays.
+//!
+//! Three contexts share the work. The dispatcher submits and the planner task plans, both under a brief lock on
+//! [`Motion`]; the feed takes slices under the same lock and solves them without it; the interrupt touches the queue's
+//! atomics alone. No allocation, no panic path, no `unsafe`, and only `+ - * /` and `libm`, so that every machine computes the
+//! same step times to the last bit.
+//!
+//! This crate knows nothing of G-code, text, heaters or pins.
+#![cfg_attr(not(any(test, feature = "oracle")), no_std)]
+#![forbid(unsafe_code)]
+
+mod agenda;
+pub mod config;
+pub mod feed;
+pub mod filters;
+pub mod geometry;
+pub mod kinematics;
+pub mod knots;
+pub mod lane;
+mod live;
+mod motion;
+mod motor;
+mod moves;
+#[cfg(any(test, feature = "oracle"))]
+pub mod oracle;
+pub mod planner;
+pub mod profile;
+pub mod queue;
+mod run;
+#[cfg(test)]
+mod tests;
+pub mod trajectory;
+pub mod trigger;
+
+pub use config::{ActuatorConfig, ConfigError, Limits, MotionConfig};
+pub use feed::StepFeed;
+pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
+pub use kinematics::Kinematics;
+pub use motion::{Access, Counters, Motion, State};
+pub use moves::{Mode, Move, Refusal};
+pub use trigger::{Latch, Trigger};
+
+/// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it likes).
+#[inline]
+pub(crate) fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+#[inline]
+pub(crate) fn greatest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}

@@ -1,0 +1,89 @@
+//! What the motion object answers.
+
+use units::{MmPerSecond, PerActuator, PerAxis, StepCount};
+
+use super::{Counters, Motion, State};
+use crate::{filters::FilterConfig, knots::point_of_steps, planner::Block, trajectory::Piece, trigger::Trigger};
+
+impl Motion {
+    /// Nothing is queued, nothing is on its way, the motors have played every step.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let stands = self.run.is_none() && self.planner.is_empty() && self.state == State::Running;
+        stands && self.filters.drained && self.report.drained
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// Blocks that wait in the look-ahead queue, and how many fit.
+    #[must_use]
+    pub fn queue_level(&self) -> (usize, usize) {
+        (self.planner.len(), self.config.as_ref().map_or(0, |config| config.queue_size))
+    }
+
+    /// Where the last accepted move ends.
+    #[must_use]
+    pub const fn commanded_position(&self) -> PerAxis<f64> {
+        self.planned
+    }
+
+    /// Step counts that the motors have played, as of the feed's last look (every 16 ms; exact when idle).
+    #[must_use]
+    pub const fn steps(&self) -> PerActuator<StepCount> {
+        self.report.played
+    }
+
+    /// Machine position of the motors, from [`Self::steps`].
+    #[must_use]
+    pub fn live_position(&self) -> PerAxis<f64> {
+        self.position_of_steps(&self.report.played)
+    }
+
+    /// Machine position where the motors have these step counts, as in a [`Trigger`].
+    #[must_use]
+    pub fn position_of_steps(&self, steps: &PerActuator<StepCount>) -> PerAxis<f64> {
+        self.config.as_ref().map_or(self.place, |config| point_of_steps(config, steps))
+    }
+
+    /// Path speed at the cursor, about 1.5 ms and the filters' latency ahead of the motors.
+    #[must_use]
+    pub fn speed(&self) -> MmPerSecond {
+        MmPerSecond(self.run.as_ref().map_or(0.0, |run| run.speed))
+    }
+
+    /// The block the cursor is in.
+    #[must_use]
+    pub fn current_block(&self) -> Option<&Block> {
+        self.run.as_ref().map(|run| &run.block)
+    }
+
+    /// The piece of ideal trajectory that the last segment taken belongs to, for whoever checks step times.
+    #[must_use]
+    pub const fn last_piece(&self) -> Option<&Piece> {
+        self.piece.as_ref()
+    }
+
+    /// The filters that the last segment taken went through: none while they are bypassed.
+    #[must_use]
+    pub fn filters_in_force(&self) -> FilterConfig {
+        match &self.config {
+            Some(config) if self.filters.engaged() => config.filters,
+            _ => FilterConfig::NONE,
+        }
+    }
+
+    /// The trigger that stopped the motion, once.
+    pub fn take_trigger(&mut self) -> Option<Trigger> {
+        self.trigger.take()
+    }
+
+    /// What happened so far that should not.
+    #[must_use]
+    pub const fn counters(&self) -> Counters {
+        self.counters
+    }
+}

@@ -1,0 +1,252 @@
+//! The feed's side of the motion object: the cursor moves along the trajectory, slice by slice.
+
+use units::{PerActuator, StepCount, StepPosition, Ticks};
+
+use super::{LEAD, Motion, State};
+use crate::{
+    feed::{FeedOrders, FeedReport},
+    greatest,
+    knots::{Segment, Span, step_positions_after, steps_per_mm},
+    least,
+    profile::Profile,
+    run::{Run, Slice},
+    trajectory::{at_tick, whole_ticks},
+    trigger::Trigger,
+};
+
+impl Motion {
+    /// The next half millisecond of trajectory at most, or `None` when there is nothing to do now.
+    pub(crate) fn take_segment(&mut self, now: Ticks) -> Option<Segment> {
+        if self.planner.pushed() != self.seen.0 {
+            self.seen = (self.planner.pushed(), now);
+        }
+        if self.filters.bypassed != self.filters.bypass_wanted {
+            self.obey_bypass();
+        }
+        if self.filters.engaged() {
+            return self.filtered_segment(now);
+        }
+        let slice = self.next_slice(now)?;
+        Some(self.segment(&slice, now))
+    }
+
+    /// The next slice of trajectory; it begins at the clock.
+    pub(super) fn next_slice(&mut self, now: Ticks) -> Option<Slice> {
+        // Ends: each turn of the loop consumes a block or returns.
+        loop {
+            if self.run.is_none() {
+                self.begin_from_rest(now)?;
+            }
+            if self.resting && self.state == State::Running {
+                self.start_clock(now);
+            }
+            let run = self.run.as_mut()?;
+            if let Some(piece) = run.new_piece() {
+                self.piece = Some(piece);
+            }
+            if let Some(slice) = run.advance() {
+                return Some(slice);
+            }
+            self.end_of_profile(now)?;
+        }
+    }
+
+    /// The profile of the running block is used up: standstill, or on to the next block.
+    fn end_of_profile(&mut self, now: Ticks) -> Option<()> {
+        let run = self.run.as_ref()?;
+        let (finished, speed, point) = (run.remaining() <= 0.0, run.speed, run.point());
+        match self.state {
+            State::Holding if !finished || speed <= 0.0 || self.planner.is_empty() => {
+                self.state = State::Held;
+                self.resting = true;
+                self.place = point;
+                if finished {
+                    self.run = None;
+                }
+                None
+            }
+            State::Held => None,
+            State::Stopping if !finished || speed <= 0.0 || self.planner.is_empty() => {
+                self.rest_here();
+                None
+            }
+            _ => {
+                self.place = point;
+                self.run = None;
+                self.begin_next(speed, now)
+            }
+        }
+    }
+
+    /// Starts the next block at the cursor with this speed.
+    fn begin_next(&mut self, speed: f64, now: Ticks) -> Option<()> {
+        self.planner.plan();
+        let starved = !self.planner.is_empty() && !self.planner.front_is_settled() && !self.may_release(now);
+        if starved && self.state == State::Running {
+            self.counters.starved = self.counters.starved.saturating_add(1);
+        }
+        let Some(block) = self.planner.release() else {
+            self.resting = true;
+            return None;
+        };
+        self.run = Some(Run::new(block, self.place, self.clock, speed));
+        match self.state {
+            State::Running => self.follow_plan(),
+            _ => self.brake(),
+        }
+        Some(())
+    }
+
+    /// Whatever follows a standstill begins a moment ahead of now.
+    fn start_clock(&mut self, now: Ticks) {
+        self.resting = false;
+        let wait = at_tick(now.plus(LEAD)).saturating_sub(self.clock);
+        self.clock += wait;
+        if let Some(run) = &mut self.run {
+            run.shift(wait);
+        }
+        if self.filters.drained {
+            self.filters.settle(self.place, self.clock);
+        }
+    }
+
+    /// Starts the next block after a standstill.
+    fn begin_from_rest(&mut self, now: Ticks) -> Option<()> {
+        let front = self.planner.front()?;
+        if self.state != State::Running || !self.may_release(now) {
+            return None;
+        }
+        let minimum = self.config.as_ref()?.limits.minimum_speed.get();
+        let entry = least(minimum, front.cruise(&self.overrides));
+        self.planner.plan();
+        let block = self.planner.release()?;
+        self.run = Some(Run::new(block, self.place, self.clock, entry));
+        self.follow_plan();
+        Some(())
+    }
+
+    /// A plan may only be used when what follows cannot depend on when the next block arrives.
+    fn may_release(&self, now: Ticks) -> bool {
+        let Some(config) = &self.config else { return false };
+        let flushed = self.flushed.wrapping_sub(self.planner.released()) as i32 > 0;
+        flushed || self.planner.len() >= config.queue_size || now.since(self.seen.1) >= config.queue_delay
+    }
+
+    /// Gives the running block the planned profile from the cursor on.
+    pub(super) fn follow_plan(&mut self) {
+        let Some(run) = &mut self.run else { return };
+        self.planner.plan();
+        let (length, acceleration) = (run.remaining(), run.block.acceleration);
+        if length <= 0.0 {
+            return;
+        }
+        let (gain_sq, entry_sq) = (2.0 * acceleration * length, run.speed * run.speed);
+        let highest_sq = least(self.planner.next_entry_sq(), entry_sq + gain_sq);
+        let exit = libm::sqrt(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
+        let cruise = run.block.cruise(&self.overrides);
+        run.follow(Profile::trapezoid(length, run.speed, cruise, exit, acceleration), self.clock);
+    }
+
+    /// Gives the running block a profile that brakes from the cursor on.
+    pub(super) fn brake(&mut self) {
+        match &mut self.run {
+            Some(run) if run.remaining() > 0.0 => {
+                let profile = Profile::brake(run.remaining(), run.speed, run.block.acceleration);
+                run.follow(profile, self.clock);
+            }
+            Some(_) => {}
+            None => self.rest_here(),
+        }
+    }
+
+    /// The end of a hold or a stop.
+    pub(super) fn rest_here(&mut self) {
+        if self.state == State::Holding {
+            self.state = State::Held;
+            return;
+        }
+        if let Some(run) = self.run.take() {
+            self.place = run.point();
+        }
+        self.planner.clear();
+        self.planned = self.place;
+        self.last = None;
+        self.resting = true;
+        self.state = State::Running;
+    }
+
+    /// Turns a slice of trajectory into motor positions and speeds at its ends.
+    fn segment(&mut self, slice: &Slice, now: Ticks) -> Segment {
+        let mut segment =
+            Segment { start: self.clock, duration: slice.end.saturating_sub(self.clock), ..Segment::default() };
+        if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
+            let ends = step_positions_after(config, &slice.point, &self.knots);
+            let velocities = |point| config.kinematics.velocities(point, &run.direction);
+            let entry = run.rates.unwrap_or_else(|| velocities(&run.origin));
+            let exit = if config.kinematics.is_linear() { entry } else { velocities(&slice.point) };
+            for actuator in units::Actuator::ALL {
+                let steps = steps_per_mm(config, actuator);
+                segment.motors[actuator] = Span {
+                    start: self.knots[actuator],
+                    end: ends[actuator],
+                    entry: entry[actuator] * steps * slice.seconds * slice.entry,
+                    exit: exit[actuator] * steps * slice.seconds * slice.exit,
+                };
+            }
+            run.rates = Some(exit);
+            self.knots = ends;
+        }
+        self.clock = slice.end;
+        self.shift_if_late(&mut segment, now);
+        segment
+    }
+
+    /// A segment that begins in the past cannot be played: the rest of the trajectory moves on in time.
+    pub(super) fn shift_if_late(&mut self, segment: &mut Segment, now: Ticks) {
+        if whole_ticks(segment.start) >= now {
+            return;
+        }
+        self.counters.late = self.counters.late.saturating_add(1);
+        let shift = at_tick(now.plus(LEAD)).saturating_sub(segment.start);
+        segment.start += shift;
+        self.clock += shift;
+        if let Some(piece) = &mut self.piece {
+            piece.start += shift;
+        }
+        if let Some(run) = &mut self.run {
+            run.shift(shift);
+        }
+        self.filters.shift(shift);
+    }
+
+    /// What the feed must know before it goes on.
+    pub(crate) fn feed_orders(&mut self) -> FeedOrders {
+        core::mem::take(&mut self.orders)
+    }
+
+    /// The feed's word on what it did.
+    pub(crate) fn feed_reports(&mut self, report: FeedReport, urgent: bool, squeezed: u32) {
+        self.report = report;
+        self.counters.urgent = self.counters.urgent.saturating_add(u32::from(urgent));
+        self.counters.squeezed = self.counters.squeezed.saturating_add(squeezed);
+    }
+
+    /// An armed input has fired: stop.
+    pub(crate) fn triggered(&mut self, trigger: Trigger) {
+        self.trigger = Some(trigger);
+        self.stop();
+    }
+
+    /// The motors stand at these steps after the queue was cut; everything else is forgotten.
+    pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>) {
+        self.abort();
+        let position = self.position_of_steps(&steps);
+        self.settle_at(position);
+        // Whole steps, not their image through two roundings; and the feed knows them.
+        self.knots = PerActuator(steps.0.map(|count| StepPosition::from_bits(i64::from(count) << 24)));
+        self.orders.rebase = None;
+        self.orders.cut = false;
+        self.report.played = steps;
+        self.state = State::Running;
+    }
+}

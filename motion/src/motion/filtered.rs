@@ -1,0 +1,156 @@
+//! The trajectory through the filters: it runs ahead and is remembered; segments are cut from what comes out.
+
+use units::{Actuator, Axis, PerActuator, StepPosition, Ticks};
+
+use super::{Motion, State};
+use crate::{
+    config::MotionConfig,
+    filters::{Knot, LEAST_SPACING, Stretch},
+    knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
+    run::Slice,
+    trajectory::{Piece, TickTime, seconds_between, tick_time},
+};
+
+/// Slices that are made into one stretch at most: bounds the work of one segment.
+const MAX_LUMPED: u32 = 32;
+
+impl Motion {
+    /// Switches the filters off, for homing and probing, where a late stop would matter, or on again. They are on at first.
+    /// Takes effect when the motors next begin to move from standstill.
+    pub fn bypass_filters(&mut self, bypass: bool) {
+        self.filters.bypass_wanted = bypass;
+    }
+
+    /// At a standstill, filters may come and go.
+    pub(super) fn obey_bypass(&mut self) {
+        if self.resting && self.filters.drained {
+            self.filters.bypassed = self.filters.bypass_wanted;
+            self.filters.settle(self.place, self.clock);
+        }
+    }
+
+    /// The next segment of filtered trajectory, or `None` when there is nothing to do now.
+    pub(super) fn filtered_segment(&mut self, now: Ticks) -> Option<Segment> {
+        if self.state == State::Aborting {
+            return None;
+        }
+        // Never the last sliver of what is known: in a segment so short, the rounding of positions is more than the way.
+        if self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING) {
+            self.settle_more(now)?;
+        }
+        let start = self.filters.out;
+        let knot = self.filters.advance(self.clock);
+        let mut segment = Segment { start, duration: self.filters.out.saturating_sub(start), ..Segment::default() };
+        if let Some(config) = &self.config {
+            let ends = step_positions_after(config, &knot.point, &self.knots);
+            segment.motors = spans(config, &knot, &self.knots, &ends);
+            self.knots = ends;
+        }
+        self.shift_if_late(&mut segment, now);
+        Some(segment)
+    }
+
+    /// Moves the trajectory on: by a slice, or by a moment of rest while the filters have not drained.
+    fn settle_more(&mut self, now: Ticks) -> Option<()> {
+        let Some(slice) = self.next_slice(now) else { return self.rest_a_moment() };
+        self.filters.drained = false;
+        let begin = self.clock;
+        let cut = self.filters.cut_piece.take().filter(|_| !slice.fresh);
+        if let Some(cut) = cut {
+            self.piece = Some(rest_of(&cut, begin));
+        }
+        if let Some(piece) = &self.piece
+            && (slice.fresh || cut.is_some() || self.filters.newest().is_older_than(begin))
+        {
+            self.filters.push(Stretch::of(&rest_of(piece, begin)));
+        }
+        self.clock = slice.end;
+        if slice.fresh {
+            self.lump(&slice, begin, now);
+        }
+        Some(())
+    }
+
+    fn rest_a_moment(&mut self) -> Option<()> {
+        if !self.filters.newest().is_rest() {
+            self.filters.cut_piece = None;
+            self.filters.push(Stretch::rest(self.clock, self.place));
+        }
+        let left = self.filters.still_to_drain();
+        if left == TickTime::ZERO {
+            self.filters.drained = true;
+            return None;
+        }
+        self.clock += left.min(tick_time(SEGMENT_SECONDS));
+        Some(())
+    }
+
+    /// When very short pieces fill the history, several become one: their chord, with their speeds at its ends.
+    fn lump(&mut self, first: &Slice, begin: TickTime, now: Ticks) {
+        let least = self.filters.least_stretch();
+        let Some(piece) = self.piece else { return };
+        let mean = |slice: &Slice| 0.5 * (slice.entry + slice.exit) * slice.seconds;
+        let (mut length, mut last, mut seconds) = (mean(first), *first, first.seconds);
+        let mut slices = 1;
+        while seconds < least && slices < MAX_LUMPED {
+            let Some(slice) = self.next_slice(now) else { break };
+            self.clock = slice.end;
+            length += mean(&slice);
+            seconds = seconds_between(begin, self.clock);
+            last = slice;
+            slices += 1;
+        }
+        if slices > 1 && length > 0.0 {
+            self.counters.lumped = self.counters.lumped.saturating_add(1);
+            self.filters.cut_piece = self.piece;
+            let gain = last.exit - first.entry;
+            let mut direction = last.point;
+            for axis in Axis::ALL {
+                direction[axis] = (direction[axis] - piece.origin[axis]) / length;
+            }
+            let chord = Piece {
+                duration: seconds,
+                direction,
+                speed: length / seconds - 0.5 * gain,
+                acceleration: gain / seconds,
+                ..piece
+            };
+            self.filters.amend(Stretch::of(&chord));
+            self.piece = Some(chord);
+        }
+    }
+}
+
+/// What follows of a piece from `begin` on.
+fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
+    let t = seconds_between(piece.start, begin);
+    Piece {
+        start: begin,
+        duration: piece.duration - t,
+        origin: piece.point_after(piece.distance(t)),
+        speed: piece.speed_at(t),
+        ..*piece
+    }
+}
+
+/// Motor positions and speeds at both ends of a segment.
+fn spans(
+    config: &MotionConfig,
+    knot: &Knot,
+    starts: &PerActuator<StepPosition>,
+    ends: &PerActuator<StepPosition>,
+) -> PerActuator<Span> {
+    let entry = config.kinematics.velocities(&knot.start, &knot.entry);
+    let exit = config.kinematics.velocities(&knot.point, &knot.exit);
+    let mut spans = PerActuator::<Span>::default();
+    for actuator in Actuator::ALL {
+        let scale = steps_per_mm(config, actuator) * knot.seconds;
+        spans[actuator] = Span {
+            start: starts[actuator],
+            end: ends[actuator],
+            entry: scale * entry[actuator],
+            exit: scale * exit[actuator],
+        };
+    }
+    spans
+}

@@ -1,0 +1,289 @@
+//! The motion object: look-ahead queue, block in execution, trajectory clock and position, behind one brief lock.
+//!
+//! States and their exits:
+//!
+//! | state | submit | leaves it |
+//! |---|---|---|
+//! | `Running` | yes | `hold` to `Holding`; `stop` to `Stopping`; `abort` to `Aborting` |
+//! | `Holding` (braking) | yes | standstill to `Held`; `resume` to `Running` |
+//! | `Held` | yes | `resume` to `Running`; `stop` drops everything, to `Running` |
+//! | `Stopping` (braking) | no | standstill drops everything, to `Running` |
+//! | `Aborting` | no | the feed reports where the motors stand, to `Running` |
+//!
+//! `abort` leads from everywhere to `Aborting`. A hold, a stop and an override are new plans from the cursor: the end of
+//! what the feed has taken, at most 1.5 ms ahead of the motors.
+
+mod asking;
+mod cursor;
+mod filtered;
+mod request;
+
+use units::{PerActuator, PerAxis, StepPosition, Ticks};
+
+use crate::{
+    config::{ConfigError, Limits, MotionConfig},
+    feed::{FeedOrders, FeedReport},
+    filters::Filters,
+    greatest,
+    knots::{nearest_step, step_positions},
+    least,
+    motor::MotorSetup,
+    moves::Refusal,
+    planner::{Block, Overrides, Planner},
+    run::Run,
+    trajectory::{Piece, TickTime},
+    trigger::Trigger,
+};
+
+/// How the feed reaches the motion object: a resource lock on the board, the object itself elsewhere.
+pub trait Access {
+    /// Runs `f` with the lock held. Every `f` this crate passes is brief.
+    fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R;
+}
+
+impl Access for Motion {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        f(self)
+    }
+}
+
+/// What the motion object is doing; see the module's table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the module's table explains them")]
+pub enum State {
+    #[default]
+    Running,
+    Holding,
+    Held,
+    Stopping,
+    Aborting,
+}
+
+/// Events worth knowing about; all count from the start and saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Blocks released while moving although more look-ahead could have made them faster: the sender is too slow.
+    pub starved: u32,
+    /// Runs of the feed that found less than a quarter of a millisecond written ahead while moving.
+    pub urgent: u32,
+    /// Runs of the feed that came too late: the trajectory had to be shifted in time.
+    pub late: u32,
+    /// Steps moved because a direction change or the least step interval needed the room.
+    pub squeezed: u32,
+    /// Runs of pieces too short for the filters' memory, which were made into one.
+    pub lumped: u32,
+}
+
+/// How far ahead of now a motion begins: a feed period, so that the interrupt surely sees the first event coming.
+const LEAD: Ticks = Ticks::from_micros(500);
+
+/// The motion object. Build it in a `static`, then [`Self::configure`] it.
+#[derive(Debug)]
+pub struct Motion {
+    pub(crate) config: Option<MotionConfig>,
+    planner: Planner,
+    overrides: Overrides,
+    state: State,
+    run: Option<Run>,
+    piece: Option<Piece>,
+    /// The trajectory is settled up to here.
+    clock: TickTime,
+    /// What the trajectory goes through when any filter is on.
+    filters: Filters,
+    /// Machine position at `clock` while nothing runs.
+    place: PerAxis<f64>,
+    /// Motor positions at `clock`, or at the filters' output.
+    knots: PerActuator<StepPosition>,
+    /// Where the last submitted block ends.
+    planned: PerAxis<f64>,
+    /// The last submitted block, for the corner after it. `None`: begins from rest.
+    last: Option<Last>,
+    /// Blocks before this count may be released although the queue is not full.
+    flushed: u32,
+    /// Count of blocks when the queue last grew, and since when it has not.
+    seen: (u32, Ticks),
+    /// The motors stand still at `clock`: what comes next begins a moment from now, not at `clock`.
+    resting: bool,
+    report: FeedReport,
+    orders: FeedOrders,
+    trigger: Option<Trigger>,
+    pub(crate) counters: Counters,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    /// Unit direction of X Y Z, if any of them moves.
+    direction: Option<[f64; 3]>,
+    block: Block,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Motion {
+    /// Not configured: refuses every move.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            config: None,
+            planner: Planner::new(),
+            overrides: Overrides { feed: 1.0, rapid: 1.0 },
+            state: State::Running,
+            run: None,
+            piece: None,
+            clock: TickTime::ZERO,
+            place: PerAxis([0.0; units::MAX_AXES]),
+            knots: PerActuator([StepPosition::ZERO; units::MAX_ACTUATORS]),
+            planned: PerAxis([0.0; units::MAX_AXES]),
+            last: None,
+            flushed: 0,
+            seen: (0, Ticks(0)),
+            resting: true,
+            report: FeedReport::RESTING,
+            orders: FeedOrders { cut: false, rebase: None, setup: None },
+            trigger: None,
+            counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
+            filters: Filters::new(),
+        }
+    }
+
+    // --- setting up ---
+
+    /// Sets the machine up, or changes it. Keeps the machine position.
+    ///
+    /// # Errors
+    /// The first thing wrong with it, or that something moves; nothing was changed then.
+    pub fn configure(&mut self, config: MotionConfig) -> Result<(), ConfigError> {
+        if !self.is_idle() {
+            return Err(ConfigError::Busy);
+        }
+        config.check()?;
+        self.config = Some(config);
+        self.orders.setup = Some(MotorSetup::all(&config));
+        self.filters.configure(&config.filters);
+        self.settle_at(self.planned);
+        Ok(())
+    }
+
+    /// What [`Self::configure`] set, with the limits now in force.
+    #[must_use]
+    pub fn config(&self) -> Option<&MotionConfig> {
+        self.config.as_ref()
+    }
+
+    /// Changes the limits for moves submitted from now on.
+    ///
+    /// # Errors
+    /// The first limit that is wrong; nothing was changed then.
+    pub fn set_limits(&mut self, limits: Limits) -> Result<(), ConfigError> {
+        let Some(config) = &mut self.config else { return limits.check() };
+        let changed = MotionConfig { limits, ..*config };
+        changed.check()?;
+        *config = changed;
+        Ok(())
+    }
+
+    /// Declares where the machine is.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`] unless idle, [`Refusal::NotFinite`] for a position that steps cannot count.
+    pub fn set_position(&mut self, position: PerAxis<f64>) -> Result<(), Refusal> {
+        if !self.is_idle() {
+            return Err(Refusal::Busy);
+        }
+        let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
+        request::countable(config, &position)?;
+        self.settle_at(position);
+        Ok(())
+    }
+
+    /// Stands still here, exactly.
+    fn settle_at(&mut self, position: PerAxis<f64>) {
+        self.place = position;
+        self.planned = position;
+        self.last = None;
+        self.filters.settle(position, self.clock);
+        if let Some(config) = &self.config {
+            self.knots = step_positions(config, &position);
+        }
+        let steps = PerActuator(self.knots.0.map(nearest_step));
+        self.orders.rebase = Some(steps);
+        self.report.played = steps;
+    }
+
+    /// One bounded slice of planning: the reverse pass over what is new.
+    pub fn plan(&mut self) {
+        self.planner.plan();
+    }
+
+    /// Nothing more will come soon: run what is queued without waiting for the queue to fill.
+    pub fn flush(&mut self) {
+        self.flushed = self.planner.pushed();
+    }
+
+    /// Brakes along the path from the present state; keeps the rest for [`Self::resume`].
+    pub fn hold(&mut self) {
+        if self.state == State::Running {
+            self.state = State::Holding;
+            self.brake();
+        }
+    }
+
+    /// Goes on after a hold, or in the middle of one.
+    pub fn resume(&mut self) {
+        if matches!(self.state, State::Holding | State::Held) {
+            self.state = State::Running;
+            self.follow_plan();
+        }
+    }
+
+    /// Brakes along the path from the present state and drops the rest. Idle when done.
+    pub fn stop(&mut self) {
+        match self.state {
+            State::Running | State::Holding => {
+                self.state = State::Stopping;
+                self.brake();
+            }
+            State::Held => {
+                self.state = State::Stopping;
+                self.rest_here();
+            }
+            State::Stopping | State::Aborting => {}
+        }
+    }
+
+    /// Drops everything without deceleration. The feed cuts the step queue at its next run and reports where the motors
+    /// stand; that becomes the position. (A fault need not wait for the feed: [`crate::queue::StepQueue::cut`].)
+    pub fn abort(&mut self) {
+        self.state = State::Aborting;
+        self.orders.cut = true;
+        self.planner.clear();
+        self.run = None;
+        self.resting = true;
+    }
+
+    /// Scales the speed of working moves and of rapids; 1 is as programmed. Takes effect from the present state on.
+    /// Factors outside 0.01 to 10 are brought to the nearer of these.
+    pub fn set_overrides(&mut self, feed: f64, rapid: f64) {
+        let bounded = |factor: f64| least(greatest(factor, 0.01), 10.0);
+        self.overrides = Overrides { feed: bounded(feed), rapid: bounded(rapid) };
+        let cruise_before = match (&self.run, self.planner.front()) {
+            (Some(run), _) => run.block.cruise(&self.overrides),
+            (None, Some(front)) => front.cruise(&self.overrides),
+            (None, None) => return,
+        };
+        self.planner.replan(cruise_before, &self.overrides);
+        if self.state == State::Running {
+            self.follow_plan();
+        }
+    }
+
+    /// Factors in force, feed and rapid.
+    #[must_use]
+    pub const fn overrides(&self) -> Overrides {
+        self.overrides
+    }
+}

@@ -1,0 +1,127 @@
+//! From a requested move to a block in the queue.
+
+use units::{Actuator, Axis, PerActuator, PerAxis};
+
+use super::{Last, Motion, State};
+use crate::{
+    config::{Limits, MotionConfig},
+    knots::{MAX_STEPS, steps_per_mm},
+    least,
+    moves::{Move, Refusal},
+    planner::{Envelope, SMALLEST, corner_sq},
+};
+
+impl Motion {
+    /// Appends a straight move to the look-ahead queue.
+    ///
+    /// A move too short to count (every axis below 0.1 um) is accepted and left to be made up for by the next one.
+    ///
+    /// # Errors
+    /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
+    pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
+        let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
+        check_request(config, request)?;
+        if matches!(self.state, State::Stopping | State::Aborting) {
+            return Err(Refusal::Stopping);
+        }
+        if self.planner.len() >= config.queue_size {
+            return Err(Refusal::Full);
+        }
+        let mut delta = request.target;
+        for axis in Axis::ALL {
+            delta[axis] -= self.planned[axis];
+        }
+        no_orphan(config, &delta)?;
+        let Some(envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
+        let limits = config.limits;
+        self.push(&envelope, request, &limits);
+        Ok(())
+    }
+
+    fn push(&mut self, envelope: &Envelope, request: &Move, limits: &Limits) {
+        let mut block = envelope.block(request);
+        let cruise = block.cruise(&self.overrides);
+        // The last block may have been executed already: then this one starts from rest.
+        let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last };
+        block.corner_sq = match last {
+            Some(last) => {
+                let acceleration = least(last.block.acceleration, block.acceleration);
+                corner_sq(last.direction, envelope.primary, acceleration, limits)
+            }
+            None => limits.minimum_speed.get() * limits.minimum_speed.get(),
+        };
+        let cruise_before = last.map_or(cruise, |last| last.block.cruise(&self.overrides));
+        let rest = least(limits.minimum_speed.get(), cruise);
+        // The queue was found to have room.
+        let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
+        self.planned = request.target;
+        self.last = Some(Last { direction: envelope.primary, block });
+    }
+}
+
+/// The limits of a move; `None` when nothing moves enough to count.
+fn envelope(
+    config: &MotionConfig,
+    from: &PerAxis<f64>,
+    delta: &PerAxis<f64>,
+    target: &PerAxis<f64>,
+) -> Result<Option<Envelope>, Refusal> {
+    let [x, y, z, ..] = delta.0;
+    let length = libm::sqrt(x * x + y * y + z * z);
+    if length < SMALLEST || config.kinematics.is_linear() {
+        // The difference of two positions: for linear kinematics the same as the motors' way, without its rounding.
+        let mut motors = config.kinematics.actuators(target);
+        let before = config.kinematics.actuators(from);
+        for actuator in Actuator::ALL {
+            motors[actuator] -= before[actuator];
+        }
+        return Ok(Envelope::new(delta, &motors, &config.limits));
+    }
+    if !config.kinematics.check_line(from, delta, length) {
+        return Err(Refusal::Unreachable);
+    }
+    let Some(strain) = config.kinematics.strain(from, delta, length) else { return Ok(None) };
+    // The worst slope all along bounds the rest.
+    let ways = PerActuator(strain.slope.0.map(|slope| slope * length));
+    let mut envelope = Envelope::new(delta, &ways, &config.limits);
+    if let Some(envelope) = &mut envelope {
+        envelope.limit_strain(&strain, &config.limits);
+    }
+    Ok(envelope)
+}
+
+fn check_request(config: &MotionConfig, request: &Move) -> Result<(), Refusal> {
+    if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
+        return Err(Refusal::NotFinite);
+    }
+    if request.feed_rate.get() <= 0.0 {
+        return Err(Refusal::NoFeedRate);
+    }
+    countable(config, &request.target)
+}
+
+/// Every coordinate is a number, and every motor's steps there can be counted.
+pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(), Refusal> {
+    let motors = config.kinematics.actuators(point);
+    let in_range = Actuator::ALL.into_iter().all(|actuator| {
+        let steps = motors[actuator] * steps_per_mm(config, actuator);
+        libm::fabs(steps) < MAX_STEPS
+    });
+    if in_range && point.0.iter().all(|part| part.is_finite()) { Ok(()) } else { Err(Refusal::NotFinite) }
+}
+
+/// No axis moves that has no motor.
+fn no_orphan(config: &MotionConfig, delta: &PerAxis<f64>) -> Result<(), Refusal> {
+    for axis in Axis::ALL {
+        let motors = config.kinematics.motors_of(axis);
+        let driven = Actuator::ALL
+            .into_iter()
+            .filter(|actuator| motors & actuator.bit() != 0)
+            .all(|actuator| steps_per_mm(config, actuator) > 0.0);
+        let driven = driven && motors != 0;
+        if !driven && libm::fabs(delta[axis]) >= SMALLEST {
+            return Err(Refusal::NoActuator(axis));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,234 @@
+//! The reference for step times: slow, obvious, in `f64`, sharing no arithmetic with the fast path.
+//!
+//! It takes the ideal trajectory as pieces (constant acceleration along a line, from [`crate::Motion::last_piece`]) and
+//! answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing of its
+//! half step. Input shaping and pressure advance it does by their definitions, from the table of pulses on. What it does not
+//! check is the plan itself (limits, junctions); the planner's laws do.
+
+use std::vec::Vec;
+
+mod arms;
+
+use units::{Actuator, PerAxis};
+
+use crate::{FilterConfig, MotionConfig, PressureAdvance, trajectory::Piece};
+
+/// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A motor that
+/// creeps slower than a step a second, or that turns right on a crossing, has no better defined time.
+pub const ON_CROSSING_STEPS: f64 = 2.5e-7;
+
+/// No filter looks back farther than this.
+const LONGEST_LOOK_BACK_NS: f64 = 1e9;
+
+/// The ideal trajectory of all motors, filters included.
+#[derive(Clone, Debug)]
+pub struct Ideal {
+    config: MotionConfig,
+    /// Filters of the pieces to come.
+    filters: FilterConfig,
+    pieces: Vec<Timed>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Timed {
+    /// Nanoseconds from boot.
+    start: f64,
+    piece: Piece,
+    /// Those that were in force when it came: they hold until the next piece. They only change where the motors rest.
+    filters: FilterConfig,
+}
+
+/// How far the edges of a run are from ideal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepError {
+    /// Edges compared.
+    pub edges: u64,
+    /// Greatest distance, ns.
+    pub max: f64,
+    /// Sum of squares, ns^2.
+    sum_of_squares: f64,
+}
+
+impl StepError {
+    /// Adds one edge's error in ns.
+    pub fn add(&mut self, error: f64) {
+        self.edges += 1;
+        self.max = self.max.max(error);
+        self.sum_of_squares += error * error;
+    }
+
+    /// Root of the mean square, ns.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        if self.edges == 0 { 0.0 } else { (self.sum_of_squares / self.edges as f64).sqrt() }
+    }
+}
+
+impl Ideal {
+    /// No motion yet.
+    #[must_use]
+    pub const fn new(config: MotionConfig) -> Self {
+        Self { config, filters: config.filters, pieces: Vec::new() }
+    }
+
+    /// The filters in force from the next piece on ([`crate::Motion::filters_in_force`]); at first those of the configuration.
+    pub fn set_filters(&mut self, filters: FilterConfig) {
+        self.filters = filters;
+    }
+
+    /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an override).
+    pub fn push(&mut self, piece: &Piece) {
+        let start = piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS);
+        self.pieces.push(Timed { start, piece: *piece, filters: self.filters });
+    }
+
+    /// Forgets pieces that have no influence after `at` (ns) any more.
+    pub fn forget_before(&mut self, at: f64) {
+        let keep = self.index(at - LONGEST_LOOK_BACK_NS).saturating_sub(1);
+        self.pieces.drain(..keep);
+    }
+
+    fn index(&self, at: f64) -> usize {
+        self.pieces.partition_point(|timed| timed.start <= at).saturating_sub(1)
+    }
+
+    /// Where the machine ideally is, and its velocity, at `at` ns. `None` before any piece is known.
+    #[must_use]
+    pub fn machine(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
+        let filters = self.pieces.get(self.index(at))?.filters;
+        let latency = filters.latency();
+        if latency == 0.0 {
+            return self.planned(at);
+        }
+        let (mut position, mut velocity) = self.planned(at - latency * 1e9)?;
+        for (axis, shaper) in units::Axis::PRIMARY.into_iter().zip(filters.shapers) {
+            let Some(pulses) = shaper.map(|shaper| shaper.pulses()) else { continue };
+            (position[axis], velocity[axis]) = (0.0, 0.0);
+            for pulse in pulses.as_slice() {
+                let delay = latency + pulse.time - pulses.shift();
+                let (there, speed) = self.planned(at - delay * 1e9)?;
+                position[axis] += pulse.amplitude * there[axis];
+                velocity[axis] += pulse.amplitude * speed[axis];
+            }
+        }
+        for (index, advance) in filters.advance.into_iter().enumerate() {
+            let (axis, Some(advance)) = (3 + index, advance) else { continue };
+            if advance.factor > 0.0 {
+                (position.0[axis], velocity.0[axis]) = self.averaged(axis, advance, at - latency * 1e9)?;
+            }
+        }
+        Some((position, velocity))
+    }
+
+    /// An extruder's advanced position and speed, averaged with a triangular weight around `at` ns: numerically, from the
+    /// definition. Between the ends of pieces the integrand is a cubic, for which three Gauss points are exact.
+    fn averaged(&self, axis: usize, advance: PressureAdvance, at: f64) -> Option<(f64, f64)> {
+        let half = advance.smooth_time / 2.0 * 1e9;
+        let (from, to) = (at - half, at + half);
+        let mut cuts = std::vec![from, at, to];
+        for timed in &self.pieces[self.index(from)..=self.index(to)] {
+            cuts.extend([timed.start, timed.start + timed.piece.duration * 1e9]);
+        }
+        cuts.retain(|cut| (from..=to).contains(cut));
+        cuts.sort_by(f64::total_cmp);
+        let near = self.planned(at)?.0.0[axis];
+        let (mut place, mut speed) = (0.0, 0.0);
+        for cut in cuts.windows(2) {
+            let (middle, reach) = ((cut[0] + cut[1]) / 2.0, (cut[1] - cut[0]) / 2.0);
+            for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
+                let x = middle + node * reach;
+                let share = weight * reach * (self.advanced(axis, advance.factor, x)? - near) / (half * half);
+                place += share * (half - (at - x).abs());
+                speed += share * (x - at).signum();
+            }
+        }
+        Some((near + place, speed * 1e9))
+    }
+
+    /// Position plus K times speed, where X or Y move and filament is pushed.
+    fn advanced(&self, axis: usize, factor: f64, at: f64) -> Option<f64> {
+        let (position, velocity) = self.planned(at)?;
+        let pushes = velocity.0[axis] > 0.0 && (velocity.0[0] != 0.0 || velocity.0[1] != 0.0);
+        Some(position.0[axis] + if pushes { factor * velocity.0[axis] } else { 0.0 })
+    }
+
+    /// The trajectory before the filters.
+    fn planned(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
+        let Timed { start, piece, .. } = self.pieces.get(self.index(at))?;
+        let seconds = (at - start) * 1e-9;
+        let resting = seconds > piece.duration || seconds < 0.0;
+        let t = seconds.clamp(0.0, piece.duration);
+        let way = piece.speed * t + piece.acceleration * t * t / 2.0;
+        let speed = if resting { 0.0 } else { piece.speed + piece.acceleration * t };
+        let mut position = piece.origin;
+        let mut velocity = piece.direction;
+        for axis in units::Axis::ALL {
+            position[axis] += piece.direction[axis] * way;
+            velocity[axis] *= speed;
+        }
+        Some((position, velocity))
+    }
+
+    fn motor(&self, actuator: Actuator, axes: &PerAxis<f64>) -> f64 {
+        let mm = arms::motor(&self.config.kinematics, actuator, &axes.0);
+        mm * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm)
+    }
+
+    /// Ideal position of a motor in steps at `at` ns. One that turns round and round is given within a turn.
+    #[must_use]
+    pub fn steps(&self, actuator: Actuator, at: f64) -> Option<f64> {
+        self.machine(at).map(|(position, _)| self.motor(actuator, &position))
+    }
+
+    /// As [`Self::steps`], in the turn nearest to `near` steps.
+    fn steps_near(&self, actuator: Actuator, at: f64, near: f64) -> Option<f64> {
+        let steps = self.steps(actuator, at)?;
+        let turn = match self.config.kinematics.turn_of(actuator) {
+            Some(degrees) => degrees * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm),
+            None => return Some(steps),
+        };
+        Some(steps + ((near - steps) / turn).round() * turn)
+    }
+
+    /// Ideal speed of a motor in steps per second at `at` ns: how far it gets in 2 us.
+    #[must_use]
+    pub fn rate(&self, actuator: Actuator, at: f64) -> Option<f64> {
+        let (before, after) = (self.steps(actuator, at - 1e3)?, self.steps(actuator, at + 1e3)?);
+        let after = if (after - before).abs() > 1e5 { before } else { after };
+        Some((after - before) / 2e-6)
+    }
+
+    /// Distance in ns from an edge at `at` ns, after which the motor stands on `count` having stepped by `sign`, to the
+    /// ideal crossing of that half step. `None` when there is no such crossing within a millisecond.
+    #[must_use]
+    pub fn edge_error(&self, actuator: Actuator, at: f64, count: i32, sign: i32) -> Option<f64> {
+        let threshold = f64::from(count) - 0.5 * f64::from(sign);
+        let beyond =
+            |t: f64| self.steps_near(actuator, t, threshold).map(|steps| (steps - threshold) * f64::from(sign));
+        if beyond(at)?.abs() <= ON_CROSSING_STEPS {
+            return Some(0.0);
+        }
+        let mut window = 1.0;
+        while window < 1e6 {
+            let (mut before, mut after) = (at - window, at + window);
+            if beyond(before)? < 0.0 && beyond(after)? >= 0.0 {
+                // A millisecond halved thirty times is a femtosecond.
+                for _ in 0..30 {
+                    let middle = before + (after - before) / 2.0;
+                    if beyond(middle)? < 0.0 {
+                        before = middle;
+                    } else {
+                        after = middle;
+                    }
+                }
+                return Some((after - at).abs());
+            }
+            // A turn right at the crossing: near enough is there, crossing there is none.
+            if beyond(before)?.abs() <= ON_CROSSING_STEPS || beyond(after)?.abs() <= ON_CROSSING_STEPS {
+                return Some(window);
+            }
+            window *= 1.5;
+        }
+        None
+    }
+}

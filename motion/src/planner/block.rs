@@ -1,0 +1,279 @@
+//! What look-ahead knows of one straight move, and the limits that follow from its direction.
+//!
+//! All limits of a block are found here, once, when it is submitted: [`Envelope`] holds the greatest path speed and
+//! acceleration that no axis and no motor exceeds.
+
+use units::{Actuator, Axis, MmPerSecond2, PerActuator, PerAxis};
+
+use crate::{
+    config::Limits,
+    kinematics::Strain,
+    least,
+    moves::{Mode, Move},
+};
+
+/// Changes smaller than this (mm or degrees) do not count as movement of an axis or motor.
+pub(crate) const SMALLEST: f64 = 0.000_1;
+
+/// One straight move, waiting.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// Where it ends, in machine space.
+    pub target: PerAxis<f64>,
+    /// Length of the path, mm: of X Y Z, or of all moving axes when X Y Z stand still.
+    pub length: f64,
+    /// Path acceleration, mm/s^2.
+    pub acceleration: f64,
+    /// Path speed that no override may exceed, mm/s.
+    pub speed_limit: f64,
+    /// Path speed that was asked for, mm/s.
+    pub requested: f64,
+    /// Limit of the squared entry speed by the corner alone, (mm/s)^2.
+    pub(crate) corner_sq: f64,
+    /// Limit of the squared entry speed by the corner and both cruise speeds, (mm/s)^2.
+    pub(crate) entry_limit_sq: f64,
+    /// Squared entry speed from which this block and all behind it can still brake in time, (mm/s)^2.
+    pub(crate) entry_sq: f64,
+    /// Distance in mm from which on motors' ways are far from straight ([`crate::Kinematics::clearance`]); infinite where they are.
+    pub(crate) clearance: f64,
+    /// Power of a laser.
+    pub power: f32,
+    /// Rapid or feed.
+    pub mode: Mode,
+}
+
+impl Block {
+    pub(crate) const EMPTY: Self = Self {
+        target: PerAxis([0.0; units::MAX_AXES]),
+        length: 0.0,
+        acceleration: 0.0,
+        speed_limit: 0.0,
+        requested: 0.0,
+        corner_sq: 0.0,
+        entry_limit_sq: 0.0,
+        entry_sq: 0.0,
+        clearance: f64::INFINITY,
+        power: 0.0,
+        mode: Mode::Feed,
+    };
+
+    /// Cruise speed under these overrides, mm/s.
+    #[must_use]
+    pub fn cruise(&self, overrides: &Overrides) -> f64 {
+        let factor = match self.mode {
+            Mode::Rapid => overrides.rapid,
+            Mode::Feed => overrides.feed,
+        };
+        least(self.speed_limit, self.requested * factor)
+    }
+}
+
+/// Factors on the requested speeds; 1 is as programmed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overrides {
+    /// Of working moves.
+    pub feed: f64,
+    /// Of rapids.
+    pub rapid: f64,
+}
+
+/// Direction and limits of a straight move.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Envelope {
+    /// Path length, mm.
+    pub length: f64,
+    /// Greatest path speed, mm/s.
+    pub speed_limit: f64,
+    /// Path acceleration, mm/s^2.
+    pub acceleration: f64,
+    /// Unit direction of X Y Z; `None` when only auxiliary axes move.
+    pub primary: Option<[f64; 3]>,
+    /// As in [`Block`].
+    pub clearance: f64,
+}
+
+fn root_of_squares(parts: &[f64]) -> f64 {
+    libm::sqrt(parts.iter().map(|part| part * part).sum())
+}
+
+impl Envelope {
+    /// For a move by `delta` that turns the motors by `motors` (mm each). `None` when nothing moves enough to count.
+    pub fn new(delta: &PerAxis<f64>, motors: &PerActuator<f64>, limits: &Limits) -> Option<Self> {
+        let moves = |part: &f64| libm::fabs(*part) >= SMALLEST;
+        let [x, y, z, ..] = delta.0;
+        let cartesian = [x, y, z];
+        if cartesian.iter().any(moves) {
+            let length = root_of_squares(&cartesian);
+            let unit = cartesian.map(|part| part / length);
+            let mut envelope = Self {
+                length,
+                speed_limit: f64::INFINITY,
+                acceleration: limits.acceleration.get(),
+                primary: Some(unit),
+                clearance: f64::INFINITY,
+            };
+            envelope.limit_cartesian(&unit, limits);
+            for actuator in Actuator::ALL {
+                envelope.limit_rate(actuator, motors, limits);
+                // Extruders and other auxiliary motors never slow the acceleration of a combined move.
+                if (actuator as usize) < Axis::PRIMARY.len() {
+                    envelope.limit_acceleration(actuator, motors, limits);
+                }
+            }
+            return Some(envelope);
+        }
+        let mut moving = Actuator::ALL.into_iter().filter(|actuator| moves(&motors[*actuator]));
+        let first = moving.next()?;
+        let alone = moving.next().is_none();
+        Some(Self::auxiliary(first, alone, motors, limits))
+    }
+
+    /// Only A, B or C move. A motor alone uses its own acceleration outright, even above the default.
+    fn auxiliary(first: Actuator, alone: bool, motors: &PerActuator<f64>, limits: &Limits) -> Self {
+        let mut envelope = Self {
+            length: root_of_squares(&motors.0),
+            speed_limit: f64::INFINITY,
+            acceleration: limits.acceleration.get(),
+            primary: None,
+            clearance: f64::INFINITY,
+        };
+        for actuator in Actuator::ALL {
+            envelope.limit_rate(actuator, motors, limits);
+            if !alone {
+                envelope.limit_acceleration(actuator, motors, limits);
+            }
+        }
+        if let (true, Some(own)) = (alone, limits.actuator_acceleration[first]) {
+            envelope.acceleration = own.get();
+        }
+        envelope
+    }
+
+    fn limit_cartesian(&mut self, unit: &[f64; 3], limits: &Limits) {
+        for (part, limit) in unit.iter().zip(limits.axis_speed) {
+            if let (Some(limit), true) = (limit, *part != 0.0) {
+                self.speed_limit = least(self.speed_limit, limit.get() / libm::fabs(*part));
+            }
+        }
+        if let Some(limit) = limits.max_speed {
+            self.speed_limit = least(self.speed_limit, limit.get());
+        }
+    }
+
+    fn limit_rate(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
+        let share = libm::fabs(motors[actuator]) / self.length;
+        if share > 0.0 {
+            self.speed_limit = least(self.speed_limit, limits.actuator_rate[actuator].get() / share);
+        }
+    }
+
+    fn limit_acceleration(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
+        let share = libm::fabs(motors[actuator]) / self.length;
+        if let (Some(own), true) = (limits.actuator_acceleration[actuator], share > 0.0) {
+            self.acceleration = least(self.acceleration, own.get() / share);
+        }
+    }
+
+    /// Limits a move whose motors do not run straight. The acceleration of a motor is its way's slope times the path's
+    /// acceleration plus its bend times the speed squared: the bend may take half of what the motor can do, the slope gets
+    /// what is left.
+    pub fn limit_strain(&mut self, strain: &Strain, limits: &Limits) {
+        self.clearance = strain.clearance;
+        let own = |actuator: Actuator| limits.actuator_acceleration[actuator].map(MmPerSecond2::get);
+        for actuator in Actuator::ALL {
+            if let (Some(own), true) = (own(actuator), strain.bend[actuator] > 0.0) {
+                self.speed_limit = least(self.speed_limit, libm::sqrt(0.5 * own / strain.bend[actuator]));
+            }
+        }
+        let speed_sq = self.speed_limit * self.speed_limit;
+        for actuator in Actuator::ALL {
+            if let (Some(own), true) = (own(actuator), strain.bend[actuator] > 0.0) {
+                let left = own - strain.bend[actuator] * speed_sq;
+                if strain.slope[actuator] * self.acceleration > left {
+                    self.acceleration = left / strain.slope[actuator];
+                }
+            }
+        }
+    }
+
+    /// The block of this move, its corner not yet known.
+    pub fn block(&self, request: &Move) -> Block {
+        Block {
+            target: request.target,
+            length: self.length,
+            acceleration: self.acceleration,
+            speed_limit: self.speed_limit,
+            requested: request.feed_rate.get(),
+            clearance: self.clearance,
+            power: request.power,
+            mode: request.mode,
+            ..Block::EMPTY
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use units::{MmPerSecond, MmPerSecond2};
+
+    fn limits() -> Limits {
+        Limits {
+            axis_speed: [Some(MmPerSecond(100.0)), None, Some(MmPerSecond(5.0))],
+            actuator_rate: PerActuator([MmPerSecond(200.0); units::MAX_ACTUATORS]),
+            acceleration: MmPerSecond2(1_000.0),
+            ..Limits::DEFAULT
+        }
+    }
+
+    fn envelope(delta: [f64; 6], motors: [f64; 6], limits: &Limits) -> Envelope {
+        Envelope::new(&PerAxis(delta), &PerActuator(motors), limits).expect("it moves")
+    }
+
+    #[test]
+    fn the_slowest_axis_sets_the_path_speed() {
+        let diagonal = [3.0, 4.0, 0.0, 0.0, 0.0, 0.0];
+        assert!((envelope(diagonal, diagonal, &limits()).speed_limit - 100.0 / 0.6).abs() < 1e-9);
+        let with_z = [3.0, 0.0, 4.0, 0.0, 0.0, 0.0];
+        assert!((envelope(with_z, with_z, &limits()).speed_limit - 5.0 / 0.8).abs() < 1e-9);
+        let capped = Limits { max_speed: Some(MmPerSecond(50.0)), ..limits() };
+        assert_eq!(envelope(diagonal, diagonal, &capped).speed_limit, 50.0);
+    }
+
+    #[test]
+    fn motors_that_work_together_limit_speed_and_acceleration_by_their_own_share() {
+        let mut limits = limits();
+        limits.actuator_acceleration[Actuator::Alpha] = Some(MmPerSecond2(700.0));
+        // A corexy diagonal: alpha makes both axes' way.
+        let envelope = envelope([0.0, 5.0, 0.0, 0.0, 0.0, 0.0], [10.0, 0.0, 0.0, 0.0, 0.0, 0.0], &limits);
+        assert_eq!((envelope.speed_limit, envelope.acceleration), (100.0, 350.0));
+    }
+
+    #[test]
+    fn an_extruder_limits_the_rate_of_a_combined_move_but_not_its_acceleration() {
+        let mut limits = limits();
+        limits.actuator_rate[Actuator::Delta] = MmPerSecond(10.0);
+        limits.actuator_acceleration[Actuator::Delta] = Some(MmPerSecond2(1.0));
+        let delta = [0.0, 10.0, 0.0, 2.0, 0.0, 0.0];
+        let envelope = envelope(delta, delta, &limits);
+        assert_eq!((envelope.speed_limit, envelope.acceleration, envelope.length), (50.0, 1_000.0, 10.0));
+    }
+
+    #[test]
+    fn a_lone_extruder_uses_its_own_acceleration_even_above_the_default() {
+        let mut limits = limits();
+        limits.actuator_acceleration[Actuator::Delta] = Some(MmPerSecond2(5_000.0));
+        let alone = [0.0, 0.0, 0.0, -2.0, 0.0, 0.0];
+        let envelope_alone = envelope(alone, alone, &limits);
+        assert_eq!((envelope_alone.acceleration, envelope_alone.length, envelope_alone.primary), (5_000.0, 2.0, None));
+        let two = [0.0, 0.0, 0.0, 3.0, 4.0, 0.0];
+        limits.actuator_acceleration[Actuator::Epsilon] = Some(MmPerSecond2(400.0));
+        assert_eq!(envelope(two, two, &limits).acceleration, 500.0, "together each limits by its share");
+    }
+
+    #[test]
+    fn what_hardly_moves_does_not_count() {
+        let tiny = [0.000_05, 0.0, 0.0, -0.000_09, 0.0, 0.0];
+        assert!(Envelope::new(&PerAxis(tiny), &PerActuator(tiny), &limits()).is_none());
+    }
+}

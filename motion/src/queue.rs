@@ -1,0 +1,305 @@
+//! The step queue: what the step feed writes ahead and the step interrupt plays back.
+//!
+//! One producer (the feed) and one consumer (the interrupt). The producer alone writes `events` and `written`; the
+//! consumer alone writes `played`. An event is published by the release store of `written`, so the consumer never
+//! sees a half-written one, and neither side ever waits for the other. Everything is 32-bit atomics: plain loads and
+//! stores on a Cortex-M7, no `unsafe`, no critical section.
+//!
+//! Depth: the feed writes at most [`crate::feed::HORIZON`] ahead (about 1.5 ms), so that a hold begins within 2 ms.
+//! [`CAPACITY`] events cover that horizon at 2.7 million events a second.
+
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
+
+use units::{Actuator, Direction};
+
+/// How many events fit. A power of two, so that wrapping is a mask.
+pub const CAPACITY: usize = 4096;
+const MASK: u32 = CAPACITY as u32 - 1;
+
+/// What happens at one instant: steps of some motors, or new levels of some direction pins.
+///
+/// Layout of the packed word, low byte first: motors that step, motors whose direction becomes forward, motors whose
+/// direction becomes backward, zero. The interrupt tests `word > 0xFF` once to know that directions change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepEvent {
+    /// Low half of the step clock at which the event is due.
+    pub at: u32,
+    /// Packed actions.
+    pub word: u32,
+}
+
+impl StepEvent {
+    /// These motors (one bit each, alpha lowest) step at `at`.
+    #[must_use]
+    pub const fn step(at: u32, motors: u8) -> Self {
+        Self { at, word: motors as u32 }
+    }
+
+    /// This motor's direction pin changes at `at`.
+    #[must_use]
+    pub const fn direction(at: u32, actuator: Actuator, direction: Direction) -> Self {
+        let shift = match direction {
+            Direction::Forward => 8,
+            Direction::Backward => 16,
+        };
+        Self { at, word: (actuator.bit() as u32) << shift }
+    }
+
+    /// The direction pins of these motors (one bit each, disjoint sets) change at `at`.
+    #[must_use]
+    pub const fn turn(at: u32, forward: u8, backward: u8) -> Self {
+        Self { at, word: (forward as u32) << 8 | (backward as u32) << 16 }
+    }
+
+    /// Motors that step, one bit each.
+    #[must_use]
+    pub const fn stepping(self) -> u8 {
+        self.word as u8
+    }
+
+    /// Motors whose direction becomes forward, one bit each.
+    #[must_use]
+    pub const fn turning_forward(self) -> u8 {
+        (self.word >> 8) as u8
+    }
+
+    /// Motors whose direction becomes backward, one bit each.
+    #[must_use]
+    pub const fn turning_backward(self) -> u8 {
+        (self.word >> 16) as u8
+    }
+}
+
+/// The ring itself. Lives in a `static` (DTCM on the board).
+#[derive(Debug)]
+pub struct StepQueue {
+    at: [AtomicU32; CAPACITY],
+    word: [AtomicU32; CAPACITY],
+    /// Count of events ever published, wrapping. Written by the feed only.
+    written: AtomicU32,
+    /// Count of events ever played, wrapping. Written by the interrupt only.
+    played: AtomicU32,
+    /// Nothing more may be played. Set by anyone who must stop the motors at once, cleared by the feed.
+    cut: AtomicBool,
+}
+
+impl Default for StepQueue {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl StepQueue {
+    /// An empty queue.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            at: [const { AtomicU32::new(0) }; CAPACITY],
+            word: [const { AtomicU32::new(0) }; CAPACITY],
+            written: AtomicU32::new(0),
+            played: AtomicU32::new(0),
+            cut: AtomicBool::new(false),
+        }
+    }
+
+    // --- feed side ---
+
+    /// Appends an event. False when the queue is full; then nothing was written.
+    #[must_use]
+    #[inline]
+    pub fn push(&self, event: StepEvent) -> bool {
+        let written = self.written.load(Ordering::Relaxed);
+        if written.wrapping_sub(self.played.load(Ordering::Acquire)) >= CAPACITY as u32 {
+            return false;
+        }
+        let slot = (written & MASK) as usize;
+        self.at[slot].store(event.at, Ordering::Relaxed);
+        self.word[slot].store(event.word, Ordering::Relaxed);
+        self.written.store(written.wrapping_add(1), Ordering::Release);
+        true
+    }
+
+    /// A writer for several events: they are published together when it is dropped.
+    #[must_use]
+    pub(crate) fn writer(&self) -> Writer<'_> {
+        Writer { queue: self, written: self.written.load(Ordering::Relaxed), room: self.free() as u32 }
+    }
+
+    /// How many events wait to be played.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.written.load(Ordering::Acquire).wrapping_sub(self.played.load(Ordering::Acquire)) as usize
+    }
+
+    /// Nothing waits to be played.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How many events were ever played, wrapping.
+    #[must_use]
+    pub fn played(&self) -> u32 {
+        self.played.load(Ordering::Acquire)
+    }
+
+    /// How many events were ever published, wrapping.
+    #[must_use]
+    pub fn written(&self) -> u32 {
+        self.written.load(Ordering::Acquire)
+    }
+
+    /// The event that was published as number `count` (see [`Self::written`]). Only the feed may ask, and only for the
+    /// last [`CAPACITY`] events: older ones are overwritten.
+    #[must_use]
+    pub fn event(&self, count: u32) -> StepEvent {
+        let slot = (count & MASK) as usize;
+        StepEvent { at: self.at[slot].load(Ordering::Relaxed), word: self.word[slot].load(Ordering::Relaxed) }
+    }
+
+    /// How many more events fit now. The interrupt only ever makes this more.
+    #[must_use]
+    pub fn free(&self) -> usize {
+        CAPACITY - self.len()
+    }
+
+    /// Forgets what was not played and lets the interrupt go on. Only the feed may call this, and only while the queue is
+    /// cut: then the interrupt does not write `played`.
+    pub(crate) fn restart(&self) {
+        self.played.store(self.written.load(Ordering::Relaxed), Ordering::Release);
+        self.cut.store(false, Ordering::SeqCst);
+    }
+
+    // --- any side ---
+
+    /// Stops playing at once, without deceleration: for faults and the kill switch. The feed notices at its next run, works
+    /// out where the motors stand and makes that the position.
+    pub fn cut(&self) {
+        self.cut.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether playing has been cut short and the feed has not yet cleared up.
+    #[must_use]
+    #[inline(always)]
+    pub fn is_cut(&self) -> bool {
+        self.cut.load(Ordering::SeqCst)
+    }
+
+    // --- interrupt side ---
+
+    /// The next event, if there is one. It stays in the queue until [`Self::advance`].
+    #[must_use]
+    #[inline(always)]
+    pub fn front(&self) -> Option<StepEvent> {
+        let played = self.played.load(Ordering::Relaxed);
+        if played == self.written.load(Ordering::Acquire) || self.cut.load(Ordering::Relaxed) {
+            return None;
+        }
+        Some(self.event(played))
+    }
+
+    /// Removes the event that [`Self::front`] returned.
+    #[inline(always)]
+    pub fn advance(&self) {
+        self.played.store(self.played.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
+    }
+
+    /// Hands events to `play` in order and removes each it accepts, until none is left or one is not due yet.
+    ///
+    /// For an interrupt on the core that also runs the feed: a core sees its own memory accesses in order, so compiler
+    /// fences do what barriers do in [`Self::front`] and [`Self::advance`], at no instruction.
+    #[inline(always)]
+    pub fn play_on_this_core(&self, mut play: impl FnMut(StepEvent) -> bool) {
+        let mut played = self.played.load(Ordering::Relaxed);
+        while played != self.written.load(Ordering::Relaxed) && !self.cut.load(Ordering::Relaxed) {
+            compiler_fence(Ordering::Acquire);
+            if !play(self.event(played)) {
+                return;
+            }
+            played = played.wrapping_add(1);
+            compiler_fence(Ordering::Release);
+            self.played.store(played, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Appends many events at the cost of one publication.
+#[derive(Debug)]
+pub(crate) struct Writer<'a> {
+    queue: &'a StepQueue,
+    written: u32,
+    room: u32,
+}
+
+impl Writer<'_> {
+    /// How many events surely fit.
+    #[inline]
+    pub fn room(&self) -> u32 {
+        self.room
+    }
+
+    /// Appends an event; the caller has looked at [`Self::room`].
+    #[inline]
+    pub fn push(&mut self, event: StepEvent) {
+        if self.room == 0 {
+            return;
+        }
+        let slot = (self.written & MASK) as usize;
+        self.queue.at[slot].store(event.at, Ordering::Relaxed);
+        self.queue.word[slot].store(event.word, Ordering::Relaxed);
+        self.written = self.written.wrapping_add(1);
+        self.room -= 1;
+    }
+}
+
+impl Drop for Writer<'_> {
+    fn drop(&mut self) {
+        self.queue.written.store(self.written, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn playing_removes_what_is_accepted_and_keeps_the_rest() {
+        let queue = StepQueue::new();
+        for at in 0..10 {
+            assert!(queue.push(StepEvent::step(at, 1)));
+        }
+        let mut seen = 0;
+        queue.play_on_this_core(|event| {
+            seen += 1;
+            event.at < 4
+        });
+        assert_eq!((seen, queue.len(), queue.front()), (5, 6, Some(StepEvent::step(4, 1))));
+        queue.cut();
+        queue.play_on_this_core(|_| unreachable!("a cut queue plays nothing"));
+    }
+
+    #[test]
+    fn events_come_out_in_order_and_a_full_queue_refuses() {
+        let queue = StepQueue::new();
+        for round in 0..3_u32 {
+            for index in 0..CAPACITY as u32 {
+                assert!(queue.push(StepEvent::step(round * 100_000 + index, 1)));
+            }
+            assert!(!queue.push(StepEvent::step(0, 1)), "a full queue must refuse");
+            for index in 0..CAPACITY as u32 {
+                assert_eq!(queue.front(), Some(StepEvent::step(round * 100_000 + index, 1)));
+                queue.advance();
+            }
+            assert_eq!(queue.front(), None);
+        }
+    }
+
+    #[test]
+    fn a_packed_event_reads_back() {
+        let forward = StepEvent::direction(7, Actuator::Gamma, Direction::Forward);
+        assert_eq!((forward.turning_forward(), forward.turning_backward(), forward.stepping()), (4, 0, 0));
+        let backward = StepEvent::direction(7, Actuator::Zeta, Direction::Backward);
+        assert_eq!((backward.turning_forward(), backward.turning_backward()), (0, 32));
+        assert!(forward.word > 0xFF && backward.word > 0xFF && StepEvent::step(0, 0x3F).word <= 0xFF);
+    }
+}

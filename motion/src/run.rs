@@ -1,0 +1,177 @@
+//! The block in execution: where it is, how fast, and its next slice of trajectory.
+
+use units::{Axis, PerActuator, PerAxis};
+
+use crate::{
+    greatest,
+    knots::SEGMENT_SECONDS,
+    least,
+    planner::Block,
+    profile::{Phase, Profile},
+    trajectory::{Piece, TickTime, along, tick_time},
+};
+
+/// A block that has begun. The cursor stands at the end of the last slice taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    pub block: Block,
+    /// Where the block begins.
+    pub origin: PerAxis<f64>,
+    /// What each motor does for a millimetre of path at the cursor, once it is known.
+    pub rates: Option<PerActuator<f64>>,
+    /// What one millimetre of path adds to each axis.
+    pub direction: PerAxis<f64>,
+    profile: Profile,
+    /// Phase the cursor is in, and how many of its slices are taken.
+    phase: usize,
+    taken: u32,
+    /// When that phase begins.
+    phase_start: TickTime,
+    /// Path distance from `origin` at which that phase begins, mm.
+    phase_base: f64,
+    /// Path distance from `origin` at the cursor, mm.
+    pub travelled: f64,
+    /// Path speed at the cursor, mm/s.
+    pub speed: f64,
+}
+
+/// A bit of trajectory between two knots.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slice {
+    pub end: TickTime,
+    pub seconds: f64,
+    pub entry: f64,
+    pub exit: f64,
+    pub point: PerAxis<f64>,
+    /// The first of a new piece.
+    pub fresh: bool,
+}
+
+/// Phases shorter than this (a fifth of a tick) are left out; the next knot makes up for their length.
+const NEGLIGIBLE_SECONDS: f64 = 1e-9;
+
+/// Greatest share of the clearance that one slice may cover. With 1/16 the error of the cubic is below a hundredth of a
+/// microsecond of time for every kinematics: see "Knots" in `docs/motion.md`.
+const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
+/// No slice is shorter: a bound for the work, not for the accuracy.
+const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
+
+/// Greatest distance of knots in a phase.
+fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
+    let end = phase.speed + phase.acceleration * phase.duration;
+    let free = CLEARANCE_SHARE * clearance / greatest(phase.speed, end);
+    least(SEGMENT_SECONDS, greatest(free, SHORTEST_SLICE_SECONDS))
+}
+
+impl Run {
+    /// Begins a block at `origin` and time `start`, moving with `speed`.
+    pub fn new(block: Block, origin: PerAxis<f64>, start: TickTime, speed: f64) -> Self {
+        let mut direction = PerAxis::default();
+        for axis in Axis::ALL {
+            direction[axis] = (block.target[axis] - origin[axis]) / block.length;
+        }
+        Self {
+            block,
+            origin,
+            rates: None,
+            direction,
+            profile: Profile::default(),
+            phase: 0,
+            taken: 0,
+            phase_start: start,
+            phase_base: 0.0,
+            travelled: 0.0,
+            speed,
+        }
+    }
+
+    /// Moves what is left of the trajectory in time.
+    pub fn shift(&mut self, by: TickTime) {
+        self.phase_start += by;
+    }
+
+    /// Path left after the cursor, mm.
+    pub fn remaining(&self) -> f64 {
+        self.block.length - self.travelled
+    }
+
+    /// Gives the rest of the block, from the cursor at `now` on, this profile.
+    pub fn follow(&mut self, profile: Profile, now: TickTime) {
+        self.profile = profile;
+        self.phase = 0;
+        self.taken = 0;
+        self.phase_start = now;
+        self.phase_base = self.travelled;
+    }
+
+    /// Machine position at the cursor.
+    pub fn point(&self) -> PerAxis<f64> {
+        if self.remaining() > 0.0 { along(&self.origin, &self.direction, self.travelled) } else { self.block.target }
+    }
+
+    /// The phase the cursor is in; phases too short to matter are passed over.
+    fn current(&mut self) -> Option<Phase> {
+        while let Some(phase) = self.profile.phases.get(self.phase) {
+            if phase.duration > NEGLIGIBLE_SECONDS {
+                return Some(*phase);
+            }
+            self.phase_base += phase.length;
+            self.phase += 1;
+        }
+        None
+    }
+
+    /// The piece of trajectory that begins at the cursor, if one does.
+    pub fn new_piece(&mut self) -> Option<Piece> {
+        let phase = self.current()?;
+        if self.taken > 0 {
+            return None;
+        }
+        Some(Piece {
+            start: self.phase_start,
+            duration: phase.duration,
+            origin: along(&self.origin, &self.direction, self.phase_base),
+            direction: self.direction,
+            speed: phase.speed,
+            acceleration: phase.acceleration,
+        })
+    }
+
+    /// Moves the cursor one slice on. `None` at the end of the profile.
+    pub fn advance(&mut self) -> Option<Slice> {
+        let phase = self.current()?;
+        let slices = libm::ceil(phase.duration / slice_seconds(&phase, self.block.clearance));
+        let seconds = phase.duration / slices;
+        let fresh = self.taken == 0;
+        self.taken += 1;
+        let last = f64::from(self.taken) >= slices;
+        let local = if last { phase.duration } else { f64::from(self.taken) * seconds };
+        let end = self.phase_start + tick_time(local);
+        let entry = self.speed;
+        if last {
+            self.speed = phase.speed + phase.acceleration * phase.duration;
+            self.phase_base += phase.length;
+            self.travelled = self.phase_base;
+            self.phase_start = end;
+            self.phase += 1;
+            self.taken = 0;
+            self.close();
+        } else {
+            self.speed = phase.speed + phase.acceleration * local;
+            self.travelled = self.phase_base + (phase.speed + 0.5 * phase.acceleration * local) * local;
+        }
+        Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), fresh })
+    }
+
+    /// At the end of the profile the speed is the profile's own, free of rounding; near the end of the block, the
+    /// place is the block's target itself.
+    fn close(&mut self) {
+        if self.current().is_none() {
+            self.speed = self.profile.exit;
+            // A nanometre: far above rounding, far below a step.
+            if self.remaining() < 1e-6 {
+                self.travelled = self.block.length;
+            }
+        }
+    }
+}

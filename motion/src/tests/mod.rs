@@ -1,0 +1,7 @@
+//! Laws of the whole pipeline, from submitted moves to played events.
+
+mod arms;
+mod filters;
+mod laws;
+mod rig;
+mod stops;

@@ -1,0 +1,99 @@
+//! The trajectory: pieces of position over time.
+//!
+//! Time is absolute, in step ticks with 32 bits of fraction: exact to add, never wrapping, equal on every machine. A
+//! piece is the path position as a polynomial of local time along a straight direction. Filters (input shaping,
+//! pressure advance) stand between here and [`crate::knots`].
+
+use fixed::types::U96F32;
+use units::{Axis, PerAxis, STEP_CLOCK_HZ, Ticks};
+
+/// A point on, or a length of, the step clock, finer than a tick: 96 bits of ticks, 32 of fraction.
+pub type TickTime = U96F32;
+
+/// Fixed-point units of [`TickTime`] in a second.
+const UNITS_PER_SECOND: f64 = STEP_CLOCK_HZ as f64 * 4_294_967_296.0;
+
+/// A length of time in seconds, zero when negative or not a number.
+#[must_use]
+pub fn tick_time(seconds: f64) -> TickTime {
+    // A float cast saturates, and takes NaN to zero.
+    TickTime::from_bits((seconds * UNITS_PER_SECOND) as u128)
+}
+
+/// From one point in time to a later one, seconds; zero when it is not later. Exact below 21 s.
+#[must_use]
+pub(crate) fn seconds_between(from: TickTime, to: TickTime) -> f64 {
+    to.saturating_sub(from).to_bits() as u64 as f64 / UNITS_PER_SECOND
+}
+
+/// The whole tick at a point in time.
+#[must_use]
+pub const fn whole_ticks(time: TickTime) -> Ticks {
+    Ticks((time.to_bits() >> 32) as u64)
+}
+
+/// A point in time at a whole tick.
+#[must_use]
+pub const fn at_tick(ticks: Ticks) -> TickTime {
+    TickTime::from_bits((ticks.0 as u128) << 32)
+}
+
+/// Constant acceleration along a straight line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// When it begins.
+    pub start: TickTime,
+    /// How long it lasts, in seconds.
+    pub duration: f64,
+    /// Where it begins, in machine space.
+    pub origin: PerAxis<f64>,
+    /// What one millimetre of path adds to each axis.
+    pub direction: PerAxis<f64>,
+    /// Path speed at the beginning, mm/s.
+    pub speed: f64,
+    /// Path acceleration, mm/s^2.
+    pub acceleration: f64,
+}
+
+impl Piece {
+    /// Path distance from the beginning after `t` seconds, mm.
+    #[must_use]
+    pub fn distance(&self, t: f64) -> f64 {
+        (self.speed + 0.5 * self.acceleration * t) * t
+    }
+
+    /// Path speed after `t` seconds, mm/s.
+    #[must_use]
+    pub fn speed_at(&self, t: f64) -> f64 {
+        self.speed + self.acceleration * t
+    }
+
+    /// Machine position at this path distance from the beginning.
+    #[must_use]
+    pub fn point_after(&self, distance: f64) -> PerAxis<f64> {
+        along(&self.origin, &self.direction, distance)
+    }
+}
+
+/// The point at `distance` from `origin` along `direction`.
+#[must_use]
+pub(crate) fn along(origin: &PerAxis<f64>, direction: &PerAxis<f64>, distance: f64) -> PerAxis<f64> {
+    let mut point = *origin;
+    for axis in Axis::ALL {
+        point[axis] += direction[axis] * distance;
+    }
+    point
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_become_ticks_and_nonsense_becomes_nothing() {
+        assert_eq!(whole_ticks(tick_time(0.001)), Ticks(200_000));
+        assert_eq!(tick_time(-1.0), TickTime::ZERO);
+        assert_eq!(tick_time(f64::NAN), TickTime::ZERO);
+        assert_eq!(whole_ticks(at_tick(Ticks(7)) + tick_time(2.6e-9 + 2.6e-9)), Ticks(8));
+    }
+}

@@ -1,0 +1,139 @@
+//! An input that stops motion: an end switch or a probe. The input's interrupt latches *when*; the feed works out *where*.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use units::{PerActuator, StepCount, Ticks};
+
+/// No input has fired.
+const NONE: u32 = u32::MAX;
+
+/// The meeting place of the input interrupts and the step feed. Lives in a `static`; plain atomics, nobody waits.
+///
+/// The dispatcher arms it for some inputs and gives the order to move; the first armed input to report disarms it and leaves
+/// its number and tick; the feed takes them at its next run and stops the motion.
+#[derive(Debug)]
+pub struct Latch {
+    /// Inputs that may fire, one bit each. Written by the dispatcher, cleared by the interrupt that fires.
+    armed: AtomicU32,
+    /// Low half of the step clock when the input fired. Written by the interrupt before `fired`.
+    at: AtomicU32,
+    /// Number of the input that fired, or [`NONE`]. Written by the interrupt, reset by the feed and by arming.
+    fired: AtomicU32,
+}
+
+/// An input that has fired.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fired {
+    /// Number of the input.
+    pub input: u8,
+    /// Low half of the step clock at that moment.
+    pub at: u32,
+}
+
+/// What stopped the motion, when, and where the motors were then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Trigger {
+    /// Number of the input.
+    pub input: u8,
+    /// When it fired.
+    pub at: Ticks,
+    /// Each motor's step count at that tick, exactly.
+    pub steps: PerActuator<StepCount>,
+}
+
+impl Default for Latch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Latch {
+    /// A latch that is not armed.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { armed: AtomicU32::new(0), at: AtomicU32::new(0), fired: AtomicU32::new(NONE) }
+    }
+
+    /// Arms the inputs of this mask (bit n: input n) and forgets what fired before. Zero disarms.
+    pub fn arm(&self, inputs: u32) {
+        // Disarmed first, so that no interrupt can fire between the two stores and be forgotten.
+        self.armed.store(0, Ordering::SeqCst);
+        self.fired.store(NONE, Ordering::SeqCst);
+        self.armed.store(inputs, Ordering::SeqCst);
+    }
+
+    /// Disarms every input and forgets what fired.
+    pub fn disarm(&self) {
+        self.arm(0);
+    }
+
+    /// Inputs still armed.
+    #[must_use]
+    pub fn armed(&self) -> u32 {
+        self.armed.load(Ordering::SeqCst)
+    }
+
+    /// Called by an input's interrupt with the low half of the step clock. Only the first armed input counts.
+    pub fn report(&self, input: u8, at: u32) {
+        let bit = 1_u32.checked_shl(u32::from(input)).unwrap_or(0);
+        if self.armed.load(Ordering::SeqCst) & bit == 0 {
+            return;
+        }
+        // Another input's interrupt may come between: whoever swaps the mask out is the first.
+        if self.armed.swap(0, Ordering::SeqCst) & bit != 0 {
+            self.at.store(at, Ordering::SeqCst);
+            self.fired.store(u32::from(input), Ordering::SeqCst);
+        }
+    }
+
+    /// The input that fired, if one has and the feed has not seen it yet.
+    #[must_use]
+    pub fn fired(&self) -> Option<Fired> {
+        let input = self.fired.load(Ordering::SeqCst);
+        if input == NONE {
+            return None;
+        }
+        Some(Fired { input: input as u8, at: self.at.load(Ordering::SeqCst) })
+    }
+
+    /// Takes the input that fired. The feed's side.
+    pub(crate) fn take(&self) -> Option<Fired> {
+        let fired = self.fired();
+        if fired.is_some() {
+            self.fired.store(NONE, Ordering::SeqCst);
+        }
+        fired
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_first_armed_input_fires() {
+        let latch = Latch::new();
+        latch.report(3, 10);
+        assert_eq!(latch.fired(), None, "nothing is armed");
+        latch.arm(0b1010);
+        latch.report(0, 20);
+        latch.report(40, 20);
+        assert_eq!((latch.fired(), latch.armed()), (None, 0b1010), "input 0 is not armed");
+        latch.report(3, 30);
+        latch.report(1, 31);
+        assert_eq!(latch.take(), Some(Fired { input: 3, at: 30 }));
+        assert_eq!((latch.take(), latch.armed()), (None, 0));
+    }
+
+    #[test]
+    fn arming_forgets_what_fired_before() {
+        let latch = Latch::new();
+        latch.arm(1);
+        latch.report(0, 5);
+        latch.arm(2);
+        assert_eq!(latch.fired(), None);
+        latch.disarm();
+        latch.report(1, 6);
+        assert_eq!(latch.fired(), None);
+    }
+}
