@@ -1,0 +1,16 @@
+//! Sensors and inputs: what their datasheets say, as pure functions and small state machines. No bus and no pin in
+//! here; the caller reads the converter or the SPI frame and hands over the number.
+//!
+//! ```
+//! use drivers::thermistor::{AdcCode, Thermistor};
+//!
+//! let hotend = Thermistor::built_in("Semitec").ok_or("no such thermistor")?;
+//! let reading = hotend.celsius(AdcCode(4_000)).map_err(|fault| fault.message())?;
+//! assert!((200.0..250.0).contains(&reading.0));
+//! # Ok::<(), &str>(())
+//! ```
+#![cfg_attr(not(test), no_std)]
+
+pub mod debounce;
+pub mod max31855;
+pub mod thermistor;

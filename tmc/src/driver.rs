@@ -1,0 +1,389 @@
+//! One driver chip in a person's terms. The chip's registers cannot be read, so the driver keeps a copy, writes what
+//! changes, and can write all of it again after the motor supply was gone.
+
+use crate::Chip;
+use crate::chopper::{Chopper, CoolStep, SettingError, in_range};
+use crate::current::{CurrentSetting, current_setting};
+use crate::register::{DrvConf, DrvCtrl, Registers, SgCsConf, SmartEn, WORD_MASK};
+use crate::status::{ReadSelect, Status};
+use embedded_hal::spi::SpiDevice;
+use units::{Amps, Ohms};
+
+/// Why a driver could not be spoken to, or would not do as told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error<E> {
+    /// The SPI bus failed.
+    Bus(E),
+    /// Nothing drives the data line: only zeros or only ones came back. No chip, no power, or chip select not connected.
+    Absent,
+    /// Something answers, but not as this chip would. The 24 bits that came.
+    WrongAnswer(u32),
+    /// The chip cannot be set so; nothing was sent.
+    Setting(SettingError),
+}
+
+impl<E> From<SettingError> for Error<E> {
+    fn from(error: SettingError) -> Self {
+        Self::Setting(error)
+    }
+}
+
+impl<E: core::fmt::Debug> core::fmt::Display for Error<E> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Bus(error) => write!(f, "SPI bus error {error:?}"),
+            Self::Absent => f.write_str("no answer; is the motor supply on?"),
+            Self::WrongAnswer(answer) => write!(f, "unexpected answer {answer:06x}"),
+            Self::Setting(error) => error.fmt(f),
+        }
+    }
+}
+
+/// Microsteps per full step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum Microsteps {
+    M256 = 0,
+    M128 = 1,
+    M64 = 2,
+    M32 = 3,
+    M16 = 4,
+    M8 = 5,
+    M4 = 6,
+    M2 = 7,
+    M1 = 8,
+}
+
+impl Microsteps {
+    /// From a number of microsteps; a power of two from 1 to 256.
+    #[must_use]
+    pub const fn from_count(count: u16) -> Option<Self> {
+        Some(match count {
+            256 => Self::M256,
+            128 => Self::M128,
+            64 => Self::M64,
+            32 => Self::M32,
+            16 => Self::M16,
+            8 => Self::M8,
+            4 => Self::M4,
+            2 => Self::M2,
+            1 => Self::M1,
+            _ => return None,
+        })
+    }
+
+    /// How many.
+    #[must_use]
+    pub const fn count(self) -> u16 {
+        256 >> self as u16
+    }
+}
+
+/// How the chip reads the STEP input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepInput {
+    /// Microsteps per full step.
+    pub microsteps: Microsteps,
+    /// Every edge is a step, not only the rising one: half the edges for the same speed.
+    pub double_edge: bool,
+    /// The chip divides each step into 16 by time, for smoothness.
+    pub interpolation: bool,
+}
+
+/// Load measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StallGuard {
+    /// Lower is more sensitive. -64 to 63.
+    pub threshold: i8,
+    /// Average over four full steps.
+    pub filter: bool,
+}
+
+/// A TMC2590 or TMC2660 on an SPI bus in [`crate::SPI_MODE`].
+///
+/// Every setting enters the copy of the registers before it is sent, so a chip that does not answer yet, because the
+/// motor supply is off, gets all of them by [`Driver::start`].
+#[derive(Debug)]
+pub struct Driver<SPI> {
+    spi: SPI,
+    chip: Chip,
+    sense_resistor: Ohms,
+    /// `CHOPCONF.TOFF` here is the off time to use when enabled.
+    registers: Registers,
+    enabled: bool,
+    /// The current to run with, and the one to stand with if they differ.
+    run: CurrentSetting,
+    standstill: Option<CurrentSetting>,
+    standing: bool,
+    /// What the chip shows in its next answer; it changes one answer after it was asked.
+    shown: ReadSelect,
+}
+
+/// Fills the four bits of the 24 that the chip only passes through, so that a dead line cannot look like an answer.
+const PADDING: u32 = 0b0101;
+
+impl<SPI: SpiDevice> Driver<SPI> {
+    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current. Sends nothing.
+    ///
+    /// # Errors
+    /// A sense resistor that is not above 0.
+    pub fn new(spi: SPI, chip: Chip, sense_resistor: Ohms) -> Result<Self, Error<SPI::Error>> {
+        in_range("sense resistor", "above 0 Ohm", sense_resistor.0 > 0.0 && sense_resistor.0.is_finite())?;
+        let run = current_setting(chip, sense_resistor, Amps(0.0));
+        let drvconf = match chip {
+            // The board's external MOSFETs want the strongest gate drive; the internal ones the middle.
+            Chip::Tmc2590 => DrvConf::RESET.with_slp2(1).with_slph(3).with_slpl(3),
+            Chip::Tmc2660 => DrvConf::RESET.with_slph(2).with_slpl(2),
+        };
+        let registers = Registers {
+            drvctrl: DrvCtrl::RESET.with_mres(Microsteps::M32 as u32),
+            chopconf: Chopper::DEFAULT.register()?,
+            smarten: SmartEn::RESET,
+            sgcsconf: SgCsConf::RESET.with_sgt(10).with_sfilt(1),
+            drvconf: drvconf.with_rdsel(Self::health_reading(chip) as u32),
+        };
+        let mut driver = Self {
+            spi,
+            chip,
+            sense_resistor,
+            registers,
+            enabled: false,
+            run,
+            standstill: None,
+            standing: false,
+            shown: ReadSelect::default(),
+        };
+        driver.store_current();
+        Ok(driver)
+    }
+
+    /// Writes every register, then checks that a chip of this kind answers. Also what brings the chip back after the
+    /// motor supply was gone. Takes six transfers.
+    ///
+    /// # Errors
+    /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
+    pub fn start(&mut self) -> Result<Status, Error<SPI::Error>> {
+        // The chip may have lost its settings, so the format of the answers before DRVCONF arrived is not known.
+        for word in [self.registers.drvctrl.word(), self.chopconf(), self.registers.smarten.word()] {
+            self.transfer(word)?;
+        }
+        self.transfer(self.registers.sgcsconf.word())?;
+        self.transfer(self.registers.drvconf.word())?;
+        self.status()
+    }
+
+    /// Asks for the chip's status, with the reading selected last.
+    ///
+    /// # Errors
+    /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
+    pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
+        self.write(self.registers.drvconf.word())
+    }
+
+    /// Asks for one reading, and leaves the selection as it was. Takes up to three transfers.
+    ///
+    /// # Errors
+    /// As [`Self::status`]; [`Error::Setting`] for diagnostics from a TMC2660, which has none.
+    pub fn read(&mut self, select: ReadSelect) -> Result<Status, Error<SPI::Error>> {
+        let has_it = self.chip == Chip::Tmc2590 || select != ReadSelect::Diagnostics;
+        in_range("reading", "one that a TMC2660 has", has_it)?;
+        let usual = self.registers.drvconf;
+        self.write(usual.with_rdsel(select as u32).word())?;
+        self.write(usual.word())
+    }
+
+    /// Switches the bridges on.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn enable(&mut self) -> Result<Status, Error<SPI::Error>> {
+        self.enabled = true;
+        self.write(self.chopconf())
+    }
+
+    /// Switches the bridges off (`TOFF` = 0); the motor turns freely.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn disable(&mut self) -> Result<Status, Error<SPI::Error>> {
+        self.enabled = false;
+        self.write(self.chopconf())
+    }
+
+    /// Whether the bridges were last told to be on.
+    #[must_use]
+    pub const fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// Sets the peak coil current. The answer says what the chip makes of it; see [`crate::CurrentFit`].
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn set_current(&mut self, peak: Amps) -> Result<CurrentSetting, Error<SPI::Error>> {
+        let setting = current_setting(self.chip, self.sense_resistor, peak);
+        self.run = setting;
+        self.write_current()?;
+        Ok(setting)
+    }
+
+    /// The peak current the motor runs with.
+    #[must_use]
+    pub const fn current(&self) -> Amps {
+        self.run.actual
+    }
+
+    /// Sets the peak current to use while [`Self::set_standing`] holds; none to use the running current.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn set_standstill_current(&mut self, peak: Option<Amps>) -> Result<(), Error<SPI::Error>> {
+        self.standstill = peak.map(|peak| current_setting(self.chip, self.sense_resistor, peak));
+        self.write_current()
+    }
+
+    /// Changes between the running and the standstill current. Sends nothing if nothing changes.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn set_standing(&mut self, standing: bool) -> Result<(), Error<SPI::Error>> {
+        let changes = standing != self.standing && self.standstill.is_some();
+        self.standing = standing;
+        if changes { self.write_current() } else { Ok(()) }
+    }
+
+    /// Sets how STEP is read.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn set_step_input(&mut self, input: StepInput) -> Result<(), Error<SPI::Error>> {
+        self.registers.drvctrl = DrvCtrl::RESET
+            .with_mres(input.microsteps as u32)
+            .with_dedge(u32::from(input.double_edge))
+            .with_intpol(u32::from(input.interpolation));
+        self.write(self.registers.drvctrl.word()).map(drop)
+    }
+
+    /// Sets the chopper. A disabled motor stays disabled.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for what the chip cannot do, else as [`Self::status`].
+    pub fn set_chopper(&mut self, chopper: Chopper) -> Result<(), Error<SPI::Error>> {
+        self.registers.chopconf = chopper.register()?;
+        self.write(self.chopconf()).map(drop)
+    }
+
+    /// Sets load measurement.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a threshold out of range, else as [`Self::status`].
+    pub fn set_stall_guard(&mut self, stall_guard: StallGuard) -> Result<(), Error<SPI::Error>> {
+        in_range("stallGuard threshold", "-64 to 63", (-64..=63).contains(&stall_guard.threshold))?;
+        let two_s_complement = u32::from(stall_guard.threshold.cast_unsigned()) & 0x7F;
+        self.registers.sgcsconf =
+            self.registers.sgcsconf.with_sgt(two_s_complement).with_sfilt(u32::from(stall_guard.filter));
+        self.write(self.registers.sgcsconf.word()).map(drop)
+    }
+
+    /// Sets load-dependent current; none turns it off.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for what the chip cannot do, else as [`Self::status`].
+    pub fn set_cool_step(&mut self, cool_step: Option<CoolStep>) -> Result<(), Error<SPI::Error>> {
+        self.registers.smarten = match cool_step {
+            Some(cool_step) => cool_step.register()?,
+            None => SmartEn::RESET,
+        };
+        self.write(self.registers.smarten.word()).map(drop)
+    }
+
+    /// Sets passive fast decay (`EN_PFD`), which damps resonance at medium speed.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a TMC2660, which has none, else as [`Self::status`].
+    pub fn set_passive_fast_decay(&mut self, on: bool) -> Result<(), Error<SPI::Error>> {
+        in_range("passive fast decay", "off on a TMC2660", !on || self.chip == Chip::Tmc2590)?;
+        self.registers.drvconf = self.registers.drvconf.with_en_pfd(u32::from(on));
+        self.write(self.registers.drvconf.word()).map(drop)
+    }
+
+    /// The copy of the registers. `CHOPCONF.TOFF` is the one used when enabled.
+    #[must_use]
+    pub const fn registers(&self) -> &Registers {
+        &self.registers
+    }
+
+    /// Which chip this is.
+    #[must_use]
+    pub const fn chip(&self) -> Chip {
+        self.chip
+    }
+
+    /// The sense resistor currents are computed with.
+    #[must_use]
+    pub const fn sense_resistor(&self) -> Ohms {
+        self.sense_resistor
+    }
+
+    /// Gives the bus back. The chip keeps its last settings.
+    #[must_use]
+    pub fn release(self) -> SPI {
+        self.spi
+    }
+
+    /// The reading that says most about health.
+    const fn health_reading(chip: Chip) -> ReadSelect {
+        match chip {
+            Chip::Tmc2590 => ReadSelect::Diagnostics,
+            Chip::Tmc2660 => ReadSelect::StallGuard,
+        }
+    }
+
+    fn chopconf(&self) -> u32 {
+        if self.enabled { self.registers.chopconf.word() } else { self.registers.chopconf.with_toff(0).word() }
+    }
+
+    fn store_current(&mut self) {
+        let setting = if self.standing { self.standstill.unwrap_or(self.run) } else { self.run };
+        self.registers.sgcsconf = self.registers.sgcsconf.with_cs(u32::from(setting.cs));
+        self.registers.drvconf = self.registers.drvconf.with_vsense(u32::from(setting.low_range));
+    }
+
+    /// Scale and range are in two registers. In this order the current between the two is below the larger of the old
+    /// and the new one: the low range takes effect before its larger scale, the high range after its smaller scale.
+    fn write_current(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.store_current();
+        let (scale, range) = (self.registers.sgcsconf.word(), self.registers.drvconf.word());
+        let low_range = self.registers.drvconf.vsense() == 1;
+        for word in if low_range { [range, scale] } else { [scale, range] } {
+            self.write(word)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, word: u32) -> Result<Status, Error<SPI::Error>> {
+        let shown = self.shown;
+        let answer = self.transfer(word)?;
+        Status::decode(answer >> 4, shown).ok_or(Error::WrongAnswer(answer))
+    }
+
+    /// Sends 20 bits in a 24-bit frame; the chip takes the last 20. Gives the 24 bits that came back: the answer in
+    /// the upper 20, below it what the chip passed through.
+    fn transfer(&mut self, word: u32) -> Result<u32, Error<SPI::Error>> {
+        let [_, mut frame @ ..] = (PADDING << 20 | word & WORD_MASK).to_be_bytes();
+        self.spi.transfer_in_place(&mut frame).map_err(Error::Bus)?;
+        if let Some(drvconf) = DrvConf::from_word(word) {
+            self.shown = ReadSelect::from_code(drvconf.rdsel());
+        }
+        let [high, middle, low] = frame;
+        match u32::from_be_bytes([0, high, middle, low]) {
+            0 => Err(Error::Absent),
+            answer if answer >> 4 == WORD_MASK => Err(Error::Absent),
+            answer => Ok(answer),
+        }
+    }
+}
+
+mod raw;
+#[cfg(test)]
+mod tests;

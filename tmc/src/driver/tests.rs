@@ -1,0 +1,261 @@
+//! The driver against a model of the chip's SPI port that knows nothing of the driver.
+
+use super::*;
+use crate::status::{Reading, Temperature};
+use crate::{BlankTime, HysteresisDecrement};
+use core::convert::Infallible;
+use embedded_hal::spi::{ErrorType, Operation};
+use proptest::prelude::*;
+
+/// A chip as the datasheet tells it: a 20-bit shift register, latched when chip select rises.
+#[derive(Debug)]
+struct FakeChip {
+    words: [u32; 8],
+    flags: u32,
+    powered: bool,
+    line_when_dead: u8,
+    /// Every CHOPCONF, SGCSCONF and DRVCONF state in order, as (on, peak current in units of 1/32 V at 1 Ohm).
+    history: Vec<(bool, f32)>,
+}
+
+impl Default for FakeChip {
+    fn default() -> Self {
+        Self { words: [0; 8], flags: 0, powered: true, line_when_dead: 0, history: Vec::new() }
+    }
+}
+
+impl FakeChip {
+    fn answer(&self) -> u32 {
+        let select = self.words[7] >> 4 & 3;
+        let reading = if select == 3 { 0b11 << 8 } else { 0x155 << 10 };
+        reading | self.flags
+    }
+
+    fn current(&self) -> f32 {
+        let full_scale = if self.words[7] >> 6 & 1 == 1 { 0.173 } else { 0.325 };
+        ((self.words[6] & 31) as f32 + 1.0) * full_scale
+    }
+}
+
+impl ErrorType for FakeChip {
+    type Error = Infallible;
+}
+
+impl SpiDevice for FakeChip {
+    fn transaction(&mut self, work: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        let [Operation::TransferInPlace(frame)] = work else { panic!("one frame per chip select") };
+        let [a, b, c] = **frame else { panic!("24 bits") };
+        if !self.powered {
+            frame.fill(self.line_when_dead);
+            return Ok(());
+        }
+        let sent = u32::from_be_bytes([0, a, b, c]);
+        let back = self.answer() << 4 | sent >> 20;
+        frame.copy_from_slice(&back.to_be_bytes()[1..]);
+        let word = sent & WORD_MASK;
+        // DRVCTRL is addressed by two bits only.
+        let address = if word >> 18 == 0 { 0 } else { word >> 17 };
+        self.words[address as usize] = word;
+        self.history.push((self.words[4] & 15 != 0, self.current()));
+        Ok(())
+    }
+}
+
+fn driver(chip: Chip) -> Driver<FakeChip> {
+    Driver::new(FakeChip::default(), chip, Ohms(0.05)).unwrap()
+}
+
+#[test]
+fn starting_loads_a_smoothieboard_s_settings_with_the_bridges_off() {
+    let mut driver = driver(Chip::Tmc2590);
+    let status = driver.start().unwrap();
+    assert!(matches!(status.reading, Reading::Diagnostics(all) if all.temperature == Temperature::Below100));
+    let chip = driver.release();
+    assert_eq!(chip.words[0], 0x0_0003, "32 microsteps");
+    assert_eq!(chip.words[4], 0x9_81C0, "off time 0, blank 54, start 5, end 0");
+    assert_eq!(chip.words[6] & !31, 0xD_0A00, "stallGuard threshold 10, filtered");
+    assert_eq!(chip.words[7] & !64, 0xE_F830, "strongest slopes");
+    assert!(chip.history.iter().all(|(on, _)| !on));
+}
+
+#[test]
+fn a_tmc2660_never_sees_the_fields_it_has_not() {
+    let mut driver = driver(Chip::Tmc2660);
+    driver.start().unwrap();
+    driver.write_raw(0xE_F80F).unwrap();
+    assert_eq!(
+        driver.read(ReadSelect::Diagnostics).unwrap_err(),
+        Error::Setting(SettingError { setting: "reading", must_be: "one that a TMC2660 has" })
+    );
+    assert_eq!(driver.release().words[7] & 0x0_080F, 0);
+}
+
+#[test]
+fn a_dead_line_is_absent_and_a_strange_answer_is_wrong() {
+    for line in [0x00, 0xFF] {
+        let mut driver = driver(Chip::Tmc2590);
+        (driver.spi.powered, driver.spi.line_when_dead) = (false, line);
+        assert_eq!(driver.start(), Err(Error::Absent));
+    }
+    let mut driver = driver(Chip::Tmc2590);
+    (driver.spi.powered, driver.spi.line_when_dead) = (false, 0xA5);
+    assert!(matches!(driver.start(), Err(Error::WrongAnswer(0xA5_A5A5))));
+}
+
+#[test]
+fn a_chip_that_lost_its_settings_answers_wrong_until_started_again() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    driver.set_current(Amps(3.0)).unwrap();
+    driver.enable().unwrap();
+    let before = driver.spi.words;
+    driver.spi.words = [0; 8];
+    assert!(matches!(driver.status(), Err(Error::WrongAnswer(_))));
+    driver.start().unwrap();
+    assert_eq!(driver.spi.words, before);
+}
+
+#[test]
+fn disabling_keeps_the_chopper_for_the_next_enable() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    let chopper = Chopper::SpreadCycle {
+        off_time: 3,
+        blank_time: BlankTime::Clocks36,
+        hysteresis_start: 2,
+        hysteresis_end: 1,
+        decrement: HysteresisDecrement::Clocks64,
+        random_off_time: false,
+    };
+    driver.set_chopper(chopper).unwrap();
+    assert_eq!(driver.spi.words[4] & 15, 0, "setting a chopper must not start the motor");
+    driver.enable().unwrap();
+    let on = driver.spi.words[4];
+    assert_eq!(on & 15, 3);
+    driver.disable().unwrap();
+    assert_eq!(driver.spi.words[4], on & !15);
+    driver.enable().unwrap();
+    assert_eq!((driver.spi.words[4], driver.is_enabled()), (on, true));
+}
+
+#[test]
+fn every_reading_can_be_had_and_the_usual_one_comes_back() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    assert_eq!(driver.read(ReadSelect::Microstep).unwrap().reading, Reading::Microstep(0x155));
+    assert_eq!(driver.read(ReadSelect::StallGuard).unwrap().reading, Reading::StallGuard(0x155));
+    assert!(matches!(driver.status().unwrap().reading, Reading::Diagnostics(_)));
+}
+
+#[test]
+fn standing_uses_the_standstill_current_and_moving_the_running_one() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    driver.set_current(Amps(4.0)).unwrap();
+    let running = driver.spi.current();
+    driver.set_standing(true).unwrap();
+    assert_eq!(driver.spi.current(), running, "no standstill current is set");
+    driver.set_standstill_current(Some(Amps(1.0))).unwrap();
+    assert!(driver.spi.current() < running * 0.3);
+    driver.set_standing(false).unwrap();
+    assert_eq!(driver.spi.current(), running);
+}
+
+#[test]
+fn a_raw_word_cannot_switch_a_motor_on_or_blind_the_driver() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    driver.write_raw(0x9_0005).unwrap();
+    assert_eq!(driver.spi.words[4], 0x9_0000);
+    assert!(matches!(driver.write_raw(0x9_0000), Err(Error::Setting(_))));
+    assert!(matches!(driver.write_raw(0x4_0000), Err(Error::Setting(_))));
+    driver.write_raw(0xE_0080).unwrap();
+    assert_eq!(driver.spi.words[7], 0xE_0030, "STEP/DIR mode and the selected reading stay");
+    driver.write_raw(0xC_0013).unwrap();
+    assert!((driver.current().0 - 20.0 / 32.0 * 0.325 / 0.05).abs() < 1e-6);
+}
+
+#[test]
+fn a_register_dump_is_taken_whole_or_not_at_all() {
+    let mut driver = driver(Chip::Tmc2590);
+    let dump = [0x0_0204, 0x9_4550, 0xA_0000, 0xC_0A1F, 0xE_0001];
+    driver.load_registers(dump).unwrap();
+    assert!(driver.spi.history.is_empty(), "nothing is sent");
+    driver.start().unwrap();
+    assert_eq!(driver.spi.words[0], 0x0_0204);
+    assert_eq!(driver.registers().chopconf.word(), 0x9_4555, "the off time stays");
+    assert!((driver.current().0 - 6.5).abs() < 1e-6);
+    let before = *driver.registers();
+    for bad in [[0x0_0204, 0x0_0203, 0xA_0000, 0xC_0A1F, 0xE_0001], [0x4_0000, 0x9_4550, 0xA_0000, 0xC_0A1F, 0xE_0001]]
+    {
+        assert!(matches!(driver.load_registers(bad), Err(Error::Setting(_))));
+        assert_eq!(*driver.registers(), before);
+    }
+}
+
+#[test]
+fn settings_made_before_the_chip_answers_are_sent_when_it_does() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.spi.powered = false;
+    assert_eq!(driver.set_current(Amps(3.0)), Err(Error::Absent));
+    assert_eq!(driver.set_passive_fast_decay(true), Err(Error::Absent));
+    driver.spi.powered = true;
+    driver.start().unwrap();
+    assert!((driver.current().0 - driver.spi.current() / 32.0 / 0.05).abs() < 1e-6);
+    assert_eq!(driver.spi.words[7] & 0b10, 0b10);
+}
+
+#[test]
+fn settings_may_come_before_the_first_start() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.set_current(Amps(3.0)).unwrap();
+    driver.set_standstill_current(Some(Amps(0.6))).unwrap();
+    let input = StepInput { microsteps: Microsteps::M16, double_edge: true, interpolation: true };
+    driver.set_step_input(input).unwrap();
+    driver.start().unwrap();
+    assert_eq!(driver.spi.words[0], 0x0_0304);
+}
+
+#[test]
+fn a_sense_resistor_of_nothing_is_refused() {
+    for bad in [0.0, -0.1, f32::NAN, f32::INFINITY] {
+        assert!(matches!(Driver::new(FakeChip::default(), Chip::Tmc2590, Ohms(bad)), Err(Error::Setting(_))));
+    }
+}
+
+#[test]
+fn microsteps_find_their_way_back() {
+    for count in 0..=300_u16 {
+        let expected = (count <= 256 && count.is_power_of_two()).then_some(count);
+        assert_eq!(Microsteps::from_count(count).map(Microsteps::count), expected);
+    }
+}
+
+proptest! {
+    #[test]
+    fn between_two_currents_there_is_never_a_larger_one(first in 0.0_f32..7.0, second in 0.0_f32..7.0) {
+        let mut driver = driver(Chip::Tmc2590);
+        driver.start().unwrap();
+        driver.set_current(Amps(first)).unwrap();
+        let before = driver.spi.current();
+        driver.spi.history.clear();
+        driver.set_current(Amps(second)).unwrap();
+        let after = driver.spi.current();
+        for (_, between) in &driver.spi.history {
+            prop_assert!(*between <= before.max(after), "{} between {} and {}", between, before, after);
+        }
+        prop_assert!((driver.current().0 - after / 32.0 / 0.05).abs() < 1e-5);
+    }
+
+    #[test]
+    fn flags_reach_the_status_whatever_the_settings(flags in 0_u32..256, threshold: i8) {
+        let mut driver = driver(Chip::Tmc2590);
+        driver.spi.flags = flags;
+        driver.start().unwrap();
+        match driver.set_stall_guard(StallGuard { threshold, filter: true }) {
+            Ok(()) => prop_assert_eq!(((driver.spi.words[6] >> 8 & 0x7F) << 1) as u8 as i8 >> 1, threshold),
+            Err(error) => prop_assert!(matches!(error, Error::Setting(_)) && !(-64..=63).contains(&threshold)),
+        }
+        prop_assert_eq!(driver.status().unwrap().raw & 0xFF, flags);
+    }
+}

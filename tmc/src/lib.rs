@@ -1,0 +1,96 @@
+//! Trinamic TMC2590 and TMC2660 stepper motor drivers over SPI.
+//!
+//! [`register`] holds what the chip says: five write-only registers and the answer, every field under its datasheet
+//! name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot. The two chips share
+//! one register map; where they differ, [`Chip`] knows.
+//!
+//! | | TMC2590 | TMC2660 |
+//! |---|---|---|
+//! | bridges | external MOSFETs | inside |
+//! | sense voltage at full scale | 325 mV or 173 mV | 310 mV or 165 mV |
+//! | full diagnostics (`RDSEL` = %11) | yes | no |
+//!
+//! Sources: TMC2590 datasheet V1.0 (2019-FEB-22) section 7, TMC2660 datasheet Rev. 1.05 (2016-JUL-14) section 6.
+//!
+//! ```
+//! # use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+//! # struct Bus;
+//! # impl ErrorType for Bus { type Error = core::convert::Infallible; }
+//! # impl SpiDevice for Bus {
+//! #     fn transaction(&mut self, work: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
+//! #         for step in work { if let Operation::TransferInPlace(frame) = step { frame.copy_from_slice(b"\x00\x08\x05"); } }
+//! #         Ok(())
+//! #     }
+//! # }
+//! use tmc::{Chip, Driver, Microsteps, StepInput};
+//! use units::{Amps, Ohms};
+//!
+//! # let spi = Bus;
+//! let mut driver = Driver::new(spi, Chip::Tmc2660, Ohms(0.1))?;
+//! driver.start()?; // bridges still off
+//! driver.set_current(Amps(1.5))?;
+//! driver.set_step_input(StepInput { microsteps: Microsteps::M16, double_edge: true, interpolation: true })?;
+//! driver.enable()?;
+//! # Ok::<(), tmc::Error<core::convert::Infallible>>(())
+//! ```
+#![cfg_attr(not(test), no_std)]
+
+mod chopper;
+mod current;
+mod driver;
+pub mod register;
+mod status;
+
+pub use chopper::{BlankTime, Chopper, CoolStep, HysteresisDecrement, SettingError};
+pub use current::{CurrentFit, CurrentSetting, current_setting};
+pub use driver::{Driver, Error, Microsteps, StallGuard, StepInput};
+pub use status::{Diagnostics, ReadSelect, Reading, Status, Temperature};
+
+use embedded_hal::spi;
+use units::{Amps, Ohms};
+
+/// SPI mode of the chips: clock idles high, data is taken on the rising edge (TMC2590 datasheet section 7.2).
+pub const SPI_MODE: spi::Mode = spi::MODE_3;
+/// SPI clock that is safe with the internal oscillator at its slowest: below a quarter of 10 MHz with a wide margin.
+pub const SPI_CLOCK_HZ: u32 = 500_000;
+
+/// Which chip is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chip {
+    /// External MOSFETs, full diagnostics.
+    Tmc2590,
+    /// Internal MOSFETs.
+    Tmc2660,
+}
+
+impl Chip {
+    /// Sense resistor fitted on the Smoothieboard v2 Prime.
+    #[must_use]
+    pub const fn default_sense_resistor(self) -> Ohms {
+        match self {
+            Self::Tmc2590 => Ohms(0.050),
+            Self::Tmc2660 => Ohms(0.100),
+        }
+    }
+
+    /// Highest peak current the board's power stage may be asked for with this sense resistor.
+    #[must_use]
+    pub fn default_max_current(self, sense_resistor: Ohms) -> Amps {
+        let milliohms = sense_resistor.0 * 1_000.0;
+        match self {
+            Self::Tmc2660 => Amps(2.8),
+            Self::Tmc2590 if (milliohms - 50.0).abs() < 0.5 => Amps(5.5),
+            Self::Tmc2590 if (milliohms - 75.0).abs() < 0.5 => Amps(4.4),
+            Self::Tmc2590 => Amps(3.2),
+        }
+    }
+
+    /// The chip's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tmc2590 => "TMC2590",
+            Self::Tmc2660 => "TMC2660",
+        }
+    }
+}
