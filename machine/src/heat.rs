@@ -1,0 +1,333 @@
+//! Heaters, fans and every other switched output.
+//!
+//! [`HeatControl`] is a pure object with two clocks: [`HeatControl::tick`] reads sensors and runs control laws and
+//! guards; [`HeatControl::modulation_tick`] turns duties into on and off at 2 kHz. Both run in the heat task, above
+//! planning, so no amount of motion can starve them.
+//!
+//! A heater is on only while everything that makes it safe has been seen to work: a believable reading this sample, a
+//! guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that reported within
+//! [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the message follows later.
+
+mod guard;
+mod law;
+mod modulator;
+mod sensor;
+mod settings;
+pub mod thermistors;
+mod tuning;
+
+use heapless::Vec;
+use units::{Celsius, Duty, Micros};
+
+pub use guard::{Guard, GuardSettings};
+pub use law::{BangBang, Law, Pid, PidGains};
+pub use modulator::{MODULATION_HZ, Modulators};
+pub use sensor::{Curve, Sensor, Thermistor};
+pub use settings::{HeaterSettings, LawSettings};
+pub use tuning::{Gains, Relay};
+
+use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
+
+/// Without a control tick for this many modulation ticks (one second), every heater output is off.
+pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
+/// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card command.
+pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
+/// Targets up to this are "off": 1 and 2 are preset numbers in Smoothieware configurations.
+pub const OFF_BELOW: Celsius = Celsius(2.0);
+/// Unbelievable readings in a row before the machine halts. The heater is off from the first one.
+const BAD_READINGS: u8 = 4;
+
+/// Why heating was stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HeatCause {
+    /// The sensor gives no usable reading: open, shorted or silent.
+    NoReading,
+    /// Reading below `min_temp` while heating.
+    BelowMinimum(Celsius),
+    /// Reading above `max_temp` while heating.
+    AboveMaximum(Celsius),
+    /// The target was not reached within the heating timeout.
+    HeatingTooSlow,
+    /// A lower target was not reached within the cooling timeout.
+    CoolingTooSlow,
+    /// The temperature left the target by more than `runaway_range`; the difference.
+    Runaway(Celsius),
+    /// The dispatcher stopped reporting.
+    DispatcherSilent,
+}
+
+/// A heating fault: which controller, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatFault {
+    /// Place of the controller in the configuration's list.
+    pub heater: u8,
+    /// What happened.
+    pub cause: HeatCause,
+}
+
+/// One temperature controller or read-only sensor.
+#[derive(Clone, Debug)]
+pub struct Heater {
+    /// Its settings. M-codes may change gains and limits at run time.
+    pub settings: HeaterSettings,
+    law: Law,
+    guard: Guard,
+    reading: Option<Celsius>,
+    target: Celsius,
+    duty: Duty,
+    due: Micros,
+    bad_readings: u8,
+}
+
+impl Heater {
+    fn new(settings: HeaterSettings) -> Self {
+        let law = Law::new(&settings.law, settings.max_duty);
+        let guard = Guard::new(settings.guard);
+        let (reading, target, duty) = (None, Celsius(0.0), Duty::OFF);
+        Self { settings, law, guard, reading, target, duty, due: Micros(0), bad_readings: 0 }
+    }
+
+    /// Latest temperature; `None` when the sensor gives none.
+    #[must_use]
+    pub const fn reading(&self) -> Option<Celsius> {
+        self.reading
+    }
+
+    /// Target; 0 is off.
+    #[must_use]
+    pub const fn target(&self) -> Celsius {
+        self.target
+    }
+
+    /// Output.
+    #[must_use]
+    pub const fn duty(&self) -> Duty {
+        self.duty
+    }
+
+    /// Is it asked to heat?
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.target > OFF_BELOW
+    }
+
+    /// Exchanges the control law's settings; the integral starts afresh.
+    pub fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
+        self.settings.law = law;
+        self.settings.max_duty = max_duty;
+        self.law = Law::new(&law, max_duty);
+    }
+
+    /// Swings around the target to find gains, until [`Self::set_law`].
+    pub fn start_tuning(&mut self, swings: u8) {
+        self.law = Law::Tuning(Relay::new(self.settings.max_duty, swings));
+    }
+
+    /// What tuning has found so far.
+    #[must_use]
+    pub const fn tuning(&self) -> Option<&Relay> {
+        match &self.law {
+            Law::Tuning(relay) => Some(relay),
+            _ => None,
+        }
+    }
+
+    fn set_target(&mut self, target: Celsius, now: Micros) -> Celsius {
+        let wanted = if target.0.is_finite() && target > OFF_BELOW { target } else { Celsius(0.0) };
+        let allowed = if wanted > self.settings.max { self.settings.max } else { wanted };
+        if !self.is_on() {
+            self.law.start(self.reading.unwrap_or_default(), self.duty);
+        }
+        self.target = if self.settings.heats { allowed } else { Celsius(0.0) };
+        self.bad_readings = 0;
+        self.guard.new_target(self.reading, self.target, now);
+        if !self.is_on() {
+            self.duty = Duty::OFF;
+        }
+        self.target
+    }
+
+    /// One sample: reading in, duty out. The error is a fault that must halt the machine.
+    fn sample(&mut self, now: Micros, raw: SensorReading) -> Result<(), HeatCause> {
+        self.reading = self.settings.sensor.celsius(raw);
+        if !self.is_on() {
+            self.duty = Duty::OFF;
+            return Ok(());
+        }
+        let reading = match self.believable() {
+            Ok(reading) => reading,
+            Err(cause) => {
+                self.duty = Duty::OFF;
+                self.bad_readings = self.bad_readings.saturating_add(1);
+                return if self.bad_readings >= BAD_READINGS { Err(cause) } else { Ok(()) };
+            }
+        };
+        self.bad_readings = 0;
+        self.guard.check(reading, self.target, now)?;
+        self.duty = self.law.update(self.target, reading, self.settings.period);
+        Ok(())
+    }
+
+    fn believable(&self) -> Result<Celsius, HeatCause> {
+        let reading = self.reading.ok_or(HeatCause::NoReading)?;
+        if reading < self.settings.min {
+            Err(HeatCause::BelowMinimum(reading))
+        } else if reading > self.settings.max {
+            Err(HeatCause::AboveMaximum(reading))
+        } else {
+            Ok(reading)
+        }
+    }
+}
+
+/// All heaters and switched outputs of the machine.
+#[derive(Debug)]
+pub struct HeatControl {
+    heaters: Vec<Heater, MAX_HEATERS>,
+    modulators: Modulators,
+    fets_enabled: bool,
+    halted: bool,
+    dispatcher_seen: Micros,
+    modulation_ticks_since_control: u32,
+    fault: Option<HeatFault>,
+}
+
+impl Default for HeatControl {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl HeatControl {
+    /// Nothing configured, everything off.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            heaters: Vec::new(),
+            modulators: Modulators::new(),
+            fets_enabled: false,
+            halted: false,
+            dispatcher_seen: Micros(0),
+            modulation_ticks_since_control: 0,
+            fault: None,
+        }
+    }
+
+    /// Adds the next temperature controller, in the configuration's order. False when there is no room.
+    #[must_use]
+    pub fn add(&mut self, settings: HeaterSettings) -> bool {
+        self.heaters.push(Heater::new(settings)).is_ok()
+    }
+
+    /// Opens the output stage. Called once wiring is done.
+    pub fn enable_outputs(&mut self) {
+        self.fets_enabled = true;
+    }
+
+    /// The controllers, in the configuration's order.
+    #[must_use]
+    pub fn heaters(&self) -> &[Heater] {
+        &self.heaters
+    }
+
+    /// A controller to change.
+    pub fn heater_mut(&mut self, index: usize) -> Option<&mut Heater> {
+        self.heaters.get_mut(index)
+    }
+
+    /// Asks for a temperature. Returns what was set: 0 for off, cut to the controller's maximum. While halted: off.
+    pub fn set_target(&mut self, index: usize, target: Celsius, now: Micros) -> Option<Celsius> {
+        let target = if self.halted { Celsius(0.0) } else { target };
+        let set = self.heaters.get_mut(index)?.set_target(target, now);
+        self.drive_heater(index);
+        Some(set)
+    }
+
+    /// Is any heater asked to heat?
+    #[must_use]
+    pub fn any_on(&self) -> bool {
+        self.heaters.iter().any(Heater::is_on)
+    }
+
+    /// Sets a digital or sigma-delta switch output; a digital one is [`Duty::OFF`] or [`Duty::FULL`].
+    pub fn set_switch(&mut self, switch: usize, duty: Duty) {
+        self.modulators.set_switch(switch, duty);
+    }
+
+    /// Everything that heats off, at once; the output stage closed until [`Self::release`].
+    pub fn halt(&mut self) {
+        self.halted = true;
+        self.fets_enabled = false;
+        for heater in &mut self.heaters {
+            heater.target = Celsius(0.0);
+            heater.duty = Duty::OFF;
+        }
+        self.modulators.heaters_off();
+    }
+
+    /// Ends a halt: the output stage opens, targets stay off.
+    pub fn release(&mut self) {
+        self.halted = false;
+        self.fets_enabled = true;
+        self.fault = None;
+    }
+
+    /// Is the output stage closed by a halt?
+    #[must_use]
+    pub const fn is_halted(&self) -> bool {
+        self.halted
+    }
+
+    /// The dispatcher is alive.
+    pub fn dispatcher_alive(&mut self, now: Micros) {
+        self.dispatcher_seen = now;
+    }
+
+    /// The fault that stopped heating, once.
+    pub fn take_fault(&mut self) -> Option<HeatFault> {
+        self.fault.take()
+    }
+
+    /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.
+    pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
+        self.modulation_ticks_since_control = 0;
+        if self.any_on() && now.since(self.dispatcher_seen) > DISPATCHER_TIMEOUT {
+            let heater = self.heaters.iter().position(Heater::is_on).unwrap_or(0) as u8;
+            self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
+        }
+        for (index, raw) in readings.iter().enumerate() {
+            let Some(heater) = self.heaters.get_mut(index) else { break };
+            if now < heater.due {
+                continue;
+            }
+            heater.due = now.plus(heater.settings.period);
+            if let Err(cause) = heater.sample(now, *raw) {
+                self.fail(HeatFault { heater: index as u8, cause });
+            }
+            self.drive_heater(index);
+        }
+    }
+
+    /// One tick of the sigma-delta modulators, [`MODULATION_HZ`] times a second.
+    #[inline]
+    pub fn modulation_tick(&mut self) -> OutputLevels {
+        self.modulation_ticks_since_control = self.modulation_ticks_since_control.saturating_add(1);
+        if self.modulation_ticks_since_control > STALE_MODULATION_TICKS {
+            self.modulators.heaters_off();
+        }
+        OutputLevels { on: self.modulators.tick(), fets_enabled: self.fets_enabled }
+    }
+
+    fn drive_heater(&mut self, index: usize) {
+        let duty = self.heaters.get(index).map_or(Duty::OFF, Heater::duty);
+        self.modulators.set_heater(index, duty);
+    }
+
+    fn fail(&mut self, fault: HeatFault) {
+        self.halt();
+        self.fault.get_or_insert(fault);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! What a temperature controller is told once, and how the configuration says it.
+
+use config::{ControlLaw, SensorKind, TemperatureConfig, ThermistorConfig};
+use units::{Celsius, Duty, Micros};
+
+use super::guard::GuardSettings;
+use super::law::PidGains;
+use super::sensor::{Curve, Sensor, Thermistor};
+use super::thermistors;
+
+/// Settings of a control law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LawSettings {
+    /// PID.
+    Pid(PidGains),
+    /// On and off.
+    BangBang {
+        /// Half width of the dead band.
+        hysteresis: Celsius,
+    },
+}
+
+/// Settings of one temperature controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeaterSettings {
+    /// Has a heater output; false for a sensor that only reads.
+    pub heats: bool,
+    /// Sensor.
+    pub sensor: Sensor,
+    /// Control law.
+    pub law: LawSettings,
+    /// Output ceiling.
+    pub max_duty: Duty,
+    /// Lowest believable reading while heating.
+    pub min: Celsius,
+    /// Highest target and highest believable reading while heating.
+    pub max: Celsius,
+    /// Limits on the course of the temperature.
+    pub guard: GuardSettings,
+    /// Time between samples.
+    pub period: Micros,
+}
+
+impl From<&TemperatureConfig> for HeaterSettings {
+    fn from(config: &TemperatureConfig) -> Self {
+        Self {
+            heats: config.heater_pin.is_some(),
+            sensor: match config.sensor.kind {
+                SensorKind::Thermistor => Sensor::Thermistor((&config.sensor.thermistor).into()),
+                SensorKind::Max31855 => Sensor::Max31855,
+            },
+            law: law(config),
+            max_duty: config.max_pwm,
+            min: config.min_temp,
+            max: config.max_temp,
+            guard: GuardSettings {
+                range: config.runaway.range.unwrap_or_default(),
+                heating_timeout: config.runaway.heating_timeout.unwrap_or_default(),
+                cooling_timeout: config.runaway.cooling_timeout.unwrap_or_default(),
+                reached_within: config.runaway.error_range,
+            },
+            period: Micros(1_000_000 / u64::from(config.sensor.readings_per_second.max(1))),
+        }
+    }
+}
+
+fn law(config: &TemperatureConfig) -> LawSettings {
+    match config.control() {
+        ControlLaw::BangBang { hysteresis } => LawSettings::BangBang { hysteresis },
+        ControlLaw::Pid => LawSettings::Pid(PidGains {
+            p: config.pid.p,
+            i: config.pid.i,
+            d: config.pid.d,
+            i_max: config.pid.i_max,
+            on_measurement: config.pid.on_measurement,
+            conditional_integral: config.pid.windup,
+        }),
+    }
+}
+
+impl From<&ThermistorConfig> for Thermistor {
+    /// The strongest rule given wins: three points, coefficients, a table entry, beta.
+    fn from(config: &ThermistorConfig) -> Self {
+        let entry = config.table.and_then(|name| thermistors::find(name, config.use_beta_table));
+        let curve = match (config.rt_curve, config.coefficients, entry) {
+            (Some(points), _, _) => Curve::SteinhartHart(thermistors::coefficients_through(points)),
+            (None, Some(coefficients), _) => Curve::SteinhartHart(coefficients),
+            (None, None, Some(entry)) => entry.curve,
+            (None, None, None) => Curve::Beta(config.beta_k),
+        };
+        Self { curve, r0: config.r0, t0: config.t0, r1_parallel: config.r1, r2_pull_up: config.r2 }
+    }
+}

@@ -1,0 +1,54 @@
+//! Motor drivers in a machinist's terms: current, on or off, faults. Registers stay behind the port.
+
+use units::{Actuator, Amps};
+
+/// What a driver reports about itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DriverStatus {
+    /// The motor stands still.
+    pub standstill: bool,
+    /// Above the warning temperature.
+    pub over_temperature_warning: bool,
+    /// Shut down by over temperature.
+    pub over_temperature: bool,
+    /// Short to ground on coil A.
+    pub short_a: bool,
+    /// Short to ground on coil B.
+    pub short_b: bool,
+    /// No load on coil A (only meaningful while turning).
+    pub open_a: bool,
+    /// No load on coil B (only meaningful while turning).
+    pub open_b: bool,
+}
+
+/// Why a driver could not be talked to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriverFault {
+    /// This actuator has an external driver, or none: nothing to set or read.
+    External,
+    /// All bits of the answer are equal: nobody drives the bus.
+    Silent,
+    /// The answer is malformed.
+    BadAnswer,
+}
+
+/// The drivers of all actuators.
+pub trait MotorDrivers {
+    /// Writes the whole configured register set again, disabled. After power-up and after motor power returned.
+    fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault>;
+
+    /// Lets current flow, or not. For an external driver this is its enable pin.
+    fn set_enabled(&mut self, motor: Actuator, enabled: bool) -> Result<(), DriverFault>;
+
+    /// Sets the peak coil current; returns what the driver's steps allow.
+    fn set_current(&mut self, motor: Actuator, peak: Amps) -> Result<Amps, DriverFault>;
+
+    /// The peak coil current that is set.
+    fn current(&self, motor: Actuator) -> Option<Amps>;
+
+    /// Reads the status.
+    fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault>;
+
+    /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
+    fn describe(&mut self, motor: Actuator, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
+}

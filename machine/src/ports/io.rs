@@ -1,0 +1,85 @@
+//! The bits of inputs and outputs. Numbers, not names: the board binds each to a pin once, at boot.
+
+/// Most temperature controllers: seven ADC inputs and one SPI sensor.
+pub const MAX_HEATERS: usize = config::MAX_TEMPERATURES;
+/// Most switches.
+pub const MAX_SWITCHES: usize = config::MAX_SWITCHES;
+
+const _: () = assert!(MAX_HEATERS <= 8 && MAX_SWITCHES <= 16, "outputs must fit the level word");
+const _: () = assert!(config::MAX_ENDSTOPS <= 12, "endstops must fit below the switches in the input word");
+
+/// The bit of a heater output, by its place in the configuration's list of temperature controllers.
+#[must_use]
+pub const fn heater_bit(index: usize) -> u32 {
+    1 << index
+}
+
+/// The bit of a switch output (digital or sigma-delta), by its place in the configuration's list of switches.
+#[must_use]
+pub const fn switch_bit(index: usize) -> u32 {
+    1 << (8 + index)
+}
+
+/// What the heat task drives at each modulation tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutputLevels {
+    /// Logical level of each output, see [`heater_bit`] and [`switch_bit`]. Inversion is the pin's affair.
+    pub on: u32,
+    /// Global enable of the MOSFET stage and its supply. Off while halted.
+    pub fets_enabled: bool,
+}
+
+/// One reading of a temperature sensor, raw.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SensorReading {
+    /// No reading yet, or the sensor does not answer.
+    #[default]
+    Missing,
+    /// Averaged thermistor input, 16 bits full scale.
+    Counts(u16),
+    /// Digital sensor, in quarters of a degree Celsius (MAX31855 datasheet, table 2).
+    QuarterDegrees(i16),
+    /// Digital sensor that reports a fault (open, shorted).
+    Fault,
+}
+
+/// The latest reading of each temperature controller, in the configuration's order.
+pub type SensorReadings = [SensorReading; MAX_HEATERS];
+
+/// An input the machine knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Endstop, by its place in the configuration's list.
+    Endstop(u8),
+    /// The Z probe.
+    Probe,
+    /// The kill button.
+    Kill,
+    /// Input switch, by its place in the configuration's list of switches.
+    Switch(u8),
+}
+
+impl Input {
+    /// Its bit in [`InputLevels`] and in the trigger latch's masks.
+    #[must_use]
+    pub const fn bit(self) -> u32 {
+        match self {
+            Self::Endstop(index) => 1 << (index & 0xF),
+            Self::Switch(index) => 1 << (12 + (index & 0xF)),
+            Self::Probe => 1 << 28,
+            Self::Kill => 1 << 29,
+        }
+    }
+}
+
+/// Level of every input, one bit each; set is triggered or pressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InputLevels(pub u32);
+
+impl InputLevels {
+    /// Is this input triggered?
+    #[must_use]
+    pub const fn is_active(self, input: Input) -> bool {
+        self.0 & input.bit() != 0
+    }
+}

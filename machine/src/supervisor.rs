@@ -1,0 +1,361 @@
+//! The slow watch over motor drivers and their supply, run by the slow task.
+//!
+//! Once a second every internal driver's status is read over SPI; a fault counts when it is seen twice in a row, so a
+//! disturbed datagram alarms nobody. Motor supply below [`MOTOR_SUPPLY_OFF`] is "off": drivers lose their registers with
+//! it, so they are written anew when it returns. The supply of heaters and fans lies behind a switch of the board; it is
+//! judged only while that switch is on. What is found waits here as events for the dispatcher.
+
+use heapless::Deque;
+use units::{Actuator, Micros, PerActuator, Volts};
+
+use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
+
+/// Below this the motor supply counts as switched off.
+pub const MOTOR_SUPPLY_OFF: Volts = Volts(6.0);
+/// Below this the supply of heaters and fans counts as switched off.
+pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
+/// Time between status reads.
+const POLL_PERIOD: Micros = Micros::from_seconds(1);
+/// Events that can wait for the dispatcher: every kind for every motor.
+const EVENTS: usize = 32;
+
+/// What can be wrong with a driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriverTrouble {
+    /// Temperature warning.
+    OverTemperatureWarning,
+    /// Temperature shutdown.
+    OverTemperature,
+    /// Short to ground, coil A.
+    ShortA,
+    /// Short to ground, coil B.
+    ShortB,
+    /// No or no sensible answer.
+    Silent,
+}
+
+impl DriverTrouble {
+    const ALL: [Self; 5] =
+        [Self::OverTemperatureWarning, Self::OverTemperature, Self::ShortA, Self::ShortB, Self::Silent];
+
+    /// Must the motor stop?
+    #[must_use]
+    pub const fn is_fatal(self) -> bool {
+        !matches!(self, Self::OverTemperatureWarning)
+    }
+
+    /// A person's words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::OverTemperatureWarning => "Overtemperature Prewarning",
+            Self::OverTemperature => "Overtemperature Shutdown",
+            Self::ShortA => "SHORT to ground on channel A",
+            Self::ShortB => "SHORT to ground on channel B",
+            Self::Silent => "driver does not answer, check its supply and SPI wiring",
+        }
+    }
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// Something the dispatcher must hear of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SupervisorEvent {
+    /// A driver reported trouble twice.
+    Driver(Actuator, DriverTrouble),
+    /// Motor supply went below [`MOTOR_SUPPLY_OFF`].
+    MotorSupplyLost,
+    /// Motor supply came back; drivers have been initialised again.
+    MotorSupplyReturned,
+    /// The supply of heaters and fans is below [`FET_SUPPLY_OFF`] though its switch is on.
+    FetSupplyLost,
+    /// The supply of heaters and fans came back.
+    FetSupplyReturned,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Watch {
+    /// Troubles in the last poll.
+    seen: u8,
+    /// Troubles already reported.
+    reported: u8,
+}
+
+/// What is known of the supply of heaters and fans.
+#[derive(Clone, Copy, Debug, Default)]
+struct FetWatch {
+    /// Its switch is on.
+    expected: bool,
+    /// It was missing at the last poll.
+    missing: bool,
+    /// That has been reported.
+    reported: bool,
+}
+
+/// The slow task's state.
+#[derive(Debug)]
+pub struct Supervisor {
+    internal: u8,
+    check_drivers: bool,
+    watches: PerActuator<Watch>,
+    supply_on: Option<bool>,
+    fets: FetWatch,
+    due: Micros,
+    events: Deque<SupervisorEvent, EVENTS>,
+}
+
+impl Default for Supervisor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Supervisor {
+    /// Watches nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            internal: 0,
+            check_drivers: false,
+            watches: PerActuator([Watch { seen: 0, reported: 0 }; units::MAX_ACTUATORS]),
+            supply_on: None,
+            fets: FetWatch { expected: false, missing: false, reported: false },
+            due: Micros(0),
+            events: Deque::new(),
+        }
+    }
+
+    /// Sets which motors (one bit each) have internal drivers, and whether their status is watched.
+    pub fn configure(&mut self, internal_motors: u8, check_drivers: bool) {
+        self.internal = internal_motors;
+        self.check_drivers = check_drivers;
+    }
+
+    /// Is the motor supply there? Unknown, before the first reading or without a monitor, counts as there.
+    #[must_use]
+    pub fn motor_supply_on(&self) -> bool {
+        self.supply_on.unwrap_or(true)
+    }
+
+    /// Tells whether the switch of the supply of heaters and fans is on.
+    pub fn expect_fet_supply(&mut self, expected: bool) {
+        self.fets = FetWatch { expected, ..FetWatch::default() };
+    }
+
+    /// Is the supply of heaters and fans there? Counts as there until it has been missed twice in a row, which leaves it
+    /// time to rise.
+    #[must_use]
+    pub fn fet_supply_on(&self) -> bool {
+        !self.fets.reported
+    }
+
+    /// This trouble has been told already; it is news again only after it has gone.
+    pub fn mark_told(&mut self, motor: Actuator, trouble: DriverTrouble) {
+        let watch = &mut self.watches[motor];
+        watch.seen |= trouble.bit();
+        watch.reported |= trouble.bit();
+    }
+
+    /// The next event.
+    pub fn take_event(&mut self) -> Option<SupervisorEvent> {
+        self.events.pop_front()
+    }
+
+    /// The slow task's body; call at 1 Hz or faster. Worst cost: one status datagram for each internal driver.
+    pub fn tick(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
+        if now < self.due {
+            return;
+        }
+        self.due = now.plus(POLL_PERIOD);
+        self.watch_supply(drivers, supply);
+        self.watch_fet_supply(supply);
+        if self.check_drivers && self.motor_supply_on() {
+            for motor in self.motors() {
+                self.watch_driver(motor, drivers.status(motor));
+            }
+        }
+    }
+
+    fn motors(&self) -> impl Iterator<Item = Actuator> + use<> {
+        let internal = self.internal;
+        Actuator::ALL.into_iter().filter(move |motor| internal & motor.bit() != 0)
+    }
+
+    fn watch_supply(&mut self, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
+        let Some(volts) = supply.motor else { return };
+        let is_on = volts >= MOTOR_SUPPLY_OFF;
+        let was_on = self.supply_on.replace(is_on);
+        match (was_on, is_on) {
+            (Some(true) | None, false) => self.report(SupervisorEvent::MotorSupplyLost),
+            (Some(false), true) => {
+                for motor in self.motors() {
+                    if drivers.initialise(motor).is_err() {
+                        self.report(SupervisorEvent::Driver(motor, DriverTrouble::Silent));
+                    }
+                }
+                self.report(SupervisorEvent::MotorSupplyReturned);
+            }
+            _ => {}
+        }
+    }
+
+    fn watch_fet_supply(&mut self, supply: SupplyVoltages) {
+        let Some(volts) = supply.fets.filter(|_| self.fets.expected) else { return };
+        let was_missing = core::mem::replace(&mut self.fets.missing, volts < FET_SUPPLY_OFF);
+        if was_missing && self.fets.missing && !self.fets.reported {
+            self.fets.reported = true;
+            self.report(SupervisorEvent::FetSupplyLost);
+        } else if self.fets.reported && !self.fets.missing {
+            self.fets.reported = false;
+            self.report(SupervisorEvent::FetSupplyReturned);
+        }
+    }
+
+    fn watch_driver(&mut self, motor: Actuator, status: Result<DriverStatus, DriverFault>) {
+        let now_seen = troubles(status);
+        let watch = &mut self.watches[motor];
+        let confirmed = now_seen & watch.seen;
+        let fresh = confirmed & !watch.reported;
+        watch.seen = now_seen;
+        watch.reported = (watch.reported & now_seen) | confirmed;
+        for trouble in DriverTrouble::ALL {
+            if fresh & trouble.bit() != 0 {
+                self.report(SupervisorEvent::Driver(motor, trouble));
+            }
+        }
+    }
+
+    fn report(&mut self, event: SupervisorEvent) {
+        // A dispatcher that does not fetch 32 events is dead, and the watchdog will say so; nothing is lost by dropping.
+        let _ = self.events.push_back(event);
+    }
+}
+
+fn troubles(status: Result<DriverStatus, DriverFault>) -> u8 {
+    let status = match status {
+        Ok(status) => status,
+        Err(DriverFault::External) => return 0,
+        Err(DriverFault::Silent | DriverFault::BadAnswer) => return DriverTrouble::Silent.bit(),
+    };
+    let flags = [
+        (status.over_temperature_warning, DriverTrouble::OverTemperatureWarning),
+        (status.over_temperature, DriverTrouble::OverTemperature),
+        (status.short_a, DriverTrouble::ShortA),
+        (status.short_b, DriverTrouble::ShortB),
+    ];
+    flags.into_iter().filter(|(set, _)| *set).fold(0, |bits, (_, trouble)| bits | trouble.bit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use units::Amps;
+
+    /// Drivers whose answers a test writes.
+    struct Bench {
+        status: Result<DriverStatus, DriverFault>,
+        initialised: u32,
+    }
+
+    impl MotorDrivers for Bench {
+        fn initialise(&mut self, _: Actuator) -> Result<(), DriverFault> {
+            self.initialised += 1;
+            Ok(())
+        }
+        fn set_enabled(&mut self, _: Actuator, _: bool) -> Result<(), DriverFault> {
+            Ok(())
+        }
+        fn set_current(&mut self, _: Actuator, peak: Amps) -> Result<Amps, DriverFault> {
+            Ok(peak)
+        }
+        fn current(&self, _: Actuator) -> Option<Amps> {
+            None
+        }
+        fn status(&mut self, _: Actuator) -> Result<DriverStatus, DriverFault> {
+            self.status
+        }
+        fn describe(&mut self, _: Actuator, _: &mut dyn core::fmt::Write) -> core::fmt::Result {
+            Ok(())
+        }
+    }
+
+    const SUPPLIED: SupplyVoltages = SupplyVoltages { motor: Some(Volts(24.0)), fets: None };
+
+    fn bench() -> (Supervisor, Bench) {
+        let mut supervisor = Supervisor::new();
+        supervisor.configure(Actuator::Beta.bit(), true);
+        (supervisor, Bench { status: Ok(DriverStatus::default()), initialised: 0 })
+    }
+
+    #[test]
+    fn a_fault_counts_when_seen_twice_and_is_told_once() {
+        let (mut supervisor, mut drivers) = bench();
+        let shorted = Ok(DriverStatus { short_a: true, ..DriverStatus::default() });
+        let course = [shorted, Ok(DriverStatus::default()), shorted, shorted, shorted];
+        let mut told = [0; 5];
+        for (second, status) in course.into_iter().enumerate() {
+            drivers.status = status;
+            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
+            while let Some(event) = supervisor.take_event() {
+                assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::ShortA));
+                told[second] += 1;
+            }
+        }
+        assert_eq!(told, [0, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn losing_and_regaining_motor_supply_initialises_the_drivers_again() {
+        let (mut supervisor, mut drivers) = bench();
+        for (second, volts) in [24.0, 2.0, 2.0, 24.0].into_iter().enumerate() {
+            let supply = SupplyVoltages { motor: Some(Volts(volts)), fets: None };
+            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+        }
+        assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
+        assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyReturned));
+        assert_eq!(supervisor.take_event(), None);
+        assert_eq!(drivers.initialised, 1);
+    }
+
+    #[test]
+    fn the_heaters_supply_is_missed_once_and_only_while_its_switch_is_on() {
+        let (mut supervisor, mut drivers) = bench();
+        let mut told = Vec::new();
+        for (second, volts) in [0.0, 0.0, 0.0, 0.0, 24.0, 0.0, 24.0].into_iter().enumerate() {
+            // The switch goes on after the first poll.
+            if second == 1 {
+                supervisor.expect_fet_supply(true);
+            }
+            let supply = SupplyVoltages { motor: None, fets: Some(Volts(volts)) };
+            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+            told.extend(supervisor.take_event().map(|event| (second, event)));
+        }
+        assert_eq!(told, [(2, SupervisorEvent::FetSupplyLost), (4, SupervisorEvent::FetSupplyReturned)]);
+    }
+
+    #[test]
+    fn trouble_that_was_told_at_boot_is_no_news() {
+        let (mut supervisor, mut drivers) = bench();
+        drivers.status = Err(DriverFault::Silent);
+        supervisor.mark_told(Actuator::Beta, DriverTrouble::Silent);
+        for second in 0..5 {
+            supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+        }
+        assert_eq!(supervisor.take_event(), None);
+    }
+
+    #[test]
+    fn without_supply_the_silence_of_drivers_is_no_news() {
+        let (mut supervisor, mut drivers) = bench();
+        drivers.status = Err(DriverFault::Silent);
+        for second in 0..5 {
+            let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
+            supervisor.tick(Micros::from_seconds(second), &mut drivers, supply);
+        }
+        assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
+        assert_eq!(supervisor.take_event(), None);
+    }
+}

@@ -1,0 +1,182 @@
+//! Speed, acceleration, step and pressure advance settings at run time: M92, M203, M204, M205, M220, M900.
+
+use gcode::{Block, Code};
+use motion::{ConfigError, Limits, MotionConfig};
+use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
+
+use crate::controller::Controller;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::Ports;
+
+/// Bounds of the speed factor, percent.
+const FACTOR_PERCENT: core::ops::RangeInclusive<f64> = 10.0..=1_000.0;
+/// An overall speed limit up to this, mm/s, means none.
+const NO_LIMIT: f64 = 0.1;
+
+fn motors() -> impl Iterator<Item = (Axis, Actuator)> {
+    Axis::ALL.into_iter().zip(Actuator::ALL)
+}
+
+impl<P: Ports> Controller<P> {
+    /// M203, M203.1, M204, M205, M220.
+    pub(crate) fn limits_code(&mut self, code: Code, block: &Block<'_>) -> Outcome {
+        if code.number == 220 {
+            return self.speed_factor(block);
+        }
+        let Some(mut limits) = self.ports.motion(|motion| motion.config().map(|config| config.limits)) else {
+            return Err(Failure::refused("motion is not configured"));
+        };
+        if block.is_bare() && code.number == 203 {
+            self.report_speeds(&limits, code.subcode == 1);
+            return Ok(Answer::Ok);
+        }
+        match (code.number, code.subcode) {
+            (203, 0) => self.set_speeds(&mut limits, block),
+            (203, _) => {
+                for (axis, motor) in motors() {
+                    let rate = &mut limits.actuator_rate[motor];
+                    *rate = block.get(axis.letter()).map_or(*rate, MmPerSecond);
+                }
+            }
+            (204, _) => set_accelerations(&mut limits, block),
+            _ => set_corners(&mut limits, block),
+        }
+        self.ports.motion(|motion| motion.set_limits(limits)).map_err(refuse)?;
+        Ok(Answer::Ok)
+    }
+
+    fn set_speeds(&mut self, limits: &mut Limits, block: &Block<'_>) {
+        for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
+            if let Some(speed) = block.get(axis.letter()) {
+                *limit = (speed > 0.0).then_some(MmPerSecond(speed));
+            }
+        }
+        if let Some(speed) = block.get('P') {
+            limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
+        }
+        if let Some(speed) = block.get('S').filter(|_| self.config.motion.compliant_seek_rate) {
+            self.modal.seek_rate = MmPerSecond(speed);
+        }
+        let e_motor = self.tools.active().and_then(|tool| Actuator::from_index(tool.axis as usize));
+        if let (Some(speed), Some(motor)) = (block.get('E'), e_motor) {
+            limits.actuator_rate[motor] = MmPerSecond(speed);
+        }
+    }
+
+    fn report_speeds(&mut self, limits: &Limits, of_motors: bool) {
+        if of_motors {
+            for (axis, motor) in motors().filter(|(_, motor)| self.config.actuators[*motor].present) {
+                self.consoles
+                    .write(self.target, format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
+            }
+        } else {
+            for (axis, limit) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
+                self.say(format_args!(" {}:{:.6} ", axis.letter(), limit.map_or(0.0, |limit| limit.0)));
+            }
+            let (seek, most) = (self.modal.seek_rate.0, limits.max_speed.map_or(0.0, |limit| limit.0));
+            self.say(format_args!(" S:{seek:.6}  P:{most:.6} "));
+        }
+        self.say(format_args!("\n"));
+    }
+
+    /// M220: scales all speeds.
+    fn speed_factor(&mut self, block: &Block<'_>) -> Outcome {
+        match block.get('S') {
+            Some(percent) => {
+                let factor = percent.clamp(*FACTOR_PERCENT.start(), *FACTOR_PERCENT.end()) / 100.0;
+                self.ports.motion(|motion| motion.set_overrides(factor, factor));
+            }
+            None => {
+                let percent = self.ports.motion(|motion| motion.overrides().feed) * 100.0;
+                self.say(format_args!("Speed factor at {percent:6.2} %\n"));
+            }
+        }
+        Ok(Answer::Ok)
+    }
+
+    /// M92: steps per mm. Waits for standstill, since the meaning of every step changes.
+    pub(crate) async fn steps_per_mm_code(&mut self, block: &Block<'_>) -> Outcome {
+        if !block.is_bare() {
+            self.wait_idle().await?;
+            let config = self.ports.motion(|motion| motion.config().copied());
+            let mut config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
+            self.set_steps(&mut config, block);
+            self.ports.motion(|motion| motion.configure(config)).map_err(refuse)?;
+        }
+        let config = self.ports.motion(|motion| motion.config().copied());
+        for (axis, motor) in motors() {
+            if let Some(actuator) = config.and_then(|config| config.actuators[motor]) {
+                self.say(format_args!("{}:{:.6} ", axis.letter(), actuator.steps_per_mm));
+            }
+        }
+        self.say(format_args!("\n"));
+        Ok(Answer::Ok)
+    }
+
+    /// M900 K: pressure advance of the tool in use, in seconds. Waits for standstill, since the filters change.
+    pub(crate) async fn pressure_advance_code(&mut self, block: &Block<'_>) -> Outcome {
+        let Some(axis) = self.tools.active().map(|tool| tool.axis) else {
+            return Err(Failure::refused("no extruder in use"));
+        };
+        // Tools turn A, B and C, in this order.
+        let index = (axis as usize).saturating_sub(Axis::PRIMARY.len());
+        if let Some(factor) = block.get('K') {
+            self.wait_idle().await?;
+            let config = self.ports.motion(|motion| motion.config().copied());
+            let mut config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
+            if let Some(Some(advance)) = config.filters.advance.get_mut(index) {
+                advance.factor = factor;
+            }
+            self.ports.motion(|motion| motion.configure(config)).map_err(refuse)?;
+            return Ok(Answer::Ok);
+        }
+        let advance =
+            self.ports.motion(|motion| motion.config().and_then(|config| config.filters.advance.get(index).copied()));
+        if let Some(Some(advance)) = advance {
+            self.say(format_args!("K:{:.4} smooth time:{:.4}\n", advance.factor, advance.smooth_time));
+        }
+        Ok(Answer::Ok)
+    }
+
+    fn set_steps(&mut self, config: &mut MotionConfig, block: &Block<'_>) {
+        let e_axis = self.tools.active().map(|tool| tool.axis);
+        for (axis, motor) in motors() {
+            let word = if e_axis == Some(axis) { block.get('E') } else { None };
+            let (Some(actuator), Some(steps)) =
+                (&mut config.actuators[motor], word.or_else(|| block.get(axis.letter())))
+            else {
+                continue;
+            };
+            // Steps per inch, when the program counts in inches.
+            let per_mm = if axis.is_primary() && self.modal.inches { steps / crate::modal::MM_PER_INCH } else { steps };
+            actuator.steps_per_mm = per_mm;
+        }
+    }
+}
+
+fn refuse(error: ConfigError) -> Failure {
+    Failure::Refused(message(format_args!("{error}")))
+}
+
+fn set_accelerations(limits: &mut Limits, block: &Block<'_>) {
+    if let Some(acceleration) = block.get('S') {
+        limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
+    }
+    for (axis, motor) in motors() {
+        if let Some(acceleration) = block.get(axis.letter()) {
+            limits.actuator_acceleration[motor] = (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
+        }
+    }
+}
+
+fn set_corners(limits: &mut Limits, block: &Block<'_>) {
+    if let Some(deviation) = block.get('X') {
+        limits.junction_deviation = Mm(deviation);
+    }
+    if let Some(deviation) = block.get('Z') {
+        limits.z_junction_deviation = (deviation >= 0.0).then_some(Mm(deviation));
+    }
+    if let Some(speed) = block.get('S') {
+        limits.minimum_speed = MmPerSecond(speed);
+    }
+}
