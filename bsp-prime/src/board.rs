@@ -1,0 +1,157 @@
+//! The board as a struct of roles, and the order in which it comes up.
+
+use motion::queue::StepQueue;
+use stm32h7xx_hal::pac;
+
+use crate::adc::{Supplies, Thermistors};
+use crate::clocks::{self, ClockError};
+use crate::identity::{self, Identity};
+use crate::memory;
+use crate::pins::{self, Output, PinSpec, Pins, table};
+use crate::pwm::Pwm;
+use crate::sd::SdCard;
+use crate::spi::MotorBus;
+use crate::step_engine::StepEngine;
+use crate::time::{self, Ticker};
+use crate::uart::{self, PortName, UartInterrupt, UartPort};
+use crate::watchdog::Watchdog;
+
+/// Longest time between two feedings. Longer than the slowest SD command with its repetitions; heaters have shorter guards of their own.
+const WATCHDOG_LIMIT_MS: u32 = 4_000;
+/// Rate of the debug console.
+const DEBUG_BAUD: u32 = 115_200;
+
+/// What can keep the board from coming up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoardError {
+    /// See [`ClockError`].
+    Clock(ClockError),
+}
+
+/// Outputs that guard all others.
+#[derive(Debug)]
+pub struct Guards {
+    /// Enables the four motor drivers.
+    pub motors: Output,
+    /// Enables the MOSFET and relay buffer.
+    pub fets: Output,
+    /// Switches the supply of heaters and fans.
+    pub fets_power: Output,
+}
+
+/// The board, by roles.
+pub struct Board {
+    /// Who and why.
+    pub identity: Identity,
+    /// Every pin that has not one fixed use.
+    pub pins: Pins,
+    /// Enables of drivers and power outputs, all off.
+    pub guards: Guards,
+    /// LED1 to LED4, off.
+    pub leds: [Output; 4],
+    /// The mass-storage LED, off.
+    pub msc_led: Output,
+    /// Step pulses.
+    pub step_engine: StepEngine,
+    /// The step feed's tick, not started.
+    pub feed_tick: Ticker,
+    /// Heat control's tick, not started.
+    pub heat_tick: Ticker,
+    /// The debug console, open.
+    pub debug: (UartInterrupt, UartPort),
+    /// UART 0, closed.
+    pub uart0: (UartInterrupt, UartPort),
+    /// UART 1, closed.
+    pub uart1: (UartInterrupt, UartPort),
+    /// The motor drivers' bus.
+    pub motor_bus: MotorBus,
+    /// The thermistor scan, not started.
+    pub thermistors: Thermistors,
+    /// Hardware PWM, not started.
+    pub pwm: Pwm,
+    /// Supply voltages, not started.
+    pub supplies: Supplies,
+    /// The SD card, not identified.
+    pub sd: SdCard,
+    /// Running since the first microseconds; to be fed.
+    pub watchdog: Watchdog,
+}
+
+/// Every output of the board to off, whatever state the chip is in. The first thing at start and the first thing in any disaster.
+///
+/// The motors are released too: a crashed firmware cannot hold them in a known way.
+pub fn make_outputs_safe() {
+    pins::enable_ports();
+    let guards = [table::MOTORS_ENABLE, table::FETS_ENABLE, table::FETS_POWER_ENABLE];
+    for spec in guards.into_iter().chain(table::MOSFETS).chain(table::RELAYS) {
+        let _stays_off = Output::off(spec);
+    }
+}
+
+/// Lets an interrupt through, for images without RTIC (which does this itself): its handler must exist.
+pub fn enable_interrupt(interrupt: pac::Interrupt) {
+    // SAFETY: no code of this package relies on an interrupt being masked in the NVIC.
+    unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) };
+}
+
+impl Board {
+    /// Brings the board up. `queue` is what the step interrupt plays.
+    ///
+    /// # Errors
+    /// [`BoardError`]; outputs are off and the watchdog runs then.
+    pub fn take(
+        mut core: cortex_m::Peripherals,
+        device: pac::Peripherals,
+        queue: &'static StepQueue,
+    ) -> Result<Self, BoardError> {
+        make_outputs_safe();
+        let watchdog = Watchdog::start(device.IWDG1, WATCHDOG_LIMIT_MS);
+        // Every bounded wait counts core cycles.
+        core.DCB.enable_trace();
+        cortex_m::peripheral::DWT::unlock();
+        core.DWT.enable_cycle_counter();
+        memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID);
+        let reset_cause = identity::take_reset_cause(&device.RCC);
+        clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
+        clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
+        clocks::enable_peripherals();
+        time::start();
+        let mut pins = Pins::new();
+        let guards = claim_guards(&mut pins);
+        let mut debug = uart::port(PortName::Debug);
+        debug.1.open(DEBUG_BAUD);
+        Ok(Self {
+            identity: Identity::read(reset_cause),
+            pins,
+            guards,
+            leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),
+            msc_led: Output::off(PinSpec::plain(table::MSC_LED)),
+            step_engine: StepEngine::new(device.TIM2, queue),
+            feed_tick: Ticker::feed(device.TIM6),
+            heat_tick: Ticker::heat(device.TIM7),
+            debug,
+            uart0: uart::port(PortName::Uart0),
+            uart1: uart::port(PortName::Uart1),
+            motor_bus: MotorBus::new(device.SPI4),
+            thermistors: Thermistors::new(device.ADC1, &device.ADC12_COMMON, device.DMA1),
+            supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
+            pwm: Pwm::new(device.TIM1, device.TIM8),
+            sd: SdCard::new(device.SDMMC1),
+            watchdog,
+        })
+    }
+}
+
+/// The guards belong to the board; a configuration that names one of their pins is told so.
+fn claim_guards(pins: &mut Pins) -> Guards {
+    let mut guard = |spec: PinSpec, owner| {
+        // The table is empty and the pins differ, so the claim cannot fail.
+        let _claimed = pins.claim(spec.pin, owner);
+        Output::off(spec)
+    };
+    Guards {
+        motors: guard(table::MOTORS_ENABLE, "the board's motors_enable"),
+        fets: guard(table::FETS_ENABLE, "the board's fets_enable"),
+        fets_power: guard(table::FETS_POWER_ENABLE, "the board's fets_power_enable"),
+    }
+}

@@ -1,0 +1,103 @@
+//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals, 48 MHz for USB.
+//!
+//! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here first, with a bound,
+//! and the watchdog already runs when [`freeze`] is called: should a PLL or the supply never report ready, the board resets with
+//! its outputs off instead of hanging.
+
+use stm32h7xx_hal::pac;
+use stm32h7xx_hal::prelude::*;
+use stm32h7xx_hal::rcc::{Ccdr, PllConfigStrategy};
+
+use crate::wait;
+
+/// M7 core clock.
+pub const CORE_HZ: u32 = 400_000_000;
+/// AXI and AHB clock.
+pub const HCLK_HZ: u32 = 200_000_000;
+/// Clock of the APB1, APB2, APB3 and APB4 peripherals.
+pub const PCLK_HZ: u32 = 100_000_000;
+/// Clock of the timers on APB1 and APB2: twice the bus clock (RM0399 section 9.5, TIMPRE = 0).
+pub const TIMER_HZ: u32 = 200_000_000;
+/// The crystal on PH0/PH1.
+pub const CRYSTAL_HZ: u32 = 25_000_000;
+/// Kernel clock of SDMMC1: PLL1 Q, the reset choice of its multiplexer.
+pub const SDMMC_KERNEL_HZ: u32 = 200_000_000;
+
+/// The crystal should start within 2 ms (data sheet DS12923 table "HSE oscillator characteristics"); ten times that.
+const CRYSTAL_START_LIMIT_US: u32 = 20_000;
+
+/// What can be wrong with the clocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockError {
+    /// The 25 MHz crystal did not start.
+    NoCrystal,
+    /// The clock tree did not come out as designed; carries the core clock in hertz.
+    Wrong(u32),
+}
+
+/// Starts the crystal and waits for it, at most 20 ms.
+///
+/// # Errors
+/// [`ClockError::NoCrystal`].
+pub fn start_crystal(rcc: &pac::RCC) -> Result<(), ClockError> {
+    // RM0399 section 9.7.2, RCC_CR: HSEON, then HSERDY.
+    rcc.cr.modify(|_, w| w.hseon().on());
+    wait::until(CRYSTAL_START_LIMIT_US, || rcc.cr.read().hserdy().is_ready()).map_err(|_| ClockError::NoCrystal)
+}
+
+/// Sets supply and clocks. Call once, after [`start_crystal`] and with the watchdog running.
+///
+/// # Errors
+/// [`ClockError::Wrong`] when the tree differs from the constants of this module, on which every timer and baud rate is built.
+pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr, ClockError> {
+    // The board feeds the core from the SMPS alone; LDO mode would be electrically wrong (RM0399 section 7.4.1).
+    let power = pwr.constrain().smps().vos1().freeze();
+    let ccdr = rcc
+        .constrain()
+        .use_hse(CRYSTAL_HZ.Hz())
+        .sys_ck(CORE_HZ.Hz())
+        .hclk(HCLK_HZ.Hz())
+        .pclk1(PCLK_HZ.Hz())
+        .pclk2(PCLK_HZ.Hz())
+        .pclk3(PCLK_HZ.Hz())
+        .pclk4(PCLK_HZ.Hz())
+        // Iterative: the input divider that gives exactly 800 MHz from the crystal.
+        .pll1_strategy(PllConfigStrategy::Iterative)
+        .pll1_q_ck(SDMMC_KERNEL_HZ.Hz())
+        // The HAL only switches PLL3 on when its P output is asked for too.
+        .pll3_strategy(PllConfigStrategy::Iterative)
+        .pll3_p_ck(48.MHz())
+        .pll3_q_ck(48.MHz())
+        .freeze(power, syscfg);
+    let core = ccdr.clocks.sys_ck().raw();
+    let as_designed = core == CORE_HZ
+        && ccdr.clocks.hclk().raw() == HCLK_HZ
+        && ccdr.clocks.pclk1().raw() == PCLK_HZ
+        && ccdr.clocks.pclk2().raw() == PCLK_HZ
+        && ccdr.clocks.pll1_q_ck().is_some_and(|q| q.raw() == SDMMC_KERNEL_HZ);
+    if as_designed { Ok(ccdr) } else { Err(ClockError::Wrong(core)) }
+}
+
+/// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist for us.
+pub fn enable_peripherals() {
+    // SAFETY: `freeze` consumed the RCC token; the HAL keeps it without touching the enable registers again, and this runs once,
+    // before any interrupt is enabled.
+    let rcc = unsafe { &*pac::RCC::ptr() };
+    // RM0399 section 9.7.40 ff., "clock register". AHB: DMA, ADCs, SDMMC, RAMs of domain D2.
+    rcc.ahb1enr.modify(|_, w| w.dma1en().enabled().adc12en().enabled());
+    rcc.ahb2enr.modify(|_, w| w.sram1en().enabled().sram2en().enabled().sram3en().enabled());
+    rcc.ahb3enr.modify(|_, w| w.sdmmc1en().enabled());
+    rcc.ahb4enr.modify(|_, w| w.adc3en().enabled());
+    // APB: timers, serial ports, SPI, system configuration.
+    rcc.apb1lenr.modify(|_, w| {
+        w.tim2en().enabled().tim5en().enabled().tim6en().enabled().tim7en().enabled();
+        w.usart2en().enabled().usart3en().enabled().uart4en().enabled()
+    });
+    rcc.apb2enr.modify(|_, w| w.spi1en().enabled().spi4en().enabled().tim1en().enabled().tim8en().enabled());
+    rcc.apb4enr.modify(|_, w| w.syscfgen().enabled().rtcapben().enabled());
+    // RM0399 section 9.7.19, RCC_D3CCIPR: the ADCs run from per_ck (HSI, 64 MHz).
+    rcc.d3ccipr.modify(|_, w| w.adcsel().per());
+    // RM0399 section 3.2: two cycles after the write before the first access; this read back is longer than that.
+    let _settled = rcc.apb4enr.read().bits();
+    cortex_m::asm::dsb();
+}

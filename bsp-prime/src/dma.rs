@@ -1,0 +1,74 @@
+//! Memory that a DMA reads or writes: only to be had through [`dma_buffer!`](crate::dma_buffer), which places it in the non-cacheable arena.
+//!
+//! Access is volatile and by value. No reference into such memory ever exists, because the other side changes it at any time.
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
+use crate::memory::{DMA_ARENA_BYTES, DMA_ARENA_START};
+
+/// A word a DMA can move: plain numbers, for which every bit pattern is a value.
+pub trait DmaWord: Copy + sealed::Sealed {}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u8 {}
+    impl Sealed for u16 {}
+    impl Sealed for u32 {}
+}
+
+impl DmaWord for u8 {}
+impl DmaWord for u16 {}
+impl DmaWord for u32 {}
+
+/// `LENGTH` words in the arena. Made by [`dma_buffer!`](crate::dma_buffer).
+#[repr(C, align(32))]
+#[derive(Debug)]
+pub struct DmaBuffer<W, const LENGTH: usize>(UnsafeCell<MaybeUninit<[W; LENGTH]>>);
+
+// SAFETY: all access is by volatile single-word reads and writes of plain numbers; the contents are as shared as a register.
+unsafe impl<W: DmaWord, const LENGTH: usize> Sync for DmaBuffer<W, LENGTH> {}
+
+impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
+    /// Only for [`dma_buffer!`](crate::dma_buffer): elsewhere the buffer would not be in the arena.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn placed_by_macro() -> Self {
+        Self(UnsafeCell::new(MaybeUninit::uninit()))
+    }
+
+    /// The address for the DMA. `None` when the linker did not put the buffer into the arena, in which case it must not be used.
+    pub fn address(&self) -> Option<u32> {
+        let address = self.0.get() as u32;
+        let inside = (DMA_ARENA_START..DMA_ARENA_START + DMA_ARENA_BYTES).contains(&address);
+        inside.then_some(address)
+    }
+
+    /// The word at `index`, or `None` beyond the end.
+    #[inline]
+    pub fn read(&self, index: usize) -> Option<W> {
+        // SAFETY: within the array; the arena was zeroed at start-up, so the word is initialised, and any pattern is a value.
+        (index < LENGTH).then(|| unsafe { self.0.get().cast::<W>().add(index).read_volatile() })
+    }
+
+    /// Writes the word at `index`; beyond the end nothing happens and the answer is false.
+    #[inline]
+    pub fn write(&self, index: usize, word: W) -> bool {
+        if index >= LENGTH {
+            return false;
+        }
+        // SAFETY: within the array; nobody holds a reference into it.
+        unsafe { self.0.get().cast::<W>().add(index).write_volatile(word) };
+        true
+    }
+}
+
+/// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`
+#[macro_export]
+macro_rules! dma_buffer {
+    ($(#[$attribute:meta])* $visibility:vis static $name:ident: [$word:ty; $length:expr]) => {
+        $(#[$attribute])*
+        #[unsafe(link_section = ".dma_arena")]
+        $visibility static $name: $crate::dma::DmaBuffer<$word, { $length }> = $crate::dma::DmaBuffer::placed_by_macro();
+    };
+}

@@ -1,0 +1,115 @@
+//! Who this board is and why it started: unique id, silicon revision, driver chips by the identity resistors, cause of the last reset.
+
+use core::fmt;
+
+use stm32h7xx_hal::pac;
+
+use crate::pins::{self, Input, Mode, PinSpec, Pull, table};
+
+/// Which motor drivers are fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotorChips {
+    /// TMC2590, identity 0; also what any unknown identity means.
+    Tmc2590,
+    /// TMC2660, identity 1.
+    Tmc2660,
+}
+
+/// What the board says about itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// The chip's 96-bit unique id, as three words.
+    pub unique_id: [u32; 3],
+    /// Device id (0x450) and silicon revision (0x2003 = V).
+    pub device: (u16, u16),
+    /// The four identity resistors as a number.
+    pub board: u8,
+    /// What that number means.
+    pub chips: MotorChips,
+    /// Why the last reset happened.
+    pub reset_cause: ResetCause,
+}
+
+/// Why the chip was reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResetCause {
+    /// Supply came up.
+    PowerOn,
+    /// Supply sagged.
+    BrownOut,
+    /// The reset pin: button or debug probe.
+    Pin,
+    /// Firmware asked for it.
+    Software,
+    /// The independent watchdog was not fed.
+    Watchdog,
+    /// The window watchdog.
+    WindowWatchdog,
+    /// None of the known flags.
+    Unknown,
+}
+
+impl fmt::Display for ResetCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PowerOn => "power-on",
+            Self::BrownOut => "brown-out",
+            Self::Pin => "reset pin",
+            Self::Software => "software",
+            Self::Watchdog => "watchdog",
+            Self::WindowWatchdog => "window watchdog",
+            Self::Unknown => "unknown",
+        })
+    }
+}
+
+/// Base of the unique id (RM0399 section 64.1).
+const UNIQUE_ID: *const u32 = 0x1FF1_E800 as *const u32;
+
+/// Reads the cause and clears the flags, so that the next reset shows its own.
+pub(crate) fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
+    // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF: most telling first.
+    let flags = rcc.rsr.read();
+    let cause = if flags.iwdg1rstf().bit_is_set() {
+        ResetCause::Watchdog
+    } else if flags.wwdg1rstf().bit_is_set() {
+        ResetCause::WindowWatchdog
+    } else if flags.sftrstf().bit_is_set() {
+        ResetCause::Software
+    } else if flags.porrstf().bit_is_set() {
+        ResetCause::PowerOn
+    } else if flags.borrstf().bit_is_set() {
+        ResetCause::BrownOut
+    } else if flags.pinrstf().bit_is_set() {
+        ResetCause::Pin
+    } else {
+        ResetCause::Unknown
+    };
+    rcc.rsr.modify(|_, w| w.rmvf().set_bit());
+    cause
+}
+
+impl Identity {
+    pub(crate) fn read(reset_cause: ResetCause) -> Self {
+        // SAFETY: three words of read-only memory that every chip of the family has.
+        let unique_id = unsafe { [0, 1, 2].map(|word| UNIQUE_ID.add(word).read_volatile()) };
+        // SAFETY: read-only register.
+        let code = unsafe { (*pac::DBGMCU::ptr()).idc.read().bits() };
+        let board = read_identity_resistors();
+        let chips = if board == 1 { MotorChips::Tmc2660 } else { MotorChips::Tmc2590 };
+        Self { unique_id, device: ((code & 0xFFF) as u16, (code >> 16) as u16), board, chips, reset_cause }
+    }
+}
+
+/// A resistor to ground is a one. The pins are released afterwards.
+fn read_identity_resistors() -> u8 {
+    let mut id = 0;
+    for pin in table::BOARD_ID {
+        let input = Input::new(PinSpec::inverted(pin));
+        // The pull-up charges some 10 pF through 40 kOhm: 0.4 us.
+        crate::wait::pause(5);
+        id = (id << 1) | u8::from(input.is_on());
+        pins::configure(pin, Mode::Analog, Pull::Floating, false);
+    }
+    id
+}

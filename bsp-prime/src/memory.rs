@@ -1,0 +1,182 @@
+//! Memory before use: hot code into the ITCM with the vector table, clean AXI SRAM, a DMA arena no cache touches, a guard under the stack.
+
+use core::ptr::{addr_of, addr_of_mut};
+
+use cortex_m::peripheral::{CPUID, MPU, SCB};
+
+use crate::thread_stack;
+
+unsafe extern "C" {
+    static mut __sitcm: u32;
+    static mut __eitcm: u32;
+    static __siitcm: u32;
+    static mut __saxisram: u32;
+    static mut __eaxisram: u32;
+    static mut __sdma_arena: u32;
+    static mut __edma_arena: u32;
+    static __euninit: u32;
+    static __vector_table: u32;
+}
+
+/// Vectors of the core (16) and of the chip (150; RM0399 section 20.1.2), rounded up to the alignment VTOR asks for.
+const VECTORS: usize = 256;
+/// Where the vector table is copied to: the bottom of the ITCM, which `memory.x` leaves free.
+const ITCM_VECTORS: usize = 0x0000_0000;
+/// First address of the DMA arena; `memory.x` says the same and its size is asserted there.
+pub const DMA_ARENA_START: u32 = 0x2407_0000;
+/// Size of the DMA arena in bytes.
+pub const DMA_ARENA_BYTES: u32 = 64 * 1024;
+/// Size of the no-access strip below the stack, in bytes.
+const STACK_GUARD_BYTES: u32 = 256;
+
+/// Copies code and vectors to the ITCM, zeroes the two regions that `cortex-m-rt` does not know, sets the MPU and the caches.
+///
+/// Call once, before any interrupt is enabled and before anything in those regions is used.
+pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
+    // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words; nothing has run from or
+    // looked at them yet, since this is the first thing the board does and interrupts are off.
+    unsafe {
+        copy_words(addr_of!(__siitcm), addr_of_mut!(__sitcm), addr_of_mut!(__eitcm));
+        zero_words(addr_of_mut!(__saxisram), addr_of_mut!(__eaxisram));
+        zero_words(addr_of_mut!(__sdma_arena), addr_of_mut!(__edma_arena));
+        copy_vectors();
+        // The table is copied whole and aligned to its size rounded up to a power of two (ARMv7-M ARM B3.2.5).
+        scb.vtor.write(ITCM_VECTORS as u32);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    paint_stack();
+    protect(mpu);
+    scb.enable_icache();
+    scb.enable_dcache(cpuid);
+}
+
+/// # Safety
+/// `from` and `to..end` must be word-aligned memory that nothing else refers to.
+unsafe fn copy_words(mut from: *const u32, mut to: *mut u32, end: *mut u32) {
+    while to < end {
+        // SAFETY: the caller vouches for both ranges; `to` is below `end`. Volatile, because the ITCM starts near address zero
+        // and the compiler must not turn the loop into a library call that may itself live there.
+        unsafe {
+            to.write_volatile(from.read_volatile());
+            from = from.add(1);
+            to = to.add(1);
+        }
+    }
+}
+
+/// # Safety
+/// `to..end` must be word-aligned memory that nothing else refers to.
+unsafe fn zero_words(mut to: *mut u32, end: *mut u32) {
+    while to < end {
+        // SAFETY: the caller vouches for the range; `to` is below `end`.
+        unsafe {
+            to.write_volatile(0);
+            to = to.add(1);
+        }
+    }
+}
+
+/// Copies the vector table to address zero, which Rust's pointers may not name: hence two lines of assembly per word.
+fn copy_vectors() {
+    let table = addr_of!(__vector_table);
+    for index in 0..VECTORS {
+        // SAFETY: reads within the image (the table is followed by more flash than 1 KiB) and writes the first KiB of the ITCM, which
+        // the linker script leaves free.
+        unsafe {
+            let entry = table.add(index).read_volatile();
+            core::arch::asm!("str {entry}, [{at}]", entry = in(reg) entry, at = in(reg) ITCM_VECTORS + index * 4,
+                options(nostack, preserves_flags));
+        }
+    }
+}
+
+/// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory, the strips below the
+/// stacks' limits become untouchable, so that an overflow is a fault and not a corrupted plan.
+fn protect(mpu: &mut MPU) {
+    const ENABLE: u32 = 1;
+    const FULL_ACCESS: u32 = 0b011 << 24;
+    const NO_ACCESS: u32 = 0;
+    const EXECUTE_NEVER: u32 = 1 << 28;
+    // TEX = 001, C = 0, B = 0: normal, non-cacheable; shareable.
+    const NORMAL_NON_CACHEABLE: u32 = (0b001 << 19) | (1 << 18);
+    const fn size_field(bytes: u32) -> u32 {
+        (bytes.trailing_zeros() - 1) << 1
+    }
+    let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
+    const READ_ONLY: u32 = 0b111 << 24;
+    // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back, write-allocate.
+    const WRITE_THROUGH: u32 = 1 << 17;
+    const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
+    let regions = [
+        // The default map's attributes, with what it does not say: flash is not written, data is not executed.
+        (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size_field(64 * 1024)),
+        (0x0800_0000, READ_ONLY | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
+        (0x2000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(128 * 1024)),
+        (0x2400_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(512 * 1024)),
+        (DMA_ARENA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_BYTES)),
+        (guard, EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(STACK_GUARD_BYTES)),
+        (
+            thread_stack::guard(),
+            EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(thread_stack::GUARD_BYTES as u32),
+        ),
+    ];
+    cortex_m::asm::dmb();
+    // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the caches still off, and
+    // the strip lies in the free part of the DTCM.
+    unsafe {
+        mpu.ctrl.write(0);
+        for (number, (base, attributes)) in regions.into_iter().enumerate() {
+            mpu.rnr.write(number as u32);
+            mpu.rbar.write(base);
+            mpu.rasr.write(attributes | ENABLE);
+        }
+        // PRIVDEFENA: everything else keeps the architecture's default attributes. HFNMIENA stays off.
+        mpu.ctrl.write(0b101);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+const DTCM_END: u32 = 0x2002_0000;
+/// What unused stack is filled with.
+const PAINT: u32 = 0x5AFE_57AC;
+/// Left unpainted below the frame that paints, for its own calls.
+const PAINT_MARGIN_BYTES: u32 = 512;
+
+fn stack_limit() -> u32 {
+    (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES) + STACK_GUARD_BYTES
+}
+
+/// How many bytes the stack may grow to before it meets the guard.
+#[must_use]
+pub fn stack_room_bytes() -> u32 {
+    DTCM_END.saturating_sub(stack_limit())
+}
+
+/// Fills the free stack with a pattern, for [`stack_unused_bytes`].
+fn paint_stack() {
+    let top = cortex_m::register::msp::read().saturating_sub(PAINT_MARGIN_BYTES);
+    for address in (stack_limit()..top).step_by(4) {
+        // SAFETY: between the statics' end and well below the present stack pointer, in DTCM: nothing lives there.
+        unsafe { (address as *mut u32).write_volatile(PAINT) };
+    }
+}
+
+/// How many bytes of the stack were never touched since the start.
+#[must_use]
+pub fn stack_unused_bytes() -> u32 {
+    // SAFETY: reads of DTCM words between the statics' end and its end.
+    let untouched = |address: &u32| unsafe { (*address as *const u32).read_volatile() == PAINT };
+    4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32
+}
+
+/// How many bytes the statics take, in DTCM, AXI SRAM and the DMA arena together.
+#[must_use]
+pub fn static_bytes() -> u32 {
+    const DTCM_START: u32 = 0x2000_0000;
+    let length = |from: *const u32, to: *const u32| to as u32 - from as u32;
+    (addr_of!(__euninit) as u32 - DTCM_START)
+        + length(addr_of!(__saxisram), addr_of!(__eaxisram))
+        + length(addr_of!(__sdma_arena), addr_of!(__edma_arena))
+}

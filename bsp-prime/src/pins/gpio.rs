@@ -1,0 +1,194 @@
+//! A pin as registers see it: mode, resistor, level. Everything here is one write to BSRR or a short masked change of a mode register.
+
+use stm32h7xx_hal::pac;
+
+use super::name::{PinName, PinSpec, Pull};
+
+/// What a pin does (RM0399 section 12.4.1, GPIOx_MODER).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Digital input.
+    Input,
+    /// Digital output.
+    Output,
+    /// Belongs to the peripheral with this alternate function number.
+    Alternate(u8),
+    /// Analog; also the state of lowest consumption.
+    Analog,
+}
+
+/// Distance of the port blocks (RM0399 section 2.3.2, table of boundary addresses).
+const PORT_STRIDE: usize = 0x400;
+
+pub(super) fn registers(pin: PinName) -> &'static pac::gpioa::RegisterBlock {
+    let address = pac::GPIOA::ptr() as usize + pin.port() * PORT_STRIDE;
+    // SAFETY: ports A to K lie one stride apart and share GPIOA's layout, and a `PinName` is one of them. Levels change by BSRR
+    // (atomic per bit); mode registers change in a masked section.
+    unsafe { &*(address as *const pac::gpioa::RegisterBlock) }
+}
+
+/// Opens the clock gates of all ports. Before any other function of this module.
+pub(crate) fn enable_ports() {
+    // SAFETY: runs once, first of all, with interrupts off; the RCC token is still unused.
+    let rcc = unsafe { &*pac::RCC::ptr() };
+    rcc.ahb4enr.modify(|_, w| {
+        w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled().gpioden().enabled();
+        w.gpioeen().enabled().gpiofen().enabled().gpiogen().enabled().gpiohen().enabled();
+        w.gpioien().enabled().gpiojen().enabled().gpioken().enabled()
+    });
+    let _settled = rcc.ahb4enr.read().bits();
+}
+
+fn pull_bits(pull: Pull) -> u32 {
+    match pull {
+        Pull::Floating => 0b00,
+        Pull::Up => 0b01,
+        Pull::Down => 0b10,
+    }
+}
+
+/// Sets mode, resistor and output type of a pin. Level first, mode last, so that an output never glitches.
+pub(crate) fn configure(pin: PinName, mode: Mode, pull: Pull, open_drain: bool) {
+    let port = registers(pin);
+    let (number, two) = (u32::from(pin.number()), 2 * u32::from(pin.number()));
+    let code = match mode {
+        Mode::Input => 0b00,
+        Mode::Output => 0b01,
+        Mode::Alternate(_) => 0b10,
+        Mode::Analog => 0b11,
+    };
+    cortex_m::interrupt::free(|_| {
+        // SAFETY: every two-bit (or one-bit, four-bit) pattern written is a valid field value of these registers; only this pin's
+        // field changes, and interrupts are masked for the read-change-write.
+        unsafe {
+            port.otyper.modify(|r, w| w.bits(r.bits() & !(1 << number) | (u32::from(open_drain) << number)));
+            // Speed "medium": edges of a few nanoseconds without ringing on the ribbon headers.
+            port.ospeedr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | (0b01 << two)));
+            port.pupdr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | (pull_bits(pull) << two)));
+            if let Mode::Alternate(function) = mode {
+                let shift = 4 * (number & 7);
+                let field = u32::from(function & 0xF) << shift;
+                if number < 8 {
+                    port.afrl.modify(|r, w| w.bits(r.bits() & !(0xF << shift) | field));
+                } else {
+                    port.afrh.modify(|r, w| w.bits(r.bits() & !(0xF << shift) | field));
+                }
+            }
+            port.moder.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | (code << two)));
+        }
+    });
+}
+
+/// A digital output. `on` and `off` are words for BSRR (RM0399 section 12.4.7): low half sets, high half resets.
+#[derive(Debug)]
+pub struct Output {
+    pin: PinName,
+    on: u32,
+}
+
+impl Output {
+    /// Makes `spec` an output that is off, without an instant of on.
+    pub(crate) fn off(spec: PinSpec) -> Self {
+        let on = if spec.inverted { spec.pin.bit() << 16 } else { spec.pin.bit() };
+        let output = Self { pin: spec.pin, on };
+        output.write(false);
+        configure(spec.pin, Mode::Output, Pull::Floating, spec.open_drain);
+        output
+    }
+
+    fn write(&self, on: bool) {
+        let word = if on { self.on } else { self.on.rotate_left(16) };
+        // SAFETY: a BSRR write changes only the pin this output owns.
+        registers(self.pin).bsrr.write(|w| unsafe { w.bits(word) });
+    }
+
+    /// Switches on or off, in the sense of the configuration.
+    #[inline]
+    pub fn set(&mut self, on: bool) {
+        self.write(on);
+    }
+
+    /// Whether it is on (what we drive, not what the wire does).
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        let high = registers(self.pin).odr.read().bits() & self.pin.bit() != 0;
+        high == (self.on <= u32::from(u16::MAX))
+    }
+
+    /// The pin.
+    #[must_use]
+    pub fn pin(&self) -> PinName {
+        self.pin
+    }
+}
+
+/// A digital input.
+#[derive(Clone, Debug)]
+pub struct Input {
+    pin: PinName,
+    inverted: bool,
+}
+
+impl Input {
+    pub(crate) fn new(spec: PinSpec) -> Self {
+        configure(spec.pin, Mode::Input, spec.pull, false);
+        Self { pin: spec.pin, inverted: spec.inverted }
+    }
+
+    /// Whether it is active, in the sense of the configuration.
+    #[inline]
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        (registers(self.pin).idr.read().bits() & self.pin.bit() != 0) != self.inverted
+    }
+
+    /// The pin.
+    #[must_use]
+    pub fn pin(&self) -> PinName {
+        self.pin
+    }
+}
+
+/// A pin for the step interrupt: where to write, and the word that makes it high. See [`Output`].
+#[derive(Clone, Copy, Debug)]
+pub struct FastPin {
+    bsrr: *mut u32,
+    high: u32,
+}
+
+// SAFETY: the pointer is to a write-only register that is atomic per bit; it is the same from every context.
+unsafe impl Send for FastPin {}
+// SAFETY: as for Send; writing is all one can do.
+unsafe impl Sync for FastPin {}
+
+impl FastPin {
+    /// Goes nowhere: writes no bit of a real port.
+    pub const NONE: Self = Self { bsrr: (0x5802_0000 + 0x18) as *mut u32, high: 0 };
+
+    /// Makes `spec` an output that is off, and gives the fast handle to it.
+    pub(crate) fn off(spec: PinSpec) -> Self {
+        let output = Output::off(spec);
+        Self { bsrr: registers(spec.pin).bsrr.as_ptr(), high: output.on }
+    }
+
+    /// The BSRR word for on. The word for off is this rotated by 16.
+    #[inline(always)]
+    #[must_use]
+    pub const fn on_word(self) -> u32 {
+        self.high
+    }
+
+    /// Whether the pin is driven high now: its bit in the output register beside BSRR (RM0399 section 12.4.6).
+    #[must_use]
+    pub fn is_high(self) -> bool {
+        let bit = (self.high | self.high >> 16) & 0xFFFF;
+        // SAFETY: ODR is the word below BSRR in every port's block; reading it changes nothing.
+        unsafe { self.bsrr.sub(1).read_volatile() & bit != 0 }
+    }
+
+    /// The BSRR register to write it to.
+    #[must_use]
+    pub const fn register(self) -> *mut u32 {
+        self.bsrr
+    }
+}

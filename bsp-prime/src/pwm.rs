@@ -1,0 +1,76 @@
+//! Hardware PWM: TIM1 (`PWM1_1` to `PWM1_4`, PE9 PE11 PE13 PE14) and TIM8 (`PWM2_1` to `PWM2_4`, PI5 PI6 PI7 PI2).
+//!
+//! PWM mode 1, active high. The period has 1000 counts at any frequency, so that a duty is a per-mille whatever the rate.
+
+use stm32h7xx_hal::pac;
+
+use crate::clocks::TIMER_HZ;
+use crate::pins::{PinError, PinSpec, Pins, table};
+
+/// Counts of a period.
+const PERIOD: u32 = 1_000;
+
+/// The two PWM timers.
+pub struct Pwm {
+    timers: [*const pac::tim1::RegisterBlock; 2],
+}
+
+// SAFETY: pointers to registers of timers whose tokens `new` consumed; this value is their only user.
+unsafe impl Send for Pwm {}
+
+impl Pwm {
+    pub(crate) fn new(_tim1: pac::TIM1, _tim8: pac::TIM8) -> Self {
+        Self { timers: [pac::TIM1::ptr(), pac::TIM8::ptr()] }
+    }
+
+    fn timer(&self, timer: usize) -> Option<&'static pac::tim1::RegisterBlock> {
+        // SAFETY: the pointers are the PAC's, and this value is the registers' only user.
+        self.timers.get(timer).map(|registers| unsafe { &**registers })
+    }
+
+    /// Runs a timer (0 or 1) at `rate_hz`, 4 Hz to 200 kHz, with all channels off.
+    pub fn start(&mut self, timer: usize, rate_hz: u32) {
+        let Some(timer) = self.timer(timer) else { return };
+        let prescaler = (TIMER_HZ / PERIOD).checked_div(rate_hz).unwrap_or(0).clamp(1, 65_536) - 1;
+        timer.psc.write(|w| w.psc().bits(prescaler as u16));
+        timer.arr.write(|w| w.arr().bits((PERIOD - 1) as u16));
+        // RM0399 section 42.4.7: OCxM = 110 (PWM mode 1), buffered compare values, in both channels of both registers.
+        const BOTH_CHANNELS: u32 = 0x6868;
+        // SAFETY: that is a valid pattern of the two mode registers; four channels enabled, active high.
+        unsafe {
+            timer.ccmr1_output().write(|w| w.bits(BOTH_CHANNELS));
+            timer.ccmr2_output().write(|w| w.bits(BOTH_CHANNELS));
+            timer.ccer.write(|w| w.bits(0x1111));
+        }
+        timer.egr.write(|w| w.ug().set_bit());
+        timer.bdtr.write(|w| w.moe().set_bit());
+        timer.cr1.write(|w| w.arpe().set_bit().cen().set_bit());
+    }
+
+    /// Gives a channel (0 to 3) its pin.
+    ///
+    /// # Errors
+    /// [`PinError`] when the pin is taken.
+    pub fn attach(&mut self, timer: usize, channel: usize, pins: &mut Pins, owner: &str) -> Result<(), PinError> {
+        let function = if timer == 0 { 1 } else { 3 };
+        match table::PWM.get(timer * 4 + channel) {
+            Some((_, pin)) => {
+                pins.alternate(PinSpec { pull: crate::pins::Pull::Floating, ..PinSpec::plain(*pin) }, function, owner)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Sets a channel's share of on, 0 to 1.
+    pub fn set(&mut self, timer: usize, channel: usize, duty: f32) {
+        let Some(timer) = self.timer(timer) else { return };
+        let counts = (duty.clamp(0.0, 1.0) * PERIOD as f32) as u16;
+        match channel {
+            0 => timer.ccr1().write(|w| w.ccr().bits(counts)),
+            1 => timer.ccr2().write(|w| w.ccr().bits(counts)),
+            2 => timer.ccr3().write(|w| w.ccr().bits(counts)),
+            3 => timer.ccr4().write(|w| w.ccr().bits(counts)),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The two clocks, each a free-running 32-bit timer with its 64-bit extension: TIM2 at 200 MHz for steps, TIM5 at 1 MHz for the rest.
+//! And the two periodic interrupts: TIM6 for the step feed, TIM7 for heat and slow outputs.
+//!
+//! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn lasts (10.7 s for TIM2);
+//! everybody may then read the 64-bit time from any priority, without a lock: whichever of the two is read first, a half turn that
+//! is not yet counted shows as a top bit that disagrees with the count's parity.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use stm32h7xx_hal::pac;
+use units::{Micros, Ticks};
+
+use crate::clocks::TIMER_HZ;
+
+const TOP_BIT: u32 = 1 << 31;
+
+/// A free-running 32-bit counter and how many half turns it has made.
+#[derive(Debug)]
+pub struct Clock {
+    half_turns: AtomicU32,
+}
+
+static STEP_CLOCK: Clock = Clock { half_turns: AtomicU32::new(0) };
+static MICRO_CLOCK: Clock = Clock { half_turns: AtomicU32::new(0) };
+
+impl Clock {
+    /// Counts a half turn that has happened since the last call. One caller only.
+    fn keep(&self, count: u32) {
+        let half_turns = self.half_turns.load(Ordering::Relaxed);
+        if (count & TOP_BIT != 0) != (half_turns & 1 != 0) {
+            self.half_turns.store(half_turns.wrapping_add(1), Ordering::Relaxed);
+        }
+    }
+
+    /// The 64-bit time; `read` gives the counter.
+    fn extend(&self, read: impl Fn() -> u32) -> u64 {
+        let half_turns = self.half_turns.load(Ordering::Relaxed);
+        // The counter must be read after the half turns (see the module's text).
+        core::sync::atomic::compiler_fence(Ordering::SeqCst);
+        let count = read();
+        (u64::from(half_turns) << 31) + u64::from(count ^ ((half_turns & 1) << 31))
+    }
+}
+
+fn tim2() -> &'static pac::tim2::RegisterBlock {
+    // SAFETY: TIM2's registers exist for the whole run. Only this module (its counter, read-only after `start`) and the step engine
+    // (compare and status registers) touch them.
+    unsafe { &*pac::TIM2::ptr() }
+}
+
+fn tim5() -> &'static pac::tim2::RegisterBlock {
+    // SAFETY: TIM5 is this module's alone; after `start` only its counter is read.
+    unsafe { &*pac::TIM5::ptr() }
+}
+
+/// The low half of the step clock now, in ticks of 5 ns.
+#[inline(always)]
+#[must_use]
+pub fn step_ticks() -> u32 {
+    tim2().cnt.read().bits()
+}
+
+/// The step clock now. Reads correctly as long as [`keep_clocks`] is called more than once in ten seconds.
+#[must_use]
+pub fn now_ticks() -> Ticks {
+    Ticks(STEP_CLOCK.extend(step_ticks))
+}
+
+/// The coarse clock now.
+#[must_use]
+pub fn now() -> Micros {
+    Micros(MICRO_CLOCK.extend(|| tim5().cnt.read().bits()))
+}
+
+/// Notices that a clock has turned over. Called by one periodic task, and by nobody else.
+pub fn keep_clocks() {
+    STEP_CLOCK.keep(step_ticks());
+    MICRO_CLOCK.keep(tim5().cnt.read().bits());
+}
+
+/// Starts both clocks. Called once by the board.
+pub(crate) fn start() {
+    for (timer, divider) in [(tim2(), 1), (tim5(), TIMER_HZ / 1_000_000)] {
+        // RM0399 section 43.4: prescaler and period are buffered; the update event loads them and its flag is then cleared.
+        timer.psc.write(|w| w.psc().bits((divider - 1) as u16));
+        timer.arr.write(|w| w.arr().bits(u32::MAX));
+        timer.egr.write(|w| w.ug().set_bit());
+        timer.sr.reset();
+        timer.cr1.write(|w| w.cen().set_bit());
+    }
+}
+
+/// A periodic interrupt from a basic timer.
+#[derive(Debug)]
+pub struct Ticker {
+    registers: *const pac::tim6::RegisterBlock,
+}
+
+// SAFETY: the pointer is to registers, which are the same from every context; each ticker is the only user of its timer.
+unsafe impl Send for Ticker {}
+
+impl Ticker {
+    /// TIM6, the step feed's.
+    #[must_use]
+    pub fn feed(_timer: pac::TIM6) -> Self {
+        Self { registers: pac::TIM6::ptr() }
+    }
+
+    /// TIM7, heat control's and the slow outputs'.
+    #[must_use]
+    pub fn heat(_timer: pac::TIM7) -> Self {
+        Self { registers: pac::TIM7::ptr() }
+    }
+
+    fn registers(&self) -> &pac::tim6::RegisterBlock {
+        // SAFETY: the pointer came from the PAC for a timer whose token was consumed by the constructor.
+        unsafe { &*self.registers }
+    }
+
+    /// Interrupts every `period_us` microseconds, 2 to 65 536.
+    pub fn start(&mut self, period_us: u32) {
+        let timer = self.registers();
+        timer.psc.write(|w| w.psc().bits((TIMER_HZ / 1_000_000 - 1) as u16));
+        timer.arr.write(|w| w.arr().bits(period_us.clamp(2, 65_536) as u16 - 1));
+        // RM0399 section 46.4: the update event loads the prescaler; its own flag must not count as a period.
+        timer.egr.write(|w| w.ug().set_bit());
+        timer.sr.reset();
+        timer.dier.write(|w| w.uie().set_bit());
+        timer.cr1.write(|w| w.cen().set_bit());
+    }
+
+    /// Clears the interrupt. True when a period had indeed ended.
+    #[inline]
+    pub fn acknowledge(&mut self) -> bool {
+        let timer = self.registers();
+        let ended = timer.sr.read().uif().bit_is_set();
+        timer.sr.reset();
+        ended
+    }
+}

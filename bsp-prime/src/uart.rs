@@ -1,0 +1,188 @@
+//! The three serial ports: USART2 (debug console, PD5/PD6), USART3 (UART 0, PD8/PB11), UART4 (UART 1, PB9/PH14), 8N1.
+//!
+//! The interrupt hands received bytes to its caller's sink and moves bytes to send from a ring to the hardware FIFO (16 each way); nobody waits.
+//! Only the interrupt touches the control registers after set-up: a writer fills the ring and pends the interrupt, which then switches the
+//! transmitter's own interrupt on. What the line loses (overrun, framing) is counted; the protocols above have checksums for it.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use cortex_m::peripheral::NVIC;
+use stm32h7xx_hal::pac;
+
+use crate::byte_ring::ByteRing;
+use crate::clocks::PCLK_HZ;
+use crate::pins::{self, Mode, PinName, Pull};
+
+/// Bytes to send: a long status answer fits whole.
+const TX_BYTES: usize = 4096;
+/// Bytes moved in one interrupt at most: one hardware FIFO (RM0399 section 51.5.4).
+const FIFO_BYTES: usize = 16;
+
+/// What the two halves of a port share.
+#[derive(Debug)]
+struct Shared {
+    tx: ByteRing<TX_BYTES>,
+    line_errors: AtomicU32,
+}
+
+// All zeros, which is what the board fills this region with.
+#[unsafe(link_section = ".axisram")]
+static SHARED: [Shared; 3] = [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0) } }; 3];
+
+/// One of the board's ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortName {
+    /// USART2 on the debug header.
+    Debug,
+    /// USART3 on header GD, "UART 0" of configurations.
+    Uart0,
+    /// UART4 on header GB, "UART 1" of configurations.
+    Uart1,
+}
+
+impl PortName {
+    fn interrupt(self) -> pac::Interrupt {
+        match self {
+            Self::Debug => pac::Interrupt::USART2,
+            Self::Uart0 => pac::Interrupt::USART3,
+            Self::Uart1 => pac::Interrupt::UART4,
+        }
+    }
+
+    fn registers(self) -> *const pac::usart1::RegisterBlock {
+        match self {
+            Self::Debug => pac::USART2::ptr(),
+            Self::Uart0 => pac::USART3::ptr(),
+            Self::Uart1 => pac::UART4::ptr(),
+        }
+    }
+
+    /// Transmit pin, receive pin, alternate function.
+    fn pins(self) -> (PinName, PinName, u8) {
+        match self {
+            Self::Debug => (PinName::new('D', 5), PinName::new('D', 6), 7),
+            Self::Uart0 => (PinName::new('D', 8), PinName::new('B', 11), 7),
+            Self::Uart1 => (PinName::new('B', 9), PinName::new('H', 14), 8),
+        }
+    }
+
+    fn shared(self) -> &'static Shared {
+        &SHARED[self as usize]
+    }
+}
+
+/// The interrupt's half of a port.
+#[derive(Debug)]
+pub struct UartInterrupt {
+    registers: *const pac::usart1::RegisterBlock,
+    shared: &'static Shared,
+}
+
+// SAFETY: the pointer is to registers of a port whose only user after set-up is this value.
+unsafe impl Send for UartInterrupt {}
+
+/// The task's half of a port.
+#[derive(Debug)]
+pub struct UartPort {
+    name: PortName,
+    shared: &'static Shared,
+}
+
+/// Both halves of a port, closed. Once for each port, by the board.
+pub(crate) fn port(name: PortName) -> (UartInterrupt, UartPort) {
+    let interrupt = UartInterrupt { registers: name.registers(), shared: name.shared() };
+    (interrupt, UartPort { name, shared: name.shared() })
+}
+
+impl UartInterrupt {
+    fn registers(&self) -> &'static pac::usart1::RegisterBlock {
+        // SAFETY: the pointer came from the PAC; the registers exist for the whole run and this value is their only user.
+        unsafe { &*self.registers }
+    }
+
+    /// Moves what the FIFOs hold and can take, received bytes to `receive`. At most 16 bytes each way, so about 3 us.
+    pub fn on_interrupt(&mut self, mut receive: impl FnMut(u8)) {
+        let uart = self.registers();
+        let status = uart.isr.read();
+        if status.ore().bit_is_set() || status.fe().bit_is_set() || status.nf().bit_is_set() {
+            uart.icr.write(|w| w.orecf().set_bit().fecf().set_bit().ncf().set_bit());
+            let errors = &self.shared.line_errors;
+            errors.store(errors.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        }
+        for _ in 0..FIFO_BYTES {
+            if uart.isr.read().rxne().bit_is_clear() {
+                break;
+            }
+            receive(uart.rdr.read().rdr().bits() as u8);
+        }
+        self.fill(uart);
+    }
+
+    fn fill(&mut self, uart: &pac::usart1::RegisterBlock) {
+        for _ in 0..FIFO_BYTES {
+            if self.shared.tx.is_empty() || uart.isr.read().txe().bit_is_clear() {
+                break;
+            }
+            if let Some(byte) = self.shared.tx.pop() {
+                uart.tdr.write(|w| w.tdr().bits(u16::from(byte)));
+            }
+        }
+        // Interrupt when the FIFO has run empty, for as long as there is more to send.
+        let more = !self.shared.tx.is_empty();
+        if uart.cr1.read().txfeie().bit() != more {
+            uart.cr1.modify(|_, w| w.txfeie().bit(more));
+        }
+    }
+}
+
+impl UartPort {
+    /// The port's pins, transmit first; to be claimed before [`Self::open`].
+    #[must_use]
+    pub fn pins(&self) -> [PinName; 2] {
+        let (tx, rx, _) = self.name.pins();
+        [tx, rx]
+    }
+
+    /// Opens the port at `baud`, 8N1. Once: its interrupt owns the registers from then on.
+    pub fn open(&mut self, baud: u32) {
+        let (tx, rx, function) = self.name.pins();
+        pins::configure(tx, Mode::Alternate(function), Pull::Floating, false);
+        // An open receive pin must read as an idle line.
+        pins::configure(rx, Mode::Alternate(function), Pull::Up, false);
+        // SAFETY: while the port is disabled it does not interrupt, so nobody else touches its registers.
+        let uart = unsafe { &*self.name.registers() };
+        // RM0399 section 51.8: configuration is only accepted while UE is clear.
+        uart.cr1.reset();
+        let divider = (PCLK_HZ + baud / 2).checked_div(baud).unwrap_or(0).clamp(16, 0xFFFF);
+        // SAFETY: with 16-fold oversampling the whole 16-bit divider is the field; values from 16 on are valid.
+        uart.brr.write(|w| unsafe { w.bits(divider) });
+        uart.cr1.write(|w| w.fifoen().set_bit().re().set_bit().te().set_bit().rxneie().set_bit().ue().set_bit());
+    }
+
+    /// Queues as much of `bytes` as fits and says how much that was.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
+        let count = self.shared.tx.push_some(bytes);
+        if count > 0 {
+            NVIC::pend(self.name.interrupt());
+        }
+        count
+    }
+
+    /// How many bytes a write would take now.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        self.shared.tx.room()
+    }
+
+    /// Whether everything written has left the ring.
+    #[must_use]
+    pub fn is_drained(&self) -> bool {
+        self.shared.tx.is_empty()
+    }
+
+    /// Interrupts so far that found an overrun, framing or noise error.
+    #[must_use]
+    pub fn line_errors(&self) -> u32 {
+        self.shared.line_errors.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,51 @@
+//! Idle: the machine's controller as the one future there is, asleep between polls.
+
+use core::convert::Infallible;
+use core::future::Future;
+use core::pin::pin;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::{Context, Waker};
+
+use bsp_prime::thread_stack;
+use machine::Controller;
+use machine::ports::Ports;
+use motion::{Access, Motion};
+use rtic::Mutex;
+
+/// There may be something to do.
+static AWAKE: AtomicBool = AtomicBool::new(true);
+
+/// Has the controller polled once more. Called by whoever brings it bytes, and by the feed at each run; the step interrupt does not, or every step
+/// would cost a poll.
+pub fn wake() {
+    AWAKE.store(true, Ordering::Release);
+}
+
+/// The motion object behind its RTIC lock, as the feed wants it.
+pub struct Locked<'a, M>(pub &'a mut M);
+
+impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        self.0.lock(|motion| f(motion))
+    }
+}
+
+/// Runs the controller for ever, on the thread stack: its state is larger than DTCM.
+pub fn run(ports: impl Ports) -> ! {
+    thread_stack::run(move || poll_for_ever(ports))
+}
+
+fn poll_for_ever(ports: impl Ports) -> Infallible {
+    let mut controller = Controller::new(ports);
+    let mut machine = pin!(controller.run());
+    // No waker: what it waits for is announced by `wake`.
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        // It never ends, so there is nothing in the answer.
+        let _pending = machine.as_mut().poll(&mut context).is_pending();
+        while !AWAKE.swap(false, Ordering::Acquire) {
+            // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later, by the feed's.
+            rtic::export::wfi();
+        }
+    }
+}

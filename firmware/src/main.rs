@@ -1,0 +1,277 @@
+//! The image for the Smoothieboard v2 Prime: thin tasks, and the wiring of the board to the machine.
+//!
+//! Priorities, high to low, with each task's deadline:
+//!
+//! | | task | woken by | deadline |
+//! |--:|---|---|---|
+//! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
+//! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
+//! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
+//! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
+//! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
+//! | 3 | `plan` | the dispatcher | the next corner |
+//! | 1 | `slow` | `heat`, 10 Hz | a second |
+//! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
+//!
+//! The bodies live in `machine` and `motion`; here is only who runs when, and who owns what.
+#![no_std]
+#![no_main]
+#![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
+
+use defmt_rtt as _;
+use machine::ports::Inbox;
+use machine::watchdog::Reports;
+use motion::Latch;
+use motion::queue::StepQueue;
+
+mod dispatcher;
+mod drivers;
+mod fault;
+mod heat_io;
+mod ports;
+mod slow;
+mod storage;
+mod triggers;
+mod wiring;
+
+/// What the feed writes ahead and the step interrupt plays. In DTCM, as all plain statics are.
+static STEP_QUEUE: StepQueue = StepQueue::new();
+/// Where inputs that stop motion leave their tick.
+static LATCH: Latch = Latch::new();
+/// Received bytes of the debug console, UART 0 and UART 1.
+static INBOXES: [Inbox; 3] = [const { Inbox::new() }; 3];
+/// Who has shown to be alive since the watchdog was fed.
+static REPORTS: Reports = Reports::new();
+
+#[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
+mod app {
+    use bsp_prime::identity::ResetCause;
+    use bsp_prime::step_engine::{self, StepEngine};
+    use bsp_prime::time::{self, Ticker};
+    use bsp_prime::uart::UartInterrupt;
+    use bsp_prime::watchdog::Watchdog;
+    use bsp_prime::{Board, sd, trigger};
+    use machine::watchdog::Reporter;
+    use motion::{Motion, StepFeed};
+
+    use crate::heat_io::Heat;
+    use crate::ports::{self, BoardPorts, Owned};
+    use crate::slow::Slow;
+    use crate::storage::CardStorage;
+    use crate::triggers::TriggerInputs;
+    use crate::{INBOXES, LATCH, REPORTS, STEP_QUEUE, dispatcher, fault};
+
+    /// Between two runs of the step feed.
+    const FEED_PERIOD_US: u32 = 500;
+    /// Between two ticks of the modulators.
+    const HEAT_PERIOD_US: u32 = 1_000_000 / machine::heat::MODULATION_HZ;
+    /// Control ticks (100 Hz) between two runs of the slow task.
+    const CONTROLS_PER_SLOW: u8 = 10;
+
+    #[shared]
+    struct Shared {
+        motion: &'static mut Motion,
+        heat: Heat,
+        slow: Slow,
+        triggers: TriggerInputs,
+    }
+
+    #[local]
+    struct Local {
+        step_engine: StepEngine,
+        step_feed: StepFeed,
+        feed_tick: Ticker,
+        heat_tick: Ticker,
+        watchdog: Watchdog,
+        debug: UartInterrupt,
+        uart0: UartInterrupt,
+        uart1: UartInterrupt,
+        owned: Owned,
+    }
+
+    // The motion object is made in place: on its way through a return value it would lie on the stack twice.
+    #[init(local = [motion: Motion = Motion::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let board = match Board::take(cx.core, cx.device, &STEP_QUEUE) {
+            Ok(board) => board,
+            Err(error) => fault::board_failed(error),
+        };
+        let identity = &board.identity;
+        let reset_cause = defmt::Display2Format(&identity.reset_cause);
+        defmt::info!(
+            "velvet {=str}, board id {=u8}, reset: {}",
+            env!("CARGO_PKG_VERSION"),
+            identity.board,
+            reset_cause
+        );
+        let (mut feed_tick, mut heat_tick) = (board.feed_tick, board.heat_tick);
+        feed_tick.start(FEED_PERIOD_US);
+        heat_tick.start(HEAT_PERIOD_US);
+        let owned = Owned {
+            pins: board.pins,
+            motor_bus: board.motor_bus,
+            motors_enable: board.guards.motors,
+            pwm: board.pwm,
+            leds: board.leds,
+            storage: CardStorage::new(board.sd),
+            debug: board.debug.1,
+            uarts: [board.uart0.1, board.uart1.1],
+            board_id: board.identity.board,
+            after_watchdog: board.identity.reset_cause == ResetCause::Watchdog,
+        };
+        let shared = Shared {
+            motion: cx.local.motion,
+            heat: Heat::new(board.thermistors, board.guards.fets, board.guards.fets_power),
+            slow: Slow::new(board.supplies),
+            triggers: TriggerInputs::default(),
+        };
+        let local = Local {
+            step_engine: board.step_engine,
+            step_feed: StepFeed::new(),
+            feed_tick,
+            heat_tick,
+            watchdog: board.watchdog,
+            debug: board.debug.0,
+            uart0: board.uart0.0,
+            uart1: board.uart1.0,
+            owned,
+        };
+        (shared, local)
+    }
+
+    // One step event: pins and the next compare. Late by more than 250 ns shows in the statistics.
+    #[task(binds = TIM2, priority = 8, local = [step_engine])]
+    #[unsafe(link_section = ".itcm.step")]
+    fn step(cx: step::Context) {
+        cx.local.step_engine.on_interrupt();
+    }
+
+    #[task(binds = EXTI0, priority = 7)]
+    fn edge_0(_: edge_0::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI1, priority = 7)]
+    fn edge_1(_: edge_1::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI2, priority = 7)]
+    fn edge_2(_: edge_2::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI3, priority = 7)]
+    fn edge_3(_: edge_3::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI4, priority = 7)]
+    fn edge_4(_: edge_4::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI9_5, priority = 7)]
+    fn edge_9_to_5(_: edge_9_to_5::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = EXTI15_10, priority = 7)]
+    fn edge_15_to_10(_: edge_15_to_10::Context) {
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    }
+
+    #[task(binds = USART2, priority = 6, local = [debug])]
+    fn debug_bytes(cx: debug_bytes::Context) {
+        let [inbox, _, _] = &INBOXES;
+        cx.local.debug.on_interrupt(|byte| {
+            // A full inbox counts what it loses.
+            let _taken = inbox.receive(byte);
+        });
+        dispatcher::wake();
+    }
+
+    #[task(binds = USART3, priority = 6, local = [uart0])]
+    fn uart0_bytes(cx: uart0_bytes::Context) {
+        let [_, inbox, _] = &INBOXES;
+        cx.local.uart0.on_interrupt(|byte| {
+            // A full inbox counts what it loses.
+            let _taken = inbox.receive(byte);
+        });
+        dispatcher::wake();
+    }
+
+    #[task(binds = UART4, priority = 6, local = [uart1])]
+    fn uart1_bytes(cx: uart1_bytes::Context) {
+        let [_, _, inbox] = &INBOXES;
+        cx.local.uart1.on_interrupt(|byte| {
+            // A full inbox counts what it loses.
+            let _taken = inbox.receive(byte);
+        });
+        dispatcher::wake();
+    }
+
+    #[task(binds = SDMMC1, priority = 6)]
+    fn card(_: card::Context) {
+        sd::on_interrupt();
+    }
+
+    // Heaters and slow outputs. Above planning, so that no job can starve heat safety.
+    #[task(binds = TIM7, priority = 5, shared = [heat], local = [heat_tick, watchdog, controls: u8 = 0])]
+    fn heat(mut cx: heat::Context) {
+        cx.local.heat_tick.acknowledge();
+        time::keep_clocks();
+        let controlled = cx.shared.heat.lock(|heat| heat.tick());
+        if !controlled {
+            return;
+        }
+        REPORTS.report(Reporter::Heat);
+        if REPORTS.take_complete() {
+            cx.local.watchdog.feed();
+        }
+        *cx.local.controls += 1;
+        if *cx.local.controls >= CONTROLS_PER_SLOW {
+            *cx.local.controls = 0;
+            // Still running from the last time: then it comes round again in a tenth of a second.
+            let _still_busy = slow::spawn();
+        }
+    }
+
+    // Keeps 1 to 1.5 ms of steps written ahead.
+    #[task(binds = TIM6_DAC, priority = 4, shared = [motion, triggers], local = [feed_tick, step_feed])]
+    fn feed(mut cx: feed::Context) {
+        cx.local.feed_tick.acknowledge();
+        cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
+        let mut motion = dispatcher::Locked(&mut cx.shared.motion);
+        cx.local.step_feed.run(time::now_ticks(), &mut motion, &STEP_QUEUE, &LATCH);
+        if !STEP_QUEUE.is_empty() {
+            step_engine::wake();
+        }
+        REPORTS.report(Reporter::StepFeed);
+        dispatcher::wake();
+    }
+
+    // One slice of look-ahead.
+    #[task(priority = 3, shared = [motion])]
+    async fn plan(mut cx: plan::Context) {
+        cx.shared.motion.lock(|motion| motion.plan());
+    }
+
+    // Driver faults and supply voltages.
+    #[task(priority = 1, shared = [slow])]
+    async fn slow(mut cx: slow::Context) {
+        cx.shared.slow.lock(|slow| slow.tick());
+    }
+
+    // Consoles and dispatcher.
+    #[idle(local = [owned], shared = [motion, heat, slow, triggers])]
+    fn idle(cx: idle::Context) -> ! {
+        let idle::SharedResources { motion, heat, slow, triggers, .. } = cx.shared;
+        let shared = ports::Shared { motion, heat, slow, triggers };
+        let wake_planner = || {
+            // Still to run from the last time: that run sees the new blocks too.
+            let _waiting = plan::spawn();
+        };
+        dispatcher::run(BoardPorts::new(cx.local.owned, shared, wake_planner))
+    }
+}

@@ -1,0 +1,336 @@
+//! The board as the machine sees it: every port of `machine`, each a few lines onto the board package or an RTIC lock.
+
+use bsp_prime::pins::{Input, Output, Pins};
+use bsp_prime::pwm::Pwm;
+use bsp_prime::spi::MotorBus;
+use bsp_prime::uart::UartPort;
+use bsp_prime::{adc, memory, thread_stack, time};
+use config::{MachineConfig, OutputPin};
+use heapless::Vec;
+use machine::heat::HeatControl;
+use machine::ports::{
+    BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
+    Storage, StorageError,
+};
+use machine::supervisor::Supervisor;
+use machine::watchdog::Reporter;
+use motion::{Latch, Motion};
+use rtic::Mutex;
+use units::{Celsius, Micros, Volts};
+
+use crate::drivers::DriverBank;
+use crate::heat_io::Heat;
+use crate::slow::Slow;
+use crate::storage::CardStorage;
+use crate::triggers::TriggerInputs;
+use crate::wiring::{self, Report};
+use crate::{INBOXES, LATCH, REPORTS};
+
+/// Inputs the machine can ask for: twelve endstops, sixteen switches, probe, kill button.
+const MAX_INPUTS: usize = 30;
+/// Time for the last replies to leave before a reset that was asked for.
+const RESET_DELAY: Micros = Micros::from_seconds(1);
+
+/// Peripherals that only the dispatcher uses.
+pub struct Owned {
+    pub pins: Pins,
+    pub motor_bus: MotorBus,
+    pub motors_enable: Output,
+    pub pwm: Pwm,
+    pub leds: [Output; 4],
+    pub storage: CardStorage,
+    pub debug: UartPort,
+    pub uarts: [UartPort; 2],
+    pub board_id: u8,
+    pub after_watchdog: bool,
+}
+
+/// What the dispatcher shares with tasks, each behind its RTIC lock.
+pub struct Shared<M, H, S, T> {
+    pub motion: M,
+    pub heat: H,
+    pub slow: S,
+    pub triggers: T,
+}
+
+/// All ports.
+pub struct BoardPorts<M, H, S, T> {
+    owned: &'static mut Owned,
+    shared: Shared<M, H, S, T>,
+    /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written to it.
+    open: [bool; 2],
+    inputs: Vec<(u8, Input), MAX_INPUTS>,
+    /// Timer and channel of each hardware PWM switch.
+    pwm_switches: [Option<(usize, usize)>; machine::ports::MAX_SWITCHES],
+    reset_at: Option<Micros>,
+    plan: fn(),
+}
+
+impl<M, H, S, T> BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    /// `plan` wakes the planner task.
+    pub fn new(owned: &'static mut Owned, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
+        let pwm_switches = [None; machine::ports::MAX_SWITCHES];
+        Self { owned, shared, open: [false; 2], inputs: Vec::new(), pwm_switches, reset_at: None, plan }
+    }
+
+    fn port(&mut self, console: ConsoleId) -> Option<&mut UartPort> {
+        match (console.0, self.open) {
+            (0, _) => Some(&mut self.owned.debug),
+            (1, [true, _]) => self.owned.uarts.first_mut(),
+            (2, [_, true]) => self.owned.uarts.last_mut(),
+            _ => None,
+        }
+    }
+
+    fn wire_consoles(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
+        let uart = config.uart;
+        if !uart.enable {
+            return;
+        }
+        if uart.bits != 8 || uart.stop_bits != 1 || uart.parity != config::Parity::None {
+            report.trouble("uart console: this firmware only does 8 bits, no parity, 1 stop bit");
+            return;
+        }
+        let Some(port) = self.owned.uarts.get_mut(usize::from(uart.channel)) else {
+            report.trouble(format_args!("uart console.channel = {}: this board has 0 and 1", uart.channel));
+            return;
+        };
+        for pin in port.pins() {
+            if report.take(self.owned.pins.claim(pin, "uart console")).is_none() {
+                return;
+            }
+        }
+        port.open(uart.baudrate);
+        if let Some(open) = self.open.get_mut(usize::from(uart.channel)) {
+            *open = uart.console;
+        }
+    }
+
+    fn wire_inputs(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
+        let inputs = &mut self.inputs;
+        let triggers = &mut self.shared.triggers;
+        let place = |number, spec, pin: Input, stops| {
+            // Both lists hold every input a configuration can name.
+            let _fits = inputs.push((number, pin.clone()));
+            if stops {
+                let _fits = triggers.lock(|triggers| triggers.add(number, spec, pin));
+            }
+        };
+        wiring::inputs(config, &mut self.owned.pins, place, report);
+    }
+
+    fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
+        let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
+        // Longer than other locks: the converter calibrates. Nothing heats yet.
+        heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
+        let place = |index, output| {
+            heat.lock(|heat| {
+                if let Some(slot) = heat.io.switches.get_mut(index) {
+                    *slot = Some(output);
+                }
+            });
+        };
+        wiring::switch_outputs(config, &mut owned.pins, &mut owned.pwm, place, report);
+        for (slot, switch) in self.pwm_switches.iter_mut().zip(&config.switches) {
+            if let Some(OutputPin::Pwm(output)) = switch.output_pin {
+                *slot = Some((usize::from(output.timer).wrapping_sub(1), usize::from(output.channel).wrapping_sub(1)));
+            }
+        }
+    }
+}
+
+impl<M, H, S, T> Ports for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    type Drivers = DriverBank;
+
+    fn now(&self) -> Micros {
+        time::now()
+    }
+
+    fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        let (result, waiting) = self.shared.motion.lock(|motion| {
+            let result = f(motion);
+            (result, motion.queue_level().0 > 0)
+        });
+        if waiting {
+            (self.plan)();
+        }
+        result
+    }
+
+    fn latch(&self) -> &Latch {
+        &LATCH
+    }
+
+    fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
+        self.shared.heat.lock(|heat| f(&mut heat.control))
+    }
+
+    fn drivers<R>(&mut self, f: impl FnOnce(&mut DriverBank) -> R) -> R {
+        self.shared.slow.lock(|slow| f(&mut slow.drivers))
+    }
+
+    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
+        self.shared.slow.lock(|slow| f(&mut slow.supervisor))
+    }
+
+    fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
+        let mut report = Report::new(report);
+        wiring::guards(config, &mut report);
+        let bank = wiring::motors(config, &mut self.owned.pins, &self.owned.motor_bus, &mut report);
+        wiring::voltages(config, &mut self.owned.pins, &mut report);
+        self.shared.slow.lock(|slow| {
+            slow.drivers = bank;
+            if slow.monitor(config).is_err() {
+                report.trouble("the voltage converter (ADC3) does not start; supply voltages are unknown");
+            }
+        });
+        self.wire_heat(config, &mut report);
+        self.wire_inputs(config, &mut report);
+        self.wire_consoles(config, &mut report);
+        report.clean
+    }
+
+    fn consoles(&self) -> u8 {
+        INBOXES.len() as u8
+    }
+
+    fn inbox(&self, console: ConsoleId) -> &Inbox {
+        let [debug, uart0, uart1] = &INBOXES;
+        match console.0 {
+            1 => uart0,
+            2 => uart1,
+            _ => debug,
+        }
+    }
+
+    fn console_write(&mut self, console: ConsoleId, bytes: &[u8]) -> usize {
+        self.port(console).map_or(bytes.len(), |port| port.write(bytes))
+    }
+
+    fn console_room(&mut self, console: ConsoleId) -> usize {
+        self.port(console).map_or(usize::MAX, |port| port.room())
+    }
+
+    fn inputs(&self) -> InputLevels {
+        let active = self.inputs.iter().filter(|(_, pin)| pin.is_on());
+        InputLevels(active.fold(0, |levels, (number, _)| levels | 1 << number))
+    }
+
+    fn set_hardware_pwm(&mut self, switch: u8, duty: f32) {
+        if let Some(Some((timer, channel))) = self.pwm_switches.get(usize::from(switch)) {
+            self.owned.pwm.set(*timer, *channel, duty);
+        }
+    }
+
+    fn set_motor_power(&mut self, on: bool) {
+        self.owned.motors_enable.set(on);
+    }
+
+    fn voltage(&mut self, name: &str) -> Option<Volts> {
+        self.shared.slow.lock(|slow| slow.voltage(name))
+    }
+
+    fn chip_celsius(&mut self) -> Option<Celsius> {
+        self.shared.slow.lock(|slow| slow.chip_celsius())
+    }
+
+    fn set_led(&mut self, index: u8, on: bool) {
+        if let Some(led) = self.owned.leds.get_mut(usize::from(index)) {
+            led.set(on);
+        }
+    }
+
+    fn board(&self) -> BoardInfo {
+        BoardInfo {
+            mcu: "STM32H745",
+            board_id: self.owned.board_id,
+            core_mhz: bsp_prime::clocks::CORE_HZ / 1_000_000,
+            version: env!("CARGO_PKG_VERSION"),
+            build_date: env!("VELVET_BUILD_DATE"),
+            after_watchdog: self.owned.after_watchdog,
+        }
+    }
+
+    fn memory(&self) -> MemoryReport {
+        MemoryReport { static_bytes: memory::static_bytes(), stack_unused_bytes: Some(thread_stack::unused_bytes()) }
+    }
+
+    fn report_alive(&mut self) {
+        REPORTS.report(Reporter::Dispatcher);
+        if self.reset_at.is_some_and(|at| time::now() >= at) {
+            crate::fault::reset_as_asked();
+        }
+    }
+
+    fn request_reset(&mut self) {
+        self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
+    }
+}
+
+impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
+    fn mount(&mut self) -> Result<(), StorageError> {
+        self.owned.storage.mount()
+    }
+
+    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
+        self.owned.storage.open(path, mode)
+    }
+
+    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        self.owned.storage.read(file, buffer)
+    }
+
+    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        self.owned.storage.write(file, bytes)
+    }
+
+    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+        self.owned.storage.seek(file, offset_bytes)
+    }
+
+    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
+        self.owned.storage.size(file)
+    }
+
+    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        self.owned.storage.close(file)
+    }
+
+    fn list(
+        &mut self,
+        path: &str,
+        skip: usize,
+        entries: &mut Vec<DirectoryEntry, LIST_CHUNK>,
+    ) -> Result<(), StorageError> {
+        self.owned.storage.list(path, skip, entries)
+    }
+
+    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
+        self.owned.storage.remove(path)
+    }
+
+    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
+        self.owned.storage.make_directory(path)
+    }
+
+    fn rename(&mut self, _from: &str, _to: &str) -> Result<(), StorageError> {
+        Err(StorageError::Unsupported)
+    }
+}
+
+/// Converts a reading of a monitored input to volts at its source.
+pub fn source_volts(reading: u16, scale: f32) -> Volts {
+    Volts(adc::pin_volts(reading) * scale)
+}

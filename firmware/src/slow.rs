@@ -1,0 +1,68 @@
+//! What the slow task touches: driver chips, supply voltages, and the supervisor that judges both.
+
+use bsp_prime::adc::{AdcError, Supplies, chip_celsius};
+use bsp_prime::pins::table;
+use config::{MachineConfig, Name};
+use heapless::Vec;
+use machine::ports::SupplyVoltages;
+use machine::supervisor::Supervisor;
+use units::{Celsius, Volts};
+
+use crate::drivers::DriverBank;
+use crate::ports::source_volts;
+
+/// One monitored voltage.
+struct Monitor {
+    name: Name,
+    input: usize,
+    scale: f32,
+}
+
+/// The slow task's resource.
+pub struct Slow {
+    pub drivers: DriverBank,
+    pub supervisor: Supervisor,
+    supplies: Supplies,
+    monitors: Vec<Monitor, { config::MAX_VOLTAGES }>,
+}
+
+impl Slow {
+    pub fn new(supplies: Supplies) -> Self {
+        Self { drivers: DriverBank::default(), supervisor: Supervisor::new(), supplies, monitors: Vec::new() }
+    }
+
+    /// Starts reading the configured voltages.
+    pub fn monitor(&mut self, config: &MachineConfig) -> Result<(), AdcError> {
+        let mut inputs = Vec::<usize, { config::MAX_VOLTAGES + 2 }>::new();
+        // Always there: the chip's own.
+        let _fit = inputs.extend_from_slice(&[table::CHIP_TEMPERATURE, table::VREF]);
+        for voltage in &config.voltages {
+            let input = usize::from(voltage.input.0);
+            let monitor = Monitor { name: voltage.name.clone(), input, scale: voltage.scale };
+            // As many as the configuration can hold.
+            let _fits = self.monitors.push(monitor).is_ok() && inputs.push(input).is_ok();
+        }
+        self.supplies.start(&inputs)
+    }
+
+    /// A monitored voltage by its name, or the chip's own reference as `vref`.
+    pub fn voltage(&self, name: &str) -> Option<Volts> {
+        if name == "vref" {
+            return Some(source_volts(self.supplies.reading(table::VREF)?, 1.0));
+        }
+        let monitor = self.monitors.iter().find(|monitor| monitor.name == name)?;
+        Some(source_volts(self.supplies.reading(monitor.input)?, monitor.scale))
+    }
+
+    /// Temperature of the chip.
+    pub fn chip_celsius(&self) -> Option<Celsius> {
+        chip_celsius(self.supplies.reading(table::CHIP_TEMPERATURE)?).map(Celsius)
+    }
+
+    /// Ten times a second.
+    pub fn tick(&mut self) {
+        self.supplies.poll();
+        let supply = SupplyVoltages { motor: self.voltage("vmotor"), fets: self.voltage("vfet") };
+        self.supervisor.tick(bsp_prime::time::now(), &mut self.drivers, supply);
+    }
+}

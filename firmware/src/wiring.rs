@@ -1,0 +1,266 @@
+//! From the configuration to pins and peripherals, once, at the end of boot.
+//!
+//! Whatever cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and left inactive; the rest goes on, so that one
+//! reading of the console shows all that is wrong.
+
+use core::fmt::{Display, Write};
+
+use bsp_prime::pins::{Input, Output, PinSpec, Pins, Pull, table};
+use bsp_prime::step_engine::MotorLines;
+use config::{ActuatorConfig, DriverKind, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
+use heapless::{String, Vec};
+use machine::ports::Input as MachineInput;
+use tmc::{Chip, Driver, Microsteps, StepInput};
+use units::Actuator;
+
+use crate::drivers::{DriverBank, MotorDriver};
+
+/// Collects what could not be bound.
+pub struct Report<'a> {
+    print: &'a mut dyn FnMut(&str),
+    pub clean: bool,
+}
+
+impl<'a> Report<'a> {
+    pub fn new(print: &'a mut dyn FnMut(&str)) -> Self {
+        Self { print, clean: true }
+    }
+
+    pub fn trouble(&mut self, what: impl Display) {
+        let mut line = String::<160>::new();
+        // A line that does not fit is cut.
+        let _cut = write!(line, "{what}");
+        (self.print)(&line);
+        self.clean = false;
+    }
+
+    /// The value, or its error as a line.
+    pub fn take<T, E: Display>(&mut self, result: Result<T, E>) -> Option<T> {
+        result.map_err(|error| self.trouble(error)).ok()
+    }
+}
+
+/// The name a pin's owner has in messages: section, instance, key.
+fn owner(section: &str, instance: &str, key: &str) -> String<64> {
+    let mut name = String::new();
+    // Long instance names are cut; the message stays readable.
+    let _cut = write!(name, "{section}.{instance}.{key}");
+    name
+}
+
+/// The configuration's pin as the board package's.
+pub fn spec(pin: Pin) -> PinSpec {
+    let name = bsp_prime::pins::PinName::new(pin.port_letter(), pin.number);
+    let pull = match pin.pull {
+        config::Pull::Default | config::Pull::Up => Pull::Up,
+        config::Pull::Down => Pull::Down,
+        config::Pull::None => Pull::Floating,
+    };
+    PinSpec { pin: name, inverted: pin.inverted, open_drain: pin.open_drain, pull }
+}
+
+/// Step, direction and enable pins and driver chips.
+pub fn motors(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    bus: &bsp_prime::spi::MotorBus,
+    report: &mut Report<'_>,
+) -> DriverBank {
+    let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
+    let mut bank = DriverBank::default();
+    for (actuator, motor) in config.actuators() {
+        if let Some(line) = lines.get_mut(actuator as usize) {
+            *line = motor_lines(actuator, motor, pins, report);
+        }
+        bank.0[actuator] = match config.driver(actuator) {
+            Some(settings) => chip(actuator, motor, settings, pins, bus, report),
+            None => external(actuator, motor, pins, report),
+        };
+    }
+    bsp_prime::step_engine::configure(&lines, config.system.step_pulse_us);
+    bank
+}
+
+fn motor_lines(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> MotorLines {
+    let mut lines = MotorLines { double_edge: motor.driver != DriverKind::External, ..MotorLines::NONE };
+    if let Some(pin) = motor.step_pin {
+        let claimed = pins.fast_output(spec(pin), &owner("actuator", actuator.name(), "step_pin"));
+        lines.step = report.take(claimed).unwrap_or(lines.step);
+    }
+    if let Some(pin) = motor.dir_pin {
+        let spec = PinSpec { inverted: motor.direction_inverted(), ..spec(pin) };
+        let claimed = pins.fast_output(spec, &owner("actuator", actuator.name(), "dir_pin"));
+        lines.direction = report.take(claimed).unwrap_or(lines.direction);
+    }
+    lines
+}
+
+fn external(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> MotorDriver {
+    let Some(pin) = motor.en_pin else { return MotorDriver::None };
+    let claimed = pins.output(spec(pin), &owner("actuator", actuator.name(), "en_pin"));
+    report.take(claimed).map_or(MotorDriver::None, MotorDriver::External)
+}
+
+/// A driver chip, with its settings in its copy of the registers. Nothing is expected to answer yet: the motor supply may be off.
+fn chip(
+    actuator: Actuator,
+    motor: &ActuatorConfig,
+    settings: &TmcConfig,
+    pins: &mut Pins,
+    bus: &bsp_prime::spi::MotorBus,
+    report: &mut Report<'_>,
+) -> MotorDriver {
+    let kind = if motor.driver == DriverKind::Tmc2660 { Chip::Tmc2660 } else { Chip::Tmc2590 };
+    let socket = table::MOTORS.get(actuator as usize).map(|pins| PinSpec::plain(pins.select));
+    let Some(select) = settings.spi_cs_pin.map(spec).or(socket) else {
+        report.trouble(format_args!(
+            "{}: there is no on-board driver for this motor; set {}.driver = external",
+            actuator.name(),
+            actuator.name()
+        ));
+        return MotorDriver::None;
+    };
+    // The chip selects act low, whether or not the configuration says so.
+    let claimed = pins.output(PinSpec { inverted: true, ..select }, &owner("driver", actuator.name(), "spi_cs_pin"));
+    let Some(select) = report.take(claimed) else { return MotorDriver::None };
+    let driver = Driver::new(bus.device(select), kind, settings.sense_resistor);
+    let Some(mut driver) = report.take(driver) else { return MotorDriver::None };
+    let Some(microsteps) = Microsteps::from_count(motor.microsteps) else {
+        report.trouble(format_args!("{}.microsteps must be a power of two up to 256", actuator.name()));
+        return MotorDriver::None;
+    };
+    let input = StepInput { microsteps, double_edge: true, interpolation: settings.step_interpolation };
+    // These fill the driver's copy of the registers; `initialise` writes all of it, and reports silence.
+    let _maybe_silent = driver.set_step_input(input);
+    if let Some(current) = motor.current {
+        let current = if current.0 > settings.max_current.0 { settings.max_current } else { current };
+        let _maybe_silent = driver.set_current(current);
+    }
+    let _maybe_silent = driver.set_standstill_current(settings.standstill_current);
+    MotorDriver::Chip(driver, settings.max_current)
+}
+
+/// Thermistor inputs and heater outputs.
+pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat_io::HeatIo, report: &mut Report<'_>) {
+    let mut channels = Vec::<u8, { bsp_prime::adc::MAX_INPUTS }>::new();
+    for (index, controller) in config.temperatures.iter().enumerate() {
+        let name = controller.name.as_str();
+        if let Some(pin) = controller.heater_pin {
+            let output = report.take(pins.output(spec(pin), &owner("temperature control", name, "heater_pin")));
+            if let Some(slot) = io.heaters.get_mut(index) {
+                *slot = output;
+            }
+        }
+        let input = match (controller.sensor.kind, controller.sensor.thermistor.input) {
+            (SensorKind::Thermistor, Some(input)) => table::THERMISTORS.get(usize::from(input.0)),
+            (SensorKind::Thermistor, None) => None,
+            (SensorKind::Max31855, _) => {
+                report.trouble(format_args!("temperature control.{name}.sensor: this firmware reads no MAX31855 yet"));
+                None
+            }
+        };
+        let Some(input) = input else { continue };
+        if let Some(pin) = input.pin {
+            let claimed = pins.analog(pin, &owner("temperature control", name, "thermistor_pin"));
+            if report.take(claimed).is_none() {
+                continue;
+            }
+        }
+        if channels.push(input.channel).is_ok()
+            && let Some(sensor) = io.sensors.get_mut(index)
+        {
+            *sensor = Some(channels.len() - 1);
+        }
+    }
+    if !channels.is_empty() && io.thermistors.start(&channels).is_err() {
+        report.trouble("the thermistor converter (ADC1) does not start; no heater will work");
+    }
+}
+
+/// Pins of the monitored voltages.
+pub fn voltages(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>) {
+    for voltage in &config.voltages {
+        let input = table::SUPPLIES.get(usize::from(voltage.input.0));
+        if let Some(pin) = input.and_then(|input| input.pin) {
+            let _reported = report.take(pins.analog(pin, &owner("voltage monitor", &voltage.name, "pin")));
+        }
+    }
+}
+
+/// Outputs of switches: pins to the heat task, timer channels to the PWM.
+pub fn switch_outputs(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    pwm: &mut bsp_prime::pwm::Pwm,
+    mut place: impl FnMut(usize, Output),
+    report: &mut Report<'_>,
+) {
+    for (timer, rate) in config.pwm_frequency_hz.iter().enumerate() {
+        if let Some(rate) = rate {
+            pwm.start(timer, *rate);
+        }
+    }
+    for (index, switch) in config.switches.iter().enumerate() {
+        let owner = owner("switch", &switch.name, "output_pin");
+        match switch.output_pin {
+            Some(OutputPin::Digital(pin)) => {
+                if let Some(output) = report.take(pins.output(spec(pin), &owner)) {
+                    place(index, output);
+                }
+            }
+            Some(OutputPin::Pwm(output)) => {
+                let (timer, channel) =
+                    (usize::from(output.timer).wrapping_sub(1), usize::from(output.channel).wrapping_sub(1));
+                let _reported = report.take(pwm.attach(timer, channel, pins, &owner));
+            }
+            None => {}
+        }
+    }
+}
+
+/// Every input the machine looks at: calls `place` with its bit's number, its pin, and whether it can stop motion.
+pub fn inputs(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    mut place: impl FnMut(u8, PinSpec, Input, bool),
+    report: &mut Report<'_>,
+) {
+    let mut add = |input: MachineInput, pin: Option<Pin>, owner: &str, stops: bool, report: &mut Report<'_>| {
+        let Some(pin) = pin else { return };
+        if let Some(handle) = report.take(pins.input(spec(pin), owner)) {
+            place(input.bit().trailing_zeros() as u8, spec(pin), handle, stops);
+        }
+    };
+    for (index, endstop) in config.endstops.iter().enumerate() {
+        let owner = owner("endstops", &endstop.name, "pin");
+        add(MachineInput::Endstop(index as u8), endstop.pin, &owner, true, report);
+    }
+    for (index, switch) in config.switches.iter().enumerate() {
+        let owner = owner("switch", &switch.name, "input_pin");
+        add(MachineInput::Switch(index as u8), switch.input_pin, &owner, false, report);
+    }
+    if config.probe.enable {
+        add(MachineInput::Probe, config.probe.pin, "zprobe.probe_pin", true, report);
+    }
+    if config.kill_button.enable {
+        // Pressed is low.
+        let pin = config.kill_button.pin.map(|pin| Pin { inverted: !pin.inverted, ..pin });
+        add(MachineInput::Kill, pin, "kill button.pin", false, report);
+    }
+}
+
+/// The board's own enables cannot be moved: a configuration that names other pins is told so.
+pub fn guards(config: &MachineConfig, report: &mut Report<'_>) {
+    let named = [
+        ("actuator.common.motors_enable_pin", config.motors.motors_enable_pin, table::MOTORS_ENABLE),
+        ("system.fets_enable_pin", config.system.fets_enable_pin, table::FETS_ENABLE),
+        ("system.fets_power_enable_pin", config.system.fets_power_enable_pin, table::FETS_POWER_ENABLE),
+    ];
+    for (key, pin, fixed) in named {
+        if let Some(pin) = pin
+            && spec(pin).pin != fixed.pin
+        {
+            report.trouble(format_args!("{key} = {pin}: on this board it is {}; leave the setting out", fixed.pin));
+        }
+    }
+}
