@@ -1,0 +1,2 @@
+export { AmbientLight, BoxGeometry, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, DoubleSide, DynamicDrawUsage, Fog, GridHelper, Group, HemisphereLight, InstancedBufferAttribute, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshStandardMaterial, PerspectiveCamera, PlaneGeometry, Quaternion, Scene, SphereGeometry, ConeGeometry, Vector3, WebGLRenderer } from 'three';
+export { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';

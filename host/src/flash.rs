@@ -1,0 +1,117 @@
+//! `velvet flash`: the image onto a board, by the tool that is installed.
+//!
+//! Two ways lead in: a debug probe on the board's SWD header, with probe-rs; or the chip's own boot loader over USB
+//! (hold BOOT0, press reset), with dfu-util.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+
+/// The chip on the Prime, as probe-rs names it.
+const CHIP: &str = "STM32H745XIHx";
+/// ST's boot loader on USB (AN2606, "DFU").
+const BOOT_LOADER: &str = "0483:df11";
+/// Where the image begins, and: start it when done.
+const ADDRESS: &str = "0x08000000:leave";
+
+/// A way to the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Way {
+    /// A debug probe on SWD, with probe-rs
+    Probe,
+    /// The boot loader over USB, with dfu-util: hold BOOT0 and press reset first
+    Dfu,
+}
+
+impl Way {
+    const fn tool(self) -> &'static str {
+        match self {
+            Self::Probe => "probe-rs",
+            Self::Dfu => "dfu-util",
+        }
+    }
+
+    fn arguments(self, image: &Path) -> Vec<OsString> {
+        let words = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
+        match self {
+            Self::Probe => [words(&["run", "--chip", CHIP, "--no-location"]), vec![image.into()]].concat(),
+            Self::Dfu => {
+                // The boot loader wants the plain bytes, which `make firmware` writes beside the ELF file.
+                let mut binary = image.to_path_buf();
+                if binary.extension().is_none_or(|extension| extension != "bin") {
+                    let mut name = binary.file_name().unwrap_or_default().to_owned();
+                    name.push(".bin");
+                    binary.set_file_name(name);
+                }
+                [
+                    words(&["--alt", "0", "--device", BOOT_LOADER, "--dfuse-address", ADDRESS, "--download"]),
+                    vec![binary.into()],
+                ]
+                .concat()
+            }
+        }
+    }
+}
+
+/// Flashes `image`, by the way asked for or the first one there is a tool for.
+pub fn flash(image: &Path, way: Option<Way>) -> Result<()> {
+    if !image.is_file() {
+        bail!("{} is not there; make firmware builds it", image.display());
+    }
+    let way = choose(way, installed)?;
+    let status = Command::new(way.tool()).args(way.arguments(image)).status();
+    let status = status.with_context(|| format!("cannot start {}", way.tool()))?;
+    if !status.success() {
+        bail!("{} could not flash the board: {status}", way.tool());
+    }
+    Ok(())
+}
+
+fn choose(asked: Option<Way>, installed: impl Fn(&str) -> bool) -> Result<Way> {
+    match asked {
+        Some(way) if installed(way.tool()) => Ok(way),
+        Some(way) => bail!("{} is not installed", way.tool()),
+        None => [Way::Probe, Way::Dfu].into_iter().find(|way| installed(way.tool())).context(
+            "neither probe-rs nor dfu-util is installed; one of them is needed: \
+             https://probe.rs for a debug probe, https://dfu-util.sourceforge.net for USB",
+        ),
+    }
+}
+
+fn installed(tool: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| {
+        [PathBuf::from(tool), PathBuf::from(format!("{tool}.exe"))].iter().any(|name| folder.join(name).is_file())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probe_is_preferred_and_a_missing_tool_is_named() {
+        assert_eq!(choose(None, |_| true).unwrap(), Way::Probe);
+        assert_eq!(choose(None, |tool| tool == "dfu-util").unwrap(), Way::Dfu);
+        assert!(choose(None, |_| false).unwrap_err().to_string().contains("probe-rs"));
+        assert_eq!(choose(Some(Way::Dfu), |_| false).unwrap_err().to_string(), "dfu-util is not installed");
+    }
+
+    #[test]
+    fn the_boot_loader_gets_the_plain_bytes() {
+        for image in ["out/firmware", "out/firmware.bin"] {
+            let last = Way::Dfu.arguments(Path::new(image)).pop().unwrap();
+            assert_eq!(last, "out/firmware.bin");
+        }
+        assert_eq!(Way::Probe.arguments(Path::new("out/firmware")).pop().unwrap(), "out/firmware");
+    }
+
+    #[test]
+    fn an_image_that_is_not_there_is_said_before_any_tool_starts() {
+        let error = flash(Path::new("/no/such/image"), None).unwrap_err().to_string();
+        assert!(error.contains("/no/such/image") && error.contains("make firmware"), "{error}");
+    }
+}

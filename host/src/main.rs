@@ -1,0 +1,136 @@
+//! `velvet`: what a person does with a machine description and a job, away from the machine.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+mod check;
+mod colour;
+mod flash;
+mod migrate;
+mod plot;
+mod report;
+mod run;
+mod send;
+
+#[derive(Parser)]
+#[command(name = "velvet", version, about, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check a configuration; exits 1 when the machine must not be started with it, 2 when it cannot be read
+    Check {
+        /// The configuration
+        file: PathBuf,
+        /// Findings as one JSON object
+        #[arg(long)]
+        json: bool,
+        /// Exit 1 for warnings too
+        #[arg(long)]
+        deny_warnings: bool,
+        /// Which drivers the board has: they decide some defaults
+        #[arg(long, value_enum, default_value_t = check::Drivers::Tmc2590)]
+        board: check::Drivers,
+    },
+    /// Print the JSON Schema of the configuration
+    Schema,
+    /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can be used
+    Migrate(migrate::Options),
+    /// Execute a job on this computer in virtual time, and write down what the machine did
+    Run(run::Options),
+    /// Draw the page about a run: OUT/report.html
+    Report {
+        /// The run's folder
+        out: PathBuf,
+        #[command(flatten)]
+        sources: report::Sources,
+    },
+    /// Say in a few lines how a run went; exits 1 when a check failed
+    Summary {
+        /// The run's folder
+        out: PathBuf,
+        #[command(flatten)]
+        sources: report::Sources,
+    },
+    /// Draw a run's curves in the terminal
+    Plot {
+        /// The run's folder
+        out: PathBuf,
+        /// What to draw
+        #[arg(long, value_enum, default_values_t = [report::Quantity::Speed, report::Quantity::Temperature])]
+        of: Vec<report::Quantity>,
+        #[command(flatten)]
+        sources: report::Sources,
+    },
+    /// Send G-code to a board, a line at a time
+    Send {
+        /// The G-code
+        file: PathBuf,
+        /// Serial port (/dev/ttyACM0, COM3) or network address (192.168.1.20:23)
+        #[arg(long, value_name = "PORT")]
+        to: String,
+        /// Speed of a serial port
+        #[arg(long, default_value_t = 115_200)]
+        baud: u32,
+    },
+    /// Write the firmware onto a board, with probe-rs or dfu-util
+    Flash {
+        /// The image
+        #[arg(default_value = "target/thumbv7em-none-eabihf/release/firmware")]
+        image: PathBuf,
+        /// How [default: by the tool that is installed]
+        #[arg(long, value_enum)]
+        with: Option<flash::Way>,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("velvet: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<ExitCode> {
+    match command {
+        Command::Check { file, json, deny_warnings, board } => {
+            Ok(success(check::check(&file, json, deny_warnings, board)?))
+        }
+        Command::Schema => {
+            print!("{}", config::schema::json_schema());
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Migrate(options) => Ok(success(migrate::migrate(&options)?)),
+        Command::Run(options) => Ok(success(run::run(&options)?)),
+        Command::Report { out, sources } => {
+            let page = report::Report::read(&out, &sources)?.write_page(&out)?;
+            println!("{}", page.display());
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Summary { out, sources } => {
+            let report = report::Report::read(&out, &sources)?;
+            print!("{}", report.text());
+            Ok(success(report.passes()))
+        }
+        Command::Plot { out, of, sources } => {
+            let report = report::Report::read(&out, &sources)?;
+            of.into_iter().for_each(|quantity| print!("{}", report.plot(quantity)));
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Send { file, to, baud } => send::send(&file, &to, baud).map(|()| ExitCode::SUCCESS),
+        Command::Flash { image, with } => flash::flash(&image, with).map(|()| ExitCode::SUCCESS),
+    }
+}
+
+const fn success(yes: bool) -> ExitCode {
+    if yes { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

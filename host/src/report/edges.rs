@@ -1,0 +1,230 @@
+//! Reads `steps.csv`: every step edge of the run, as positions over time.
+//!
+//! An edge stands where the ideal position passes half way between two steps. Between edges the position is a straight
+//! line, so the path has no staircase. A long job has tens of millions of edges; per motor only the first and the last
+//! of each short time slot are kept.
+
+use std::io::BufRead;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use sim::trace::Fnv1a;
+use units::{Actuator, MAX_ACTUATORS};
+
+/// X, Y and Z motors standing still for this long is a stop.
+const STOP_NS: u64 = 4_000_000;
+
+/// Position of one motor over time, in half steps, as straight lines.
+#[derive(Debug, Default)]
+pub struct Track {
+    corners: Vec<(u64, i32)>,
+    slot: Option<u64>,
+}
+
+impl Track {
+    fn push(&mut self, time_ns: u64, half_steps: i32, slot_ns: u64) {
+        let slot = time_ns / slot_ns;
+        if self.slot == Some(slot) && self.corners.len() >= 2 && self.is_second_of(slot, slot_ns) {
+            self.corners.pop();
+        }
+        self.slot = Some(slot);
+        self.corners.push((time_ns, half_steps));
+    }
+
+    fn is_second_of(&self, slot: u64, slot_ns: u64) -> bool {
+        let [.., first, last] = self.corners.as_slice() else { return false };
+        first.0 / slot_ns == slot && last.0 / slot_ns == slot
+    }
+
+    /// A reader that goes forward in time.
+    pub const fn reader(&self) -> TrackReader<'_> {
+        TrackReader { track: self, next: 0 }
+    }
+}
+
+/// Reads a [`Track`] at times that do not go back.
+pub struct TrackReader<'a> {
+    track: &'a Track,
+    next: usize,
+}
+
+impl TrackReader<'_> {
+    /// Position in steps.
+    pub fn steps_at(&mut self, time_ns: u64) -> f64 {
+        let corners = &self.track.corners;
+        while corners.get(self.next).is_some_and(|corner| corner.0 <= time_ns) {
+            self.next += 1;
+        }
+        let half_steps = match (self.next.checked_sub(1).map(|before| corners[before]), corners.get(self.next)) {
+            (None, None) => 0.0,
+            (None, Some(_)) => 0.0,
+            (Some(before), None) => f64::from(before.1),
+            (Some(before), Some(after)) => {
+                let share = (time_ns - before.0) as f64 / (after.0 - before.0) as f64;
+                f64::from(before.1) + share * f64::from(after.1 - before.1)
+            }
+        };
+        half_steps * 0.5
+    }
+}
+
+/// A stretch of time in which X, Y and Z stood still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stop {
+    /// Its end; the last one of a run has none.
+    pub until_ns: u64,
+    /// Where every motor stood at its end, in steps from power-on.
+    pub steps: [i64; MAX_ACTUATORS],
+    /// Edges of every motor until then.
+    pub edges: [u64; MAX_ACTUATORS],
+}
+
+/// What the motors did.
+#[derive(Debug)]
+pub struct Executed {
+    /// One for each motor.
+    pub tracks: [Track; MAX_ACTUATORS],
+    /// Forward minus backward edges.
+    pub net_steps: [i64; MAX_ACTUATORS],
+    /// All edges.
+    pub edges: [u64; MAX_ACTUATORS],
+    /// Stops in order; the first ends with the first edge, the last is the end of the run.
+    pub stops: Vec<Stop>,
+    /// Time of the last edge.
+    pub end_ns: u64,
+    /// Hash over all edges, to hold against the run's own.
+    pub hash: u64,
+}
+
+impl Executed {
+    /// Reads `steps.csv`, keeping corners no closer than `slot_ns`.
+    pub fn read(path: &Path, slot_ns: u64) -> Result<Self> {
+        let file = std::fs::File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+        Self::parse(std::io::BufReader::with_capacity(1 << 20, file), slot_ns)
+            .with_context(|| format!("cannot read {}", path.display()))
+    }
+
+    /// Reads a text; see [`Self::read`].
+    pub fn parse(mut csv: impl BufRead, slot_ns: u64) -> Result<Self> {
+        let mut executed = Self {
+            tracks: Default::default(),
+            net_steps: [0; MAX_ACTUATORS],
+            edges: [0; MAX_ACTUATORS],
+            stops: Vec::new(),
+            end_ns: 0,
+            hash: 0,
+        };
+        let mut hash = Fnv1a::default();
+        let mut last_primary_ns = None;
+        let mut line = Vec::new();
+        for number in 1.. {
+            line.clear();
+            if csv.read_until(b'\n', &mut line)? == 0 {
+                break;
+            }
+            if number == 1 && line.starts_with(b"time_ns") {
+                continue;
+            }
+            let Some((time_ns, actuator, direction)) = parse_row(&line) else {
+                bail!("line {number} is not time_ns,actuator,direction: {}", String::from_utf8_lossy(&line).trim_end());
+            };
+            hash.update(&time_ns.to_le_bytes());
+            hash.update(&[actuator as u8, direction as u8]);
+            executed.take(time_ns, actuator, direction, slot_ns, &mut last_primary_ns);
+        }
+        executed.hash = hash.value();
+        executed.stops.push(Stop { until_ns: u64::MAX, steps: executed.net_steps, edges: executed.edges });
+        Ok(executed)
+    }
+
+    fn take(
+        &mut self,
+        time_ns: u64,
+        actuator: Actuator,
+        direction: i8,
+        slot_ns: u64,
+        last_primary_ns: &mut Option<u64>,
+    ) {
+        let index = actuator as usize;
+        if index < 3 {
+            if last_primary_ns.is_none_or(|last| time_ns.saturating_sub(last) >= STOP_NS) {
+                self.stops.push(Stop { until_ns: time_ns, steps: self.net_steps, edges: self.edges });
+            }
+            *last_primary_ns = Some(time_ns);
+        }
+        let middle = self.net_steps[index] * 2 + i64::from(direction);
+        self.tracks[index].push(time_ns, middle as i32, slot_ns);
+        self.net_steps[index] += i64::from(direction);
+        self.edges[index] += 1;
+        self.end_ns = time_ns;
+    }
+}
+
+fn parse_row(line: &[u8]) -> Option<(u64, Actuator, i8)> {
+    let text = std::str::from_utf8(line).ok()?.trim_end();
+    let mut fields = text.split(',');
+    let time_ns = fields.next()?.parse().ok()?;
+    let motor = fields.next()?;
+    let actuator = match motor.parse::<usize>() {
+        Ok(index) => Actuator::from_index(index)?,
+        Err(_) => Actuator::from_name(motor)?,
+    };
+    let direction = match fields.next()? {
+        "1" => 1,
+        "-1" => -1,
+        _ => return None,
+    };
+    fields.next().is_none().then_some((time_ns, actuator, direction))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Executed> {
+        Executed::parse(text.as_bytes(), 1_000_000)
+    }
+
+    #[test]
+    fn positions_pass_half_steps_at_the_edges_and_run_straight_between() {
+        let run = parse("time_ns,actuator,direction\n1000000,alpha,1\n3000000,alpha,1\n5000000,0,-1\n").unwrap();
+        let mut reader = run.tracks[0].reader();
+        let at = [0, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 9_000_000].map(|t| reader.steps_at(t));
+        assert_eq!(at, [0.0, 0.5, 1.0, 1.5, 1.5, 1.5]);
+        assert_eq!((run.net_steps[0], run.edges[0], run.end_ns), (1, 3, 5_000_000));
+    }
+
+    #[test]
+    fn a_slot_keeps_its_first_and_last_edge() {
+        let rows: String = (0..100).map(|n| format!("{},beta,1\n", n * 10_000)).collect();
+        let run = parse(&rows).unwrap();
+        assert_eq!(run.tracks[1].corners, [(0, 1), (990_000, 199)]);
+    }
+
+    #[test]
+    fn standing_still_long_enough_is_a_stop() {
+        let run = parse("5,alpha,1\n10,beta,1\n30000000,delta,1\n50000000,alpha,-1\n").unwrap();
+        let stops: Vec<_> = run.stops.iter().map(|stop| (stop.until_ns, stop.steps[0], stop.steps[3])).collect();
+        assert_eq!(stops, [(5, 0, 0), (50_000_000, 1, 1), (u64::MAX, 0, 1)]);
+    }
+
+    #[test]
+    fn the_hash_is_the_trace_s_own() {
+        use units::Direction::{Backward, Forward};
+        let mut trace = sim::trace::Trace::default();
+        let mut csv = String::new();
+        for (time_ns, actuator, direction) in [(7, Actuator::Alpha, Forward), (9, Actuator::Delta, Backward)] {
+            trace.push(sim::trace::StepEdge { time_ns, actuator, direction });
+            csv += &format!("{time_ns},{},{}\n", actuator.name(), direction.sign());
+        }
+        assert_eq!(parse(&csv).unwrap().hash, trace.edge_hash());
+    }
+
+    #[test]
+    fn a_bad_row_is_named() {
+        for bad in ["x,alpha,1", "1,eta,1", "1,alpha,2", "1,alpha", "1,alpha,1,1"] {
+            let error = format!("{:#}", parse(&format!("1,alpha,1\n{bad}\n")).unwrap_err());
+            assert!(error.contains("line 2") && error.contains(bad), "{error}");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The few facts of a configuration that a report needs.
+
+use anyhow::{Context, Result, bail};
+use config::{ArmSolution, BoardId, MachineConfig};
+use motion::Kinematics;
+use std::path::Path;
+use units::{Actuator, MAX_ACTUATORS, PerActuator, PerAxis};
+
+/// Scale, geometry and home of a machine.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    /// Steps per mm of each motor; none: there is no such motor.
+    pub steps_per_mm: [Option<f64>; MAX_ACTUATORS],
+    /// How motors relate to axes; none: this page cannot draw the machine's kinematics.
+    pub kinematics: Option<Kinematics>,
+    /// X, Y and Z after homing; none: the axis has no homing switch.
+    pub home: [Option<f64>; 3],
+    /// For each tool the motor that moves its filament.
+    pub extruders: Vec<(u8, Actuator)>,
+}
+
+impl Machine {
+    /// Reads a configuration file; findings are [`crate::check`]'s business, an unusable file is an error.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let (config, summary) = config::parse(&text, BoardId::default(), &mut ());
+        if !summary.is_usable() {
+            bail!("{} has errors; see: velvet check {0}", path.display());
+        }
+        Ok(Self::new(&config))
+    }
+
+    fn new(config: &MachineConfig) -> Self {
+        let mut steps_per_mm = [None; MAX_ACTUATORS];
+        for (actuator, settings) in config.actuators() {
+            steps_per_mm[actuator as usize] = Some(settings.steps_per_mm);
+        }
+        let kinematics = match config.motion.arm_solution {
+            ArmSolution::Cartesian => Some(Kinematics::Cartesian),
+            ArmSolution::CoreXy => Some(Kinematics::CoreXy),
+            _ => None,
+        };
+        let home = [units::Axis::X, units::Axis::Y, units::Axis::Z]
+            .map(|axis| config.homing_endstop(axis).map(|stop| stop.homing_position.0));
+        let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id, tool.actuator()?))).collect();
+        Self { steps_per_mm, kinematics, home, extruders }
+    }
+
+    /// The motor of a tool.
+    pub fn extruder(&self, tool: u8) -> Option<Actuator> {
+        self.extruders.iter().find(|(id, _)| *id == tool).map(|(_, actuator)| *actuator)
+    }
+
+    /// Machine position in mm for motor positions in steps.
+    pub fn point(&self, steps: [f64; MAX_ACTUATORS]) -> [f64; MAX_ACTUATORS] {
+        let mut mm = [0.0; MAX_ACTUATORS];
+        for (mm, (steps, scale)) in mm.iter_mut().zip(steps.into_iter().zip(self.steps_per_mm)) {
+            *mm = scale.map_or(0.0, |scale| steps / scale);
+        }
+        self.kinematics.unwrap_or_default().point(&PerActuator(mm)).0
+    }
+
+    /// Motor positions in steps for a machine position.
+    pub fn steps(&self, point: [f64; 3]) -> [f64; MAX_ACTUATORS] {
+        let [x, y, z] = point;
+        let mut steps = self.kinematics.unwrap_or_default().actuators(&PerAxis([x, y, z, 0.0, 0.0, 0.0])).0;
+        for (steps, scale) in steps.iter_mut().zip(self.steps_per_mm) {
+            *steps = scale.map_or(0.0, |scale| *steps * scale);
+        }
+        steps
+    }
+
+    /// A Cartesian printer with one extruder, for tests.
+    #[cfg(test)]
+    pub fn printer() -> Self {
+        Self {
+            steps_per_mm: [Some(80.0), Some(80.0), Some(400.0), Some(415.0), None, None],
+            kinematics: Some(Kinematics::Cartesian),
+            home: [Some(0.0); 3],
+            extruders: vec![(0, Actuator::Delta)],
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! The page: data as JSON, charts and 3D view by libraries that are part of the page. It needs no network.
+
+use super::Report;
+use super::checks::anchor;
+use super::path::{Corner, Kind};
+use serde::Serialize;
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("../../assets/report.html");
+const SLOTS: [(&str, &str); 5] = [
+    ("uplot.css", include_str!("../../assets/vendor/uPlot.min.css")),
+    ("report.css", include_str!("../../assets/report.css")),
+    ("uplot.js", include_str!("../../assets/vendor/uPlot.iife.min.js")),
+    ("three.js", include_str!("../../assets/vendor/three.min.js")),
+    ("report.js", include_str!("../../assets/report.js")),
+];
+
+/// Corners drawn at most; a graphics card turns ten times as many without effort, a page of ten megabytes loads slowly.
+const MOST_CORNERS: usize = 60_000;
+/// Points of a chart at most: two for each pixel of a wide screen.
+const MOST_CHART_POINTS: usize = 5_000;
+const MOST_CONSOLE_LINES: usize = 500;
+/// Filament of slicers' default, for the thickness of drawn lines only.
+const FILAMENT_DIAMETER_MM: f64 = 1.75;
+
+#[derive(Serialize)]
+struct Data<'a> {
+    title: &'a str,
+    seconds: f64,
+    lines: u64,
+    edges: u64,
+    hash: String,
+    halted: Option<&'a str>,
+    checks: &'a [super::Check],
+    motors: Vec<MotorRow<'a>>,
+    heaters: Vec<HeaterRow<'a>>,
+    path: PathData,
+    speed: SpeedData,
+    telemetry: TelemetryData<'a>,
+    console: String,
+}
+
+#[derive(Serialize)]
+struct MotorRow<'a> {
+    name: &'a str,
+    edges: u64,
+    max_rate: f64,
+    position: f64,
+}
+
+#[derive(Serialize)]
+struct HeaterRow<'a> {
+    name: &'a str,
+    last: f64,
+    max: f64,
+}
+
+/// Arrays of little-endian numbers in base 64.
+#[derive(Serialize)]
+struct PathData {
+    xyz: String,
+    time: String,
+    speed: String,
+    work: String,
+    tube: f64,
+    filament: f64,
+}
+
+#[derive(Serialize)]
+struct SpeedData {
+    time: Vec<f64>,
+    tool: Vec<f64>,
+    filament: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct TelemetryData<'a> {
+    time: Vec<f64>,
+    temperatures: Vec<Series<'a>>,
+    duties: Vec<Series<'a>>,
+    volts: Vec<Series<'a>>,
+    cpu: Vec<Series<'a>>,
+}
+
+#[derive(Serialize)]
+struct Series<'a> {
+    name: &'a str,
+    values: Vec<Option<f64>>,
+}
+
+/// The whole page.
+pub fn render(report: &Report) -> String {
+    // `<` never stands in the JSON, so no text of a run can end the script it is in.
+    let data = serde_json::to_string(&data(report)).unwrap_or_else(|_| "null".to_owned()).replace('<', "\\u003c");
+    let mut page = String::with_capacity(data.len() + (1 << 20));
+    let mut rest = TEMPLATE;
+    while let Some((before, after)) = rest.split_once("{{") {
+        page += before;
+        let Some((slot, after)) = after.split_once("}}") else { break };
+        match SLOTS.iter().find(|(name, _)| *name == slot) {
+            Some((_, content)) => page += content,
+            None if slot == "data" => page += &data,
+            None => page += &escape(&report.title),
+        }
+        rest = after;
+    }
+    page + rest
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+fn data(report: &Report) -> Data<'_> {
+    let summary = &report.run.summary;
+    Data {
+        title: &report.title,
+        seconds: summary.virtual_seconds,
+        lines: summary.lines,
+        edges: report.executed.edges.iter().sum(),
+        hash: format!("{:016x}", report.executed.hash),
+        halted: summary.halted.as_deref(),
+        checks: &report.checks,
+        motors: motors(report),
+        heaters: summary.heaters.iter().map(|(name, h)| HeaterRow { name, last: h.final_c, max: h.max_c }).collect(),
+        path: path(report),
+        speed: speed(report),
+        telemetry: telemetry(report),
+        console: console(report.run.console.as_deref().unwrap_or_default()),
+    }
+}
+
+fn motors(report: &Report) -> Vec<MotorRow<'_>> {
+    let rows = report.run.summary.actuators.iter().map(|(name, motor)| MotorRow {
+        name,
+        edges: motor.steps,
+        max_rate: motor.max_steps_per_s,
+        position: motor.position_mm,
+    });
+    let mut rows: Vec<_> = rows.collect();
+    rows.sort_by_key(|row| units::Actuator::from_name(row.name).map_or(usize::MAX, |motor| motor as usize));
+    rows
+}
+
+/// The corners in the program's coordinates from the end of homing on, or all of them where they are not known.
+fn path(report: &Report) -> PathData {
+    let has_extruder = report.machine.as_ref().is_ok_and(|machine| !machine.extruders.is_empty());
+    let mut corners = report.samples.corners(has_extruder, 0.01, 6.0, MOST_CORNERS);
+    if let (Ok(machine), Ok(program)) = (&report.machine, &report.program)
+        && let Some(anchor) = anchor(&report.executed, machine, program)
+        && let Some(home) = program.path.first()
+    {
+        let here = machine.point(anchor.stop.steps.map(|steps| steps as f64));
+        let begin_s = if anchor.stop.until_ns == u64::MAX { 0.0 } else { anchor.stop.until_ns as f64 * 1e-9 };
+        corners.retain(|corner| corner.time_s >= begin_s - report.samples.period_s);
+        for corner in &mut corners {
+            for (axis, mm) in corner.at.iter_mut().enumerate() {
+                *mm += home.at[axis] - here[axis];
+            }
+        }
+    }
+    let tube = tube(&corners);
+    let floats = |of: &dyn Fn(&Corner) -> f64| base64(corners.iter().flat_map(|c| (of(c) as f32).to_le_bytes()));
+    PathData {
+        xyz: base64(corners.iter().flat_map(|c| c.at).flat_map(|mm| (mm as f32).to_le_bytes())),
+        time: floats(&|corner| corner.time_s),
+        speed: floats(&|corner| corner.speed),
+        work: base64(corners.iter().map(|corner| u8::from(corner.kind == Kind::Work))),
+        tube,
+        filament: corners.iter().filter(|c| c.kind == Kind::Work).map(|c| c.fed).sum(),
+    }
+}
+
+/// Thickness of the drawn line in mm: of a round line with the material that went into it; thin where nothing did.
+fn tube(corners: &[Corner]) -> f64 {
+    let (mut length, mut fed) = (0.0, 0.0);
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for pair in corners.windows(2).filter(|pair| pair[1].kind == Kind::Work) {
+        length += (0..3).map(|axis| (pair[1].at[axis] - pair[0].at[axis]).powi(2)).sum::<f64>().sqrt();
+        fed += pair[1].fed;
+        for axis in 0..3 {
+            low[axis] = low[axis].min(pair[1].at[axis]);
+            high[axis] = high[axis].max(pair[1].at[axis]);
+        }
+    }
+    let size = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    if length > 0.0 && fed > 0.0 { FILAMENT_DIAMETER_MM * (fed / length).sqrt() } else { (size / 300.0).max(0.05) }
+}
+
+/// In each slot of time the largest speed, and the filament speed of largest size: peaks are what one looks for.
+fn speed(report: &Report) -> SpeedData {
+    let samples = &report.samples;
+    let per_point = samples.points.len().div_ceil(MOST_CHART_POINTS).max(1);
+    let mut data = SpeedData { time: Vec::new(), tool: Vec::new(), filament: Vec::new() };
+    for first in (0..samples.points.len()).step_by(per_point) {
+        let slot = first..(first + per_point).min(samples.points.len());
+        let tool = slot.clone().map(|index| samples.speed(index)).fold(0.0, f64::max);
+        let filament = slot.map(|index| samples.filament_speed(index));
+        let filament = filament.fold(0.0, |peak: f64, speed| if speed.abs() > peak.abs() { speed } else { peak });
+        data.time.push(rounded(first as f64 * samples.period_s, 1e3));
+        data.tool.push(rounded(tool, 1e2));
+        data.filament.push(rounded(filament, 1e3));
+    }
+    data
+}
+
+fn telemetry(report: &Report) -> TelemetryData<'_> {
+    let Some(table) = &report.run.telemetry else {
+        let (time, temperatures, duties) = (Vec::new(), Vec::new(), Vec::new());
+        return TelemetryData { time, temperatures, duties, volts: Vec::new(), cpu: Vec::new() };
+    };
+    let stride = table.time_s.len().div_ceil(MOST_CHART_POINTS).max(1);
+    let series = |suffix: &'static str| {
+        let columns = table.ending(suffix).map(|(name, column)| {
+            let values = column.iter().step_by(stride).map(|value| value.map(|value| rounded(value, 1e3)));
+            Series { name, values: values.collect() }
+        });
+        // What was never recorded, or never on, is no curve.
+        let empty = if suffix == "_duty" { Some(0.0) } else { None };
+        columns.filter(|series| series.values.iter().any(|v| v.is_some() && *v != empty)).collect::<Vec<_>>()
+    };
+    TelemetryData {
+        time: table.time_s.iter().step_by(stride).map(|time| rounded(*time, 1e4)).collect(),
+        temperatures: series("_c"),
+        duties: series("_duty"),
+        volts: series("_v"),
+        cpu: series("cpu_load"),
+    }
+}
+
+/// Beginning and end of the console, when it is long.
+fn console(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    if lines.len() <= MOST_CONSOLE_LINES {
+        return lines.join("\n");
+    }
+    let (head, tail) = (MOST_CONSOLE_LINES / 5, MOST_CONSOLE_LINES * 4 / 5);
+    let left_out = lines.len() - head - tail;
+    format!("{}\n... {left_out} lines ...\n{}", lines[..head].join("\n"), lines[lines.len() - tail..].join("\n"))
+}
+
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit
+}
+
+/// RFC 4648 section 4.
+fn base64(bytes: impl Iterator<Item = u8>) -> String {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let bytes: Vec<u8> = bytes.collect();
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let group = chunk.iter().chain([0, 0].iter()).take(3).fold(0_u32, |group, byte| group << 8 | u32::from(*byte));
+        for place in 0..4 {
+            let sextet = group >> (18 - 6 * place) & 63;
+            let written = if place <= chunk.len() { char::from(ALPHABET[sextet as usize]) } else { '=' };
+            let _ = text.write_char(written);
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        let pairs =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
+        for (plain, coded) in pairs {
+            assert_eq!(base64(plain.bytes()), coded);
+        }
+    }
+
+    #[test]
+    fn a_long_console_keeps_its_beginning_and_end() {
+        let text: String = (0..2_000).map(|n| format!("line {n}\n")).collect();
+        let short = console(&text);
+        assert!(short.starts_with("line 0\n") && short.ends_with("line 1999") && short.contains("... 1500 lines ..."));
+        assert_eq!(console("a\nb\n"), "a\nb");
+    }
+
+    #[test]
+    fn the_page_stands_alone_and_text_of_the_run_cannot_break_it() {
+        let mut report = super::super::fake::report();
+        report.title = "</script><script>alert(1)</script>".to_owned();
+        report.run.console = Some("ok </script>".to_owned());
+        let page = render(&report);
+        assert!(!page.contains("alert(1)</script>") && !page.contains("ok </script>"));
+        for outside in ["src=\"http", "href=\"http", "@import", "url(http"] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+        assert!(!page.contains("{{") || page.contains("uPlot"), "no slot is left open");
+        assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    }
+}

@@ -1,0 +1,145 @@
+//! The velvet command as a person uses it: a configuration checked, a job run, its report read.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/samples/cartesian.ini");
+
+fn velvet(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_velvet")).args(arguments).output().expect("velvet was built with this test")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// An empty folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("left by an earlier run of this test");
+    }
+    std::fs::create_dir_all(&folder).expect("a folder to write to");
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("the folder's name is text")
+}
+
+#[test]
+fn a_good_configuration_passes_and_a_bad_line_is_named() {
+    let good = velvet(&["check", CONFIG]);
+    assert!(good.status.success(), "{}", said(&good));
+    let bad = folder("check").join("bad.ini");
+    let mut lines =
+        std::fs::read_to_string(CONFIG).expect("the sample").replace("steps_per_mm = 400", "steps_per_mm = many");
+    lines.push('\n');
+    let line = 1 + lines.lines().position(|line| line.contains("many")).expect("the sample has this setting");
+    std::fs::write(&bad, lines).expect("written");
+    let checked = velvet(&["check", text(&bad)]);
+    assert_eq!(checked.status.code(), Some(1));
+    assert!(said(&checked).contains(&format!("bad.ini:{line}:")), "{}", said(&checked));
+    let json = velvet(&["check", "--json", text(&bad)]);
+    let findings: serde_json::Value = serde_json::from_slice(&json.stdout).expect("one JSON object");
+    assert_eq!((json.status.code(), findings["usable"].as_bool()), (Some(1), Some(false)));
+}
+
+#[test]
+fn the_exit_code_tells_unusable_from_unreadable() {
+    let file = folder("codes").join("warned.ini");
+    let warned = std::fs::read_to_string(CONFIG).expect("the sample").replace("must_be_homed", "colour");
+    std::fs::write(&file, warned).expect("written");
+    let code = |arguments: &[&str]| velvet(arguments).status.code();
+    assert_eq!(code(&["check", text(&file)]), Some(0), "a warning is no reason not to start");
+    assert_eq!(code(&["check", "--deny-warnings", text(&file)]), Some(1));
+    assert_eq!(code(&["check", "/no/such/file"]), Some(2));
+    assert!(!said(&velvet(&["check", text(&file)])).contains('\x1b'), "colours are for terminals");
+}
+
+#[test]
+fn the_json_schema_knows_every_setting_and_its_bounds() {
+    let printed = velvet(&["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&printed.stdout).expect("one JSON object");
+    let sections = schema["properties"].as_object().expect("sections");
+    assert_eq!(sections.len(), config::schema::SECTIONS.len());
+    for section in config::schema::SECTIONS {
+        let object = &sections[section.name];
+        let of_instances = object["patternProperties"].as_object().and_then(|patterns| patterns.values().next());
+        for row in section.settings {
+            let home = match (section.form, row.is_common) {
+                (config::schema::Form::Plain, _) => &object["properties"][row.key],
+                (config::schema::Form::Keyed(_), _) => of_instances.expect("a pattern"),
+                (config::schema::Form::Named(_), true) => &object["properties"]["common"]["properties"][row.key],
+                (config::schema::Form::Named(_), false) => &of_instances.expect("a pattern")["properties"][row.key],
+            };
+            assert_eq!(home["description"].as_str(), Some(row.summary), "[{}] {}", section.name, row.key);
+        }
+    }
+    let queue = &sections["planner"]["properties"]["planner_queue_size"];
+    assert_eq!(
+        (queue["minimum"].as_i64(), queue["maximum"].as_i64(), queue["default"].as_i64()),
+        (Some(4), Some(256), Some(32))
+    );
+}
+
+#[test]
+fn a_v1_config_is_migrated_into_one_that_the_check_passes() {
+    let new = folder("migrate").join("config.ini");
+    let old = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/v1/printer.config");
+    let migrated = velvet(&["migrate", old, "--out", text(&new)]);
+    assert!(migrated.status.success() && said(&migrated).contains("to do: "), "{}", said(&migrated));
+    assert_eq!(velvet(&["check", "--deny-warnings", text(&new)]).status.code(), Some(0));
+    assert_eq!(velvet(&["migrate", "/no/such/file"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_job_runs_natively_and_its_report_finds_nothing_wrong() {
+    let out = folder("run");
+    let job = out.join("square.gcode");
+    std::fs::write(&job, "; Square\nG28\nG1 X20 Y20 Z1 F6000\nM83\nG1 X40 E1\nG1 Y40 E1\nG1 X20 E1\nG1 Y20 E1\nM84\n")
+        .expect("written");
+    let ran = velvet(&["run", "--config", CONFIG, "--gcode", text(&job), "--out", text(&out), "--until", "120"]);
+    assert!(ran.status.success(), "{}", said(&ran));
+    let summary = velvet(&["summary", text(&out)]);
+    assert!(summary.status.success(), "{}", said(&summary));
+    let text_of_summary = said(&summary);
+    for begins in ["Square: ", "  pass  X, Y and Z end", "  pass  Filament moved", "  pass  The executed path"] {
+        assert!(text_of_summary.lines().any(|line| line.starts_with(begins)), "{begins}: {text_of_summary}");
+    }
+    let report = velvet(&["report", text(&out)]);
+    assert!(report.status.success() && out.join("report.html").is_file(), "{}", said(&report));
+    assert!(said(&velvet(&["plot", text(&out), "--of", "speed"])).contains("tool mm/s"));
+}
+
+#[test]
+fn a_job_that_fails_says_why_and_exits_1() {
+    let out = folder("fault");
+    let job = out.join("heat.gcode");
+    std::fs::write(&job, "M109 S200\nG4 S5\n").expect("written");
+    let ran = velvet(&[
+        "run",
+        "--config",
+        CONFIG,
+        "--gcode",
+        text(&job),
+        "--out",
+        text(&out),
+        "--until",
+        "60",
+        "--fault",
+        "thermistor-open:hotend@5",
+    ]);
+    assert_eq!(ran.status.code(), Some(1));
+    let last = said(&ran).lines().last().unwrap_or_default().to_owned();
+    assert!(last.starts_with("halted: "), "{}", said(&ran));
+    assert_eq!(velvet(&["summary", text(&out)]).status.code(), Some(1));
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let report = velvet(&["report", "/no/such/run"]);
+    assert!(!report.status.success() && said(&report).contains("/no/such/run"), "{}", said(&report));
+    let fault = velvet(&["run", "--config", CONFIG, "--gcode", "x", "--out", "y", "--fault", "gremlin"]);
+    assert!(said(&fault).contains("gremlin"), "{}", said(&fault));
+}

@@ -1,0 +1,8 @@
+//! One chip or one piece of physics per module, each from its datasheet or textbook, none aware of the others.
+
+pub mod carriage;
+pub mod heater;
+pub mod sd_card;
+pub mod switch;
+pub mod thermistor;
+pub mod tmc26x;

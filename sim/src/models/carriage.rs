@@ -1,0 +1,81 @@
+//! A carriage on its rail: what a motor moves.
+
+/// Positions of one full step that a driver distinguishes.
+const MICROPOSITIONS: f64 = 256.0;
+
+/// Position between two hard stops. Steps are counted, so that no rounding adds up over a long job. A motor that
+/// pushes against a stop slips: the travel is lost, and added up.
+#[derive(Clone, Debug)]
+pub struct Carriage {
+    mm_per_full_step: f64,
+    /// Where it is with a count of zero, millimetres.
+    origin_mm: f64,
+    /// 1/256 full steps taken.
+    count: i64,
+    /// Hard stops in millimetres; infinite for what turns freely (extruders, rotary axes).
+    limits_mm: [f64; 2],
+    lost_mm: f64,
+}
+
+impl Carriage {
+    /// A carriage standing at `position_mm` between `limits_mm`.
+    #[must_use]
+    pub const fn new(position_mm: f64, limits_mm: [f64; 2], mm_per_full_step: f64) -> Self {
+        Self { mm_per_full_step, origin_mm: position_mm, count: 0, limits_mm, lost_mm: 0.0 }
+    }
+
+    /// Moves by this many 1/256 full steps, or up to the hard stop.
+    pub fn turn(&mut self, micropositions: i64) {
+        self.count += micropositions;
+        let wanted = self.position_mm();
+        let reached = wanted.clamp(self.limits_mm[0], self.limits_mm[1]);
+        if reached != wanted {
+            self.lost_mm += (wanted - reached).abs();
+            self.place(reached);
+        }
+    }
+
+    fn travelled_mm(&self) -> f64 {
+        self.count as f64 * self.mm_per_full_step / MICROPOSITIONS
+    }
+
+    /// Where it is, in millimetres.
+    #[must_use]
+    pub fn position_mm(&self) -> f64 {
+        self.origin_mm + self.travelled_mm()
+    }
+
+    /// Puts it somewhere by hand.
+    pub fn place(&mut self, position_mm: f64) {
+        self.origin_mm = position_mm - self.travelled_mm();
+    }
+
+    /// How much commanded travel the hard stops have swallowed, in millimetres.
+    #[must_use]
+    pub const fn lost_mm(&self) -> f64 {
+        self.lost_mm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_steps_out_and_back_end_where_they_began() {
+        let mut carriage = Carriage::new(30.0, [-1e9, 1e9], 0.2);
+        (0..1_000_000).for_each(|_| carriage.turn(16));
+        assert_eq!(carriage.position_mm(), 30.0 + 12_500.0);
+        (0..1_000_000).for_each(|_| carriage.turn(-16));
+        assert_eq!(carriage.position_mm(), 30.0);
+    }
+
+    #[test]
+    fn a_hard_stop_swallows_travel_and_counts_it() {
+        let mut carriage = Carriage::new(1.0, [0.0, 10.0], 0.256);
+        carriage.turn(-1_500);
+        assert_eq!((carriage.position_mm(), carriage.lost_mm()), (0.0, 0.5));
+        carriage.turn(2_000);
+        assert!((carriage.position_mm() - 2.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,360 @@
+//! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
+//!
+//! Source: SD Physical Layer Simplified Specification 6.00. A high-capacity card (block addresses), version 2.00 and
+//! later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: write protection, locking and the SPI mode; a
+//! switch to other functions than high speed; erase timing.
+
+/// Bytes of a block.
+pub const BLOCK: usize = 512;
+/// The address the card proposes for itself.
+const ADDRESS: u16 = 0x5A51;
+/// Time the card programs after a block was written, and after each further one. Cards differ; 300 us is usual.
+const PROGRAMMING_NS: u64 = 300_000;
+/// ACMD41 shows the card busy for this long after the first one.
+const POWER_UP_NS: u64 = 2_000_000;
+/// Operating conditions, section 5.1: 2.7 to 3.6 V, high capacity.
+const OCR: u32 = 0x40FF_8000;
+const OCR_POWER_UP_DONE: u32 = 1 << 31;
+
+/// What a card answers a command with (section 4.9), as far as the host tells the formats apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// Nothing.
+    None,
+    /// R1, R1b, R6, R7: 32 bits with index and checksum.
+    Short(u32),
+    /// R3: 32 bits, with ones where index and checksum would be.
+    Unchecked(u32),
+    /// R2: 128 bits, first word first.
+    Long([u32; 4]),
+}
+
+/// What follows a command on the data lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// Nothing.
+    None,
+    /// The card sends blocks.
+    Read,
+    /// The card takes blocks.
+    Write,
+}
+
+/// CURRENT_STATE of the card status, section 4.10.1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Idle = 0,
+    Ready = 1,
+    Identification = 2,
+    Standby = 3,
+    Transfer = 4,
+    Data = 5,
+    Receive = 6,
+    Program = 7,
+}
+
+/// What the data lines carry.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Stream {
+    Idle,
+    /// Blocks from memory, from this one on; one alone or until stopped.
+    Memory {
+        block: u32,
+        endless: bool,
+    },
+    /// A register's bytes, once.
+    Register(Vec<u8>),
+}
+
+/// Card status bits, section 4.10.1.
+const OUT_OF_RANGE: u32 = 1 << 31;
+const ILLEGAL_COMMAND: u32 = 1 << 22;
+const READY_FOR_DATA: u32 = 1 << 8;
+const APP_CMD: u32 = 1 << 5;
+
+/// A card in its slot.
+#[derive(Clone, Debug)]
+pub struct SdCard {
+    content: Vec<u8>,
+    state: State,
+    application: bool,
+    illegal: bool,
+    powering_up_until_ns: Option<u64>,
+    busy_until_ns: u64,
+    stream: Stream,
+    block_length: usize,
+    wide: bool,
+    high_speed: bool,
+    erase: [u32; 2],
+}
+
+impl SdCard {
+    /// A card with this content, rounded up to the 512 KiB that a card's size is stated in.
+    #[must_use]
+    pub fn new(mut content: Vec<u8>) -> Self {
+        const UNIT: usize = 512 * 1024;
+        content.resize(content.len().max(1).next_multiple_of(UNIT), 0);
+        Self {
+            content,
+            state: State::Idle,
+            application: false,
+            illegal: false,
+            powering_up_until_ns: None,
+            busy_until_ns: 0,
+            stream: Stream::Idle,
+            block_length: BLOCK,
+            wide: false,
+            high_speed: false,
+            erase: [0; 2],
+        }
+    }
+
+    /// Everything on the card.
+    #[must_use]
+    pub fn content(&self) -> &[u8] {
+        &self.content
+    }
+
+    /// The host has set four data lines.
+    #[must_use]
+    pub const fn is_wide(&self) -> bool {
+        self.wide
+    }
+
+    /// Until when the card holds D0 low: it programs.
+    #[must_use]
+    pub const fn busy_until_ns(&self) -> u64 {
+        self.busy_until_ns
+    }
+
+    fn status(&mut self, now_ns: u64) -> u32 {
+        self.settle(now_ns);
+        let ready = if self.state == State::Program { 0 } else { READY_FOR_DATA };
+        let illegal = if std::mem::take(&mut self.illegal) { ILLEGAL_COMMAND } else { 0 };
+        let application = if self.application { APP_CMD } else { 0 };
+        (self.state as u32) << 9 | ready | illegal | application
+    }
+
+    /// Takes a command: the reply, and what then happens on the data lines.
+    pub fn command(&mut self, now_ns: u64, index: u8, argument: u32) -> (Reply, Transfer) {
+        self.settle(now_ns);
+        if std::mem::take(&mut self.application)
+            && let Some(answer) = self.application_command(now_ns, index, argument)
+        {
+            return answer;
+        }
+        let addressed = (argument >> 16) as u16 == ADDRESS;
+        let nothing = (Reply::None, Transfer::None);
+        match (index, self.state) {
+            (0, _) => {
+                *self = Self::new(std::mem::take(&mut self.content));
+                nothing
+            }
+            (2, State::Ready) => {
+                self.state = State::Identification;
+                (Reply::Long(CID), Transfer::None)
+            }
+            (3, State::Identification | State::Standby) => {
+                self.state = State::Standby;
+                let status = self.status(now_ns);
+                // R6: address, then status bits 23, 22, 19 and 12..0.
+                let bits = (status >> 8 & 0xC000) | (status >> 6 & 0x2000) | (status & 0x1FFF);
+                (Reply::Short(u32::from(ADDRESS) << 16 | bits), Transfer::None)
+            }
+            (7, State::Standby) if addressed => self.r1_into(now_ns, State::Transfer),
+            (7, State::Transfer | State::Data) if !addressed => {
+                self.state = State::Standby;
+                self.stream = Stream::Idle;
+                nothing
+            }
+            // R7: voltage accepted and check pattern echoed.
+            (8, State::Idle) => (Reply::Short(argument & 0xFFF), Transfer::None),
+            (9, State::Standby) if addressed => (Reply::Long(self.csd()), Transfer::None),
+            (10, State::Standby) if addressed => (Reply::Long(CID), Transfer::None),
+            (12, State::Data | State::Receive) => self.stop(now_ns),
+            (13, _) if addressed => (Reply::Short(self.status(now_ns)), Transfer::None),
+            (16, State::Transfer) => {
+                // Fixed at 512 for memory of a high-capacity card; registers follow it.
+                self.block_length = (argument as usize).clamp(1, BLOCK);
+                (Reply::Short(self.status(now_ns)), Transfer::None)
+            }
+            (6, State::Transfer) => self.switch(now_ns, argument),
+            (17 | 18, State::Transfer) => self.begin(now_ns, argument, index == 18, State::Data, Transfer::Read),
+            (24 | 25, State::Transfer) => self.begin(now_ns, argument, index == 25, State::Receive, Transfer::Write),
+            (23, State::Transfer) => (Reply::Short(self.status(now_ns)), Transfer::None),
+            (32 | 33, State::Transfer) => {
+                self.erase[usize::from(index - 32)] = argument;
+                (Reply::Short(self.status(now_ns)), Transfer::None)
+            }
+            (38, State::Transfer) => self.erase_blocks(now_ns),
+            (55, _) => {
+                // Before it has an address, a card is spoken to with address zero.
+                self.application = true;
+                (Reply::Short(self.status(now_ns)), Transfer::None)
+            }
+            _ => {
+                // An illegal command gets no reply; the next status says so.
+                self.illegal = true;
+                nothing
+            }
+        }
+    }
+
+    /// Programming ends by time alone.
+    fn settle(&mut self, now_ns: u64) {
+        if self.state == State::Program && now_ns >= self.busy_until_ns {
+            self.state = State::Transfer;
+        }
+    }
+
+    /// R1 shows the state the command found, then the card is in the new one.
+    fn r1_into(&mut self, now_ns: u64, state: State) -> (Reply, Transfer) {
+        let status = self.status(now_ns);
+        self.state = state;
+        (Reply::Short(status), Transfer::None)
+    }
+
+    fn begin(&mut self, now_ns: u64, block: u32, endless: bool, state: State, transfer: Transfer) -> (Reply, Transfer) {
+        let status = self.status(now_ns);
+        if block as usize >= self.content.len() / BLOCK {
+            return (Reply::Short(status | OUT_OF_RANGE), Transfer::None);
+        }
+        self.state = state;
+        self.stream = Stream::Memory { block, endless };
+        (Reply::Short(status), transfer)
+    }
+
+    fn register(&mut self, now_ns: u64, bytes: Vec<u8>) -> (Reply, Transfer) {
+        let status = self.status(now_ns);
+        self.state = State::Data;
+        self.stream = Stream::Register(bytes);
+        (Reply::Short(status), Transfer::Read)
+    }
+
+    fn stop(&mut self, now_ns: u64) -> (Reply, Transfer) {
+        let status = self.status(now_ns);
+        self.state =
+            if self.state == State::Receive && now_ns < self.busy_until_ns { State::Program } else { State::Transfer };
+        self.stream = Stream::Idle;
+        (Reply::Short(status), Transfer::None)
+    }
+
+    fn erase_blocks(&mut self, now_ns: u64) -> (Reply, Transfer) {
+        let status = self.status(now_ns);
+        let [first, last] = self.erase.map(|block| block as usize * BLOCK);
+        let range = first..(last + BLOCK).min(self.content.len());
+        self.content.get_mut(range).into_iter().for_each(|blocks| blocks.fill(0));
+        self.busy_until_ns = now_ns + PROGRAMMING_NS;
+        self.state = State::Program;
+        (Reply::Short(status), Transfer::None)
+    }
+
+    /// CMD6 (section 4.3.10): function group 1 offers default (0) and high speed (1).
+    fn switch(&mut self, now_ns: u64, argument: u32) -> (Reply, Transfer) {
+        let wanted = argument & 0xF;
+        let selected = match wanted {
+            0xF => u8::from(self.high_speed),
+            0 | 1 => wanted as u8,
+            _ => 0xF,
+        };
+        if argument >> 31 == 1 && selected != 0xF {
+            self.high_speed = selected == 1;
+        }
+        let mut bytes = vec![0; 64];
+        bytes[1] = 100; // 100 mA at most
+        bytes[3..14].copy_from_slice(&[0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x03]);
+        bytes[2] = 0x80;
+        bytes[16] = selected;
+        self.register(now_ns, bytes)
+    }
+
+    fn application_command(&mut self, now_ns: u64, index: u8, argument: u32) -> Option<(Reply, Transfer)> {
+        Some(match (index, self.state) {
+            (41, State::Idle) => {
+                if argument & 0x00FF_8000 == 0 {
+                    return Some((Reply::Unchecked(OCR), Transfer::None));
+                }
+                let until = *self.powering_up_until_ns.get_or_insert(now_ns + POWER_UP_NS);
+                if now_ns < until {
+                    return Some((Reply::Unchecked(OCR & 0x00FF_8000), Transfer::None));
+                }
+                self.state = State::Ready;
+                (Reply::Unchecked(OCR | OCR_POWER_UP_DONE), Transfer::None)
+            }
+            (6, State::Transfer) => {
+                self.wide = argument & 3 == 2;
+                (Reply::Short(self.status(now_ns) | APP_CMD), Transfer::None)
+            }
+            (13, State::Transfer) => {
+                let mut bytes = vec![0; 64];
+                bytes[0] = if self.wide { 0x80 } else { 0 };
+                bytes[8] = 0x04; // class 10
+                self.register(now_ns, bytes)
+            }
+            // SCR, section 5.6: version 3.0x, 1 and 4 bit bus, CMD23 not supported.
+            (51, State::Transfer) => self.register(now_ns, vec![0x02, 0x35, 0x80, 0, 0, 0, 0, 0]),
+            (23 | 42, State::Transfer) => (Reply::Short(self.status(now_ns) | APP_CMD), Transfer::None),
+            _ => return None,
+        })
+    }
+
+    /// CSD version 2.0 (section 5.3.3): size in units of 512 KiB, 25 MHz, 512-byte blocks.
+    fn csd(&self) -> [u32; 4] {
+        let size = (self.content.len() / (512 * 1024)) as u32 - 1;
+        [0x400E_0032, 0x5B59_0000 | size >> 16, (size & 0xFFFF) << 16 | 0x7F80, 0x0A40_0001]
+    }
+
+    /// The next bytes of a transfer to the host: `length` of them. `None` when the card has nothing to send.
+    pub fn read(&mut self, length: usize) -> Option<Vec<u8>> {
+        if self.state != State::Data {
+            return None;
+        }
+        match &mut self.stream {
+            Stream::Idle => None,
+            Stream::Register(bytes) => {
+                let mut bytes = std::mem::take(bytes);
+                bytes.resize(length, 0);
+                self.finish_read();
+                Some(bytes)
+            }
+            Stream::Memory { block, endless } => {
+                let start = *block as usize * BLOCK;
+                let bytes = self.content.get(start..start + length)?.to_vec();
+                *block += 1;
+                if !*endless {
+                    self.finish_read();
+                }
+                Some(bytes)
+            }
+        }
+    }
+
+    fn finish_read(&mut self) {
+        self.stream = Stream::Idle;
+        self.state = State::Transfer;
+    }
+
+    /// Takes the next block from the host. False when the card expects none or it would not fit.
+    pub fn write(&mut self, now_ns: u64, bytes: &[u8]) -> bool {
+        let Stream::Memory { block, endless } = &mut self.stream else { return false };
+        if self.state != State::Receive {
+            return false;
+        }
+        let start = *block as usize * BLOCK;
+        let Some(place) = self.content.get_mut(start..start + bytes.len()) else { return false };
+        place.copy_from_slice(bytes);
+        *block += 1;
+        self.busy_until_ns = now_ns + PROGRAMMING_NS;
+        if !*endless {
+            self.stream = Stream::Idle;
+            self.state = State::Program;
+        }
+        true
+    }
+}
+
+/// Card identification (section 5.2): an invented maker.
+const CID: [u32; 4] = [0x7656_4C56, 0x454C_5654, 0x1000_0001, 0x0101_8A01];
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,46 @@
+//! A limit switch or probe that a carriage operates.
+
+/// On which side of its position the switch is operated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Operated at and below the position.
+    Below,
+    /// Operated at and above the position.
+    Above,
+}
+
+/// What is wrong with the switch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing.
+    #[default]
+    Sound,
+    /// Never operates.
+    NeverOperates,
+    /// Always reads as operated.
+    AlwaysOperated,
+}
+
+/// The switch.
+#[derive(Clone, Copy, Debug)]
+pub struct Switch {
+    /// Where it operates, millimetres.
+    pub position_mm: f64,
+    /// Which way.
+    pub side: Side,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+impl Switch {
+    /// Whether it is operated with the carriage here.
+    #[must_use]
+    pub fn operated(&self, carriage_mm: f64) -> bool {
+        match (self.fault, self.side) {
+            (Fault::NeverOperates, _) => false,
+            (Fault::AlwaysOperated, _) => true,
+            (Fault::Sound, Side::Below) => carriage_mm <= self.position_mm,
+            (Fault::Sound, Side::Above) => carriage_mm >= self.position_mm,
+        }
+    }
+}

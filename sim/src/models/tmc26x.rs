@@ -1,0 +1,332 @@
+//! TMC2590 and TMC2660 stepper drivers in STEP/DIR mode, as their SPI and logic pins show them.
+//!
+//! Sources: TMC2590 datasheet V1.0 (2019-02-22) and TMC2660 datasheet rev. 1.05 (2016-07-14); the register chapters
+//! are numbered alike in both ("SPI interface", one section per register). The two chips share the register layout;
+//! they differ in current scale, in the fourth read-back format and in the DRVCONF bits below bit 4, which the TMC2660
+//! ignores.
+//!
+//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time, CoolStep's
+//! regulation (the read-back current is the set one), and StallGuard beyond a load the world gives.
+
+/// Which chip is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chip {
+    /// Gate driver with external power stage, fitted to boards with id 0.
+    Tmc2590,
+    /// Driver with internal power stage, fitted to boards with id 1.
+    Tmc2660,
+}
+
+impl Chip {
+    /// Full-scale voltage across the sense resistor, by VSENSE. TMC2590 datasheet, "Sense resistor": 0.325 V and
+    /// 0.173 V typical; TMC2660: 0.310 V and 0.165 V.
+    #[must_use]
+    pub const fn full_scale_volts(self, high_sensitivity: bool) -> f64 {
+        match (self, high_sensitivity) {
+            (Self::Tmc2590, false) => 0.325,
+            (Self::Tmc2590, true) => 0.173,
+            (Self::Tmc2660, false) => 0.310,
+            (Self::Tmc2660, true) => 0.165,
+        }
+    }
+}
+
+/// What is wrong with the chip or its motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Condition {
+    /// The SPI output never drives: every reply reads as ones (pull-up on MISO).
+    pub silent: bool,
+    /// Coil A, coil B not connected.
+    pub open_load: [bool; 2],
+    /// Coil A, coil B shorted to ground.
+    pub short: [bool; 2],
+    /// Chip temperature in degrees Celsius.
+    pub temperature_c: i32,
+}
+
+/// Registers at power-on are all zero: 256 microsteps, single edge, TOFF = 0 (bridges off), STEP/DIR mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Registers {
+    drvctrl: u32,
+    chopconf: u32,
+    smarten: u32,
+    sgcsconf: u32,
+    drvconf: u32,
+}
+
+/// One driver chip.
+#[derive(Clone, Debug)]
+pub struct Tmc26x {
+    chip: Chip,
+    registers: Registers,
+    /// Place in the electrical period: 1024 positions of 1/256 full step.
+    microstep_counter: u16,
+    /// When the last active step edge came, ns since power-on.
+    last_step_ns: Option<u64>,
+    /// Motor supply in volts.
+    supply_volts: f64,
+    /// Level of the ENN pin: high switches the bridges off.
+    enn_high: bool,
+    /// Overtemperature shutdown, until the chip has cooled below the prewarning.
+    overheated: bool,
+    /// A short was met while driving; cleared by switching the bridges off (TOFF = 0 or ENN high).
+    short_latched: [bool; 2],
+    /// StallGuard reading, 0 is a stalled motor.
+    pub stall_guard: u16,
+    /// What is wrong with it.
+    pub condition: Condition,
+    frames: u64,
+}
+
+/// Standstill is shown 2^20 clocks after the last step ("STST"); the internal oscillator runs at 15 MHz typical.
+const STANDSTILL_NS: u64 = (1 << 20) * 1_000 / 15;
+/// Overtemperature thresholds in degrees Celsius ("OTPW", "OT"; OTSENS = 0).
+const PREWARNING_C: i32 = 100;
+const SHUTDOWN_C: i32 = 150;
+/// Below this supply the logic resets and registers are lost (undervoltage lockout, 6.5 V typical).
+const UNDERVOLTAGE_LOCKOUT_VOLTS: f64 = 6.5;
+/// The TMC2590's UV_7V flag.
+const UV_7V_VOLTS: f64 = 7.0;
+/// A frame is 20 bits, most significant first.
+pub const FRAME_MASK: u32 = 0xF_FFFF;
+
+impl Tmc26x {
+    /// A chip fresh from power-on with its motor supply present, its ENN pin floating high.
+    #[must_use]
+    pub fn new(chip: Chip) -> Self {
+        Self {
+            chip,
+            registers: Registers::default(),
+            microstep_counter: 0,
+            last_step_ns: None,
+            supply_volts: 24.0,
+            enn_high: true,
+            overheated: false,
+            short_latched: [false; 2],
+            stall_guard: 0x1FF,
+            condition: Condition { temperature_c: 40, ..Condition::default() },
+            frames: 0,
+        }
+    }
+
+    /// Which chip this is.
+    #[must_use]
+    pub const fn chip(&self) -> Chip {
+        self.chip
+    }
+
+    /// One SPI frame (chip select low to high): takes the 20 bits written, gives the 20 bits shifted out meanwhile.
+    /// Those are the status as chip select fell, in the format that earlier frames chose.
+    pub fn transfer(&mut self, now_ns: u64, frame: u32) -> u32 {
+        let shifted_out = self.status(now_ns);
+        self.write(frame);
+        shifted_out
+    }
+
+    /// The chip hears and answers nothing: MISO stays at its pull-up.
+    fn mute(&self) -> bool {
+        self.condition.silent || self.supply_volts < UNDERVOLTAGE_LOCKOUT_VOLTS
+    }
+
+    /// How many frames the chip has taken.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Chip select rose after these 20 bits, decoded by the leading ones ("Register set": 00 DRVCTRL, 100 CHOPCONF, 101
+    /// SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
+    pub fn write(&mut self, frame: u32) {
+        if self.mute() {
+            return;
+        }
+        self.frames += 1;
+        let frame = frame & FRAME_MASK;
+        match frame >> 17 {
+            0 | 1 => self.registers.drvctrl = frame,
+            4 => self.registers.chopconf = frame & 0x1_FFFF,
+            5 => self.registers.smarten = frame & 0x1_FFFF,
+            6 => self.registers.sgcsconf = frame & 0x1_FFFF,
+            7 => self.registers.drvconf = frame & 0x1_FFFF,
+            _ => {}
+        }
+        if self.off_time() == 0 {
+            self.short_latched = [false; 2];
+        }
+    }
+
+    /// TOFF, CHOPCONF bits 3..0; 0 switches the bridges off.
+    #[must_use]
+    pub const fn off_time(&self) -> u32 {
+        self.registers.chopconf & 0xF
+    }
+
+    /// SDOFF, DRVCONF bit 7: STEP/DIR interface disabled, coil currents written over SPI.
+    #[must_use]
+    pub const fn spi_mode(&self) -> bool {
+        self.registers.drvconf & (1 << 7) != 0
+    }
+
+    /// DEDGE, DRVCTRL bit 8: both edges of STEP are steps.
+    #[must_use]
+    pub const fn double_edge(&self) -> bool {
+        !self.spi_mode() && self.registers.drvctrl & (1 << 8) != 0
+    }
+
+    /// Microsteps per full step from MRES, DRVCTRL bits 3..0: 0 is 256, 8 and above full steps.
+    #[must_use]
+    pub const fn microsteps(&self) -> u32 {
+        if self.spi_mode() {
+            return 256;
+        }
+        let mres = self.registers.drvctrl & 0xF;
+        256 >> (if mres > 8 { 8 } else { mres })
+    }
+
+    /// CS, SGCSCONF bits 4..0: current scale, (CS + 1) / 32 of full scale.
+    #[must_use]
+    pub const fn current_scale(&self) -> u32 {
+        self.registers.sgcsconf & 0x1F
+    }
+
+    /// VSENSE, DRVCONF bit 6.
+    #[must_use]
+    pub const fn high_sensitivity(&self) -> bool {
+        self.registers.drvconf & (1 << 6) != 0
+    }
+
+    /// Peak coil current the chopper regulates to, in amperes, for a sense resistor in ohms.
+    #[must_use]
+    pub fn peak_current_amps(&self, sense_ohms: f64) -> f64 {
+        let scale = f64::from(self.current_scale() + 1) / 32.0;
+        scale * self.chip.full_scale_volts(self.high_sensitivity()) / sense_ohms
+    }
+
+    /// The bridges drive the motor: it follows the microstep counter.
+    #[must_use]
+    pub fn drives(&self) -> bool {
+        self.off_time() != 0
+            && !self.enn_high
+            && !self.overheated
+            && self.supply_volts >= UNDERVOLTAGE_LOCKOUT_VOLTS
+            && self.short_latched == [false; 2]
+    }
+
+    /// The level of the ENN pin changed.
+    pub fn set_enn(&mut self, high: bool) {
+        self.enn_high = high;
+        if high {
+            self.short_latched = [false; 2];
+        }
+    }
+
+    /// The motor supply changed, in volts. Below the lockout the registers return to their power-on values.
+    pub fn set_supply(&mut self, volts: f64) {
+        self.supply_volts = volts;
+        if volts < UNDERVOLTAGE_LOCKOUT_VOLTS {
+            self.registers = Registers::default();
+            self.microstep_counter = 0;
+            self.overheated = false;
+            self.short_latched = [false; 2];
+            self.last_step_ns = None;
+        }
+    }
+
+    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the commanded position
+    /// moves, in 1/256 full step and with the sign of DIR; `None` when the chip ignores the edge.
+    pub fn step_edge(&mut self, now_ns: u64, rising: bool, dir_high: bool) -> Option<i32> {
+        if self.spi_mode() || self.supply_volts < UNDERVOLTAGE_LOCKOUT_VOLTS || !(rising || self.double_edge()) {
+            return None;
+        }
+        let size = 256 / self.microsteps() as u16;
+        let counter = if dir_high {
+            self.microstep_counter.wrapping_add(size)
+        } else {
+            self.microstep_counter.wrapping_sub(size)
+        };
+        self.microstep_counter = counter & 0x3FF;
+        self.last_step_ns = Some(now_ns);
+        self.notice_faults();
+        Some(if dir_high { i32::from(size) } else { -i32::from(size) })
+    }
+
+    /// The condition changed or time passed: shorts and heat switch the bridges off.
+    pub fn notice_faults(&mut self) {
+        if self.condition.temperature_c >= SHUTDOWN_C {
+            self.overheated = true;
+        } else if self.condition.temperature_c < PREWARNING_C {
+            self.overheated = false;
+        }
+        let driving = self.off_time() != 0 && !self.enn_high;
+        // DIS_S2G, DRVCONF bit 10.
+        if driving && self.registers.drvconf & (1 << 10) == 0 {
+            for coil in 0..2 {
+                self.short_latched[coil] |= self.condition.short[coil];
+            }
+        }
+    }
+
+    /// Chip select fell: the 20-bit reply ("Read response"), ten bits chosen by RDSEL (DRVCONF bits 5..4), ten status
+    /// bits.
+    pub fn status(&mut self, now_ns: u64) -> u32 {
+        if self.mute() {
+            return FRAME_MASK;
+        }
+        self.notice_faults();
+        let stall_guard = u32::from(self.stall_guard & 0x3FF);
+        let selected = match (self.registers.drvconf >> 4 & 3, self.chip) {
+            (0, _) => u32::from(self.microstep_counter),
+            (1, _) => stall_guard,
+            (2, _) => (stall_guard >> 5) << 5 | self.current_scale(),
+            (_, Chip::Tmc2590) => self.diagnostics(),
+            (_, Chip::Tmc2660) => 0,
+        };
+        selected << 10 | self.flags(now_ns)
+    }
+
+    /// Full diagnosis, TMC2590 with RDSEL = 3: supply, ENN input, shorts, temperature comparators.
+    fn diagnostics(&self) -> u32 {
+        let over = |limit_c: i32| self.condition.temperature_c >= limit_c;
+        bits(&[
+            (9, self.supply_volts < UV_7V_VOLTS),
+            (8, self.enn_high),
+            (6, self.short_latched[1]),
+            (4, self.short_latched[0]),
+            (3, over(150)),
+            (2, over(136)),
+            (1, over(120)),
+            (0, over(100)),
+        ])
+    }
+
+    fn flags(&self, now_ns: u64) -> u32 {
+        let driving = self.off_time() != 0 && !self.enn_high;
+        let standing = self.last_step_ns.is_none_or(|last| now_ns.saturating_sub(last) >= STANDSTILL_NS);
+        // Open load can only be seen while the chopper works on a turning motor.
+        let open = |coil: usize| self.condition.open_load[coil] && driving && !standing;
+        // The format with full diagnosis reads ones in the two unused bits.
+        let diagnosis = self.registers.drvconf >> 4 & 3 == 3 && self.chip == Chip::Tmc2590;
+        bits(&[
+            (9, diagnosis),
+            (8, diagnosis),
+            (7, standing),
+            (6, open(1)),
+            (5, open(0)),
+            (4, self.short_latched[1]),
+            (3, self.short_latched[0]),
+            (2, self.condition.temperature_c >= PREWARNING_C),
+            (1, self.overheated),
+            (0, driving && !standing && self.stall_guard == 0),
+        ])
+    }
+
+    /// The microstep counter, 0 to 1023 in the electrical period.
+    #[must_use]
+    pub const fn microstep_counter(&self) -> u16 {
+        self.microstep_counter
+    }
+}
+
+fn bits(list: &[(u32, bool)]) -> u32 {
+    list.iter().fold(0, |word, &(bit, set)| word | u32::from(set) << bit)
+}

@@ -1,0 +1,83 @@
+//! `summary.json`: a run in numbers.
+
+use super::json::{lines, number, object, string, strings};
+use crate::world::World;
+
+/// How far step edges were from where the oracle puts them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepError {
+    /// Largest distance, nanoseconds.
+    pub max_ns: f64,
+    /// Root mean square, nanoseconds.
+    pub rms_ns: f64,
+}
+
+/// What a run's driver knows besides the machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Lines of the job.
+    pub lines: u64,
+    /// Why the machine halted, if it did.
+    pub halted: Option<String>,
+    /// Errors the firmware reported, or that ended the run.
+    pub errors: Vec<String>,
+    /// With verification: how far edges were off.
+    pub step_error: Option<StepError>,
+    /// The emulated board's complaints; empty for a clean run and for runs without a board.
+    pub board: Vec<String>,
+}
+
+impl Outcome {
+    /// Whether the job ended without halt or error.
+    #[must_use]
+    pub const fn succeeded(&self) -> bool {
+        self.halted.is_none() && self.errors.is_empty()
+    }
+}
+
+/// The summary as JSON text.
+pub(super) fn render(world: &World, outcome: &Outcome) -> String {
+    let actuators: Vec<(String, String)> = world
+        .config()
+        .actuators
+        .iter()
+        .map(|config| {
+            let tally = world.trace().tally(config.actuator);
+            let members = [
+                ("steps", tally.steps.to_string()),
+                ("position_mm", number(world.carriage_mm(config.actuator).unwrap_or(f64::NAN), 4)),
+                ("max_steps_per_s", number(tally.max_steps_per_s, 1)),
+                ("lost_mm", number(world.lost_mm(config.actuator), 4)),
+            ];
+            (config.actuator.name().to_owned(), object(&members))
+        })
+        .collect();
+    let heaters: Vec<(String, String)> = world
+        .config()
+        .heaters
+        .iter()
+        .enumerate()
+        .map(|(index, heater)| {
+            let members =
+                [("final_c", number(world.heater_c(index), 2)), ("max_c", number(world.heater_max_c(index), 2))];
+            (heater.name.clone(), object(&members))
+        })
+        .collect();
+    let mut members: Vec<(String, String)> = vec![
+        ("virtual_seconds".into(), number(world.now_ns() as f64 * 1e-9, 6)),
+        ("lines".into(), outcome.lines.to_string()),
+        ("halted".into(), outcome.halted.as_deref().map_or("null".into(), string)),
+        ("errors".into(), strings(&outcome.errors)),
+        ("actuators".into(), lines(&actuators, "  ")),
+        ("heaters".into(), lines(&heaters, "  ")),
+        ("edges".into(), world.trace().total().to_string()),
+        ("edge_hash".into(), string(&format!("{:016x}", world.trace().edge_hash()))),
+        ("timing_faults".into(), world.timing_faults().to_string()),
+        ("board".into(), strings(&outcome.board)),
+    ];
+    if let Some(error) = outcome.step_error {
+        let distances = [("max", number(error.max_ns, 1)), ("rms", number(error.rms_ns, 2))];
+        members.push(("step_error_ns".into(), object(&distances)));
+    }
+    lines(&members, "") + "\n"
+}

@@ -1,0 +1,304 @@
+//! The native runner: the same machine code as on the board, against the same simulated machine, in virtual time and
+//! without an emulator. For long jobs and for tests of behaviour; the image itself is proven on the virtual board.
+//!
+//! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each slot the tasks
+//! run in the order of their priorities on the board, then the step events due in the slot are played at their exact
+//! ticks. So step times are those of the board; only the moment at which the dispatcher sees something differs.
+
+mod bank;
+mod ports;
+mod storage;
+mod tasks;
+mod verify;
+
+use std::cell::{Cell, RefCell};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
+
+use config::{BoardId, MachineConfig};
+use machine::Controller;
+use machine::ports::ConsoleId;
+
+use crate::models::tmc26x::Chip;
+use crate::output::{Outcome, Recorder, StepError};
+use crate::session::Session;
+use crate::world::{TimedFault, World, WorldConfig};
+pub use ports::HostPorts;
+pub use storage::CardState;
+use tasks::{Inputs, SLOT_NS, Tasks};
+use verify::Verifier;
+
+/// How often the dispatcher is polled in a slot: on the board it runs whenever nothing else does.
+const POLLS_PER_SLOT: u32 = 16;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Folder that is the card; `config.ini` in it is the machine's configuration.
+    pub card: PathBuf,
+    /// What is wrong with the card, if anything.
+    pub card_state: CardState,
+    /// Which driver chips the board carries.
+    pub chip: Chip,
+    /// Faults, and when they happen.
+    pub faults: Vec<TimedFault>,
+}
+
+impl Setup {
+    /// A healthy board with TMC2590 and this folder as its card.
+    #[must_use]
+    pub fn new(card: &Path) -> Self {
+        Self { card: card.to_owned(), card_state: CardState::Good, chip: Chip::Tmc2590, faults: Vec::new() }
+    }
+}
+
+/// A machine that runs on the host.
+pub struct Runner {
+    /// The machine's side of everything the controller and the tasks share.
+    shared: Rc<ports::Shared>,
+    controller: std::pin::Pin<Box<dyn Future<Output = ()>>>,
+    tasks: Tasks,
+    machine: MachineConfig,
+    slot_ns: u64,
+}
+
+impl std::fmt::Debug for Runner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Runner").field("now_ns", &self.now_ns()).finish_non_exhaustive()
+    }
+}
+
+impl Runner {
+    /// The machine at power-on.
+    ///
+    /// # Errors
+    /// When a fault names something the machine does not have.
+    pub fn new(setup: &Setup) -> Result<Self, String> {
+        let (machine, board_id) = describe(setup);
+        let mut world = World::new(WorldConfig::of(&machine, setup.chip));
+        for fault in &setup.faults {
+            // What is wrong at power-on is wrong before the first grid point of the physics.
+            if fault.at_ns == 0 { world.inject(&fault.fault)? } else { world.schedule(fault.clone())? }
+        }
+        let inputs = Inputs::of(&machine, &world);
+        let shared = Rc::new(ports::Shared::new(world, setup, board_id));
+        let ports = HostPorts::new(Rc::clone(&shared));
+        let controller = Box::pin(async move {
+            let mut controller = Controller::new(ports);
+            controller.run().await;
+        });
+        Ok(Self { tasks: Tasks::new(inputs), shared, controller, machine, slot_ns: 0 })
+    }
+
+    /// Virtual time since power-on, nanoseconds.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.shared.now_ns.get()
+    }
+
+    /// The simulated machine.
+    pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
+        f(&mut self.shared.world.borrow_mut())
+    }
+
+    /// The motion object, for whoever checks it.
+    pub fn motion<R>(&self, f: impl FnOnce(&mut motion::Motion) -> R) -> R {
+        f(&mut self.shared.motion.borrow_mut())
+    }
+
+    /// The configuration the simulated machine was built from.
+    #[must_use]
+    pub const fn machine(&self) -> &MachineConfig {
+        &self.machine
+    }
+
+    /// Types on a console. False when the inbox could not take all of it.
+    pub fn type_on(&self, console: ConsoleId, text: &str) -> bool {
+        let Some(inbox) = self.shared.inboxes.get(usize::from(console.0)) else { return false };
+        let mut all_taken = true;
+        for byte in text.bytes() {
+            all_taken &= inbox.receive(byte);
+        }
+        all_taken
+    }
+
+    /// What a console has sent since the last call.
+    #[must_use]
+    pub fn read_from(&self, console: ConsoleId) -> Vec<u8> {
+        let mut consoles = self.shared.sent.borrow_mut();
+        consoles.get_mut(usize::from(console.0)).map(std::mem::take).unwrap_or_default()
+    }
+
+    /// The machine asked for a reset.
+    #[must_use]
+    pub fn reset_requested(&self) -> bool {
+        self.shared.reset_requested.get()
+    }
+
+    /// Runs one slot of half a millisecond.
+    pub fn step(&mut self) {
+        self.tasks.periodic(&self.shared);
+        for _ in 0..POLLS_PER_SLOT {
+            let mut context = Context::from_waker(Waker::noop());
+            // The controller never ends; were it to, the machine would stand still and tests would say so.
+            if let Poll::Ready(()) = self.controller.as_mut().poll(&mut context) {
+                break;
+            }
+            self.shared.motion.borrow_mut().plan();
+        }
+        self.slot_ns += SLOT_NS;
+        self.tasks.play_until(&self.shared, self.slot_ns);
+        self.shared.now_ns.set(self.slot_ns);
+    }
+
+    /// Runs until this moment.
+    pub fn run_until(&mut self, until_ns: u64) {
+        while self.now_ns() < until_ns {
+            self.step();
+        }
+    }
+
+    /// From now on every step edge is compared with the oracle.
+    ///
+    /// # Errors
+    /// When the configuration describes no machine that can move.
+    pub fn verify(&mut self) -> Result<(), String> {
+        let verifier = Verifier::new(&self.machine).ok_or("the configuration describes nothing that can move")?;
+        self.tasks.verifier = Some(verifier);
+        Ok(())
+    }
+
+    /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is an error.
+    #[must_use]
+    pub fn step_error(&self) -> Option<Result<StepError, String>> {
+        let (max_ns, rms_ns, strays) = self.tasks.verifier.as_ref()?.result();
+        Some(if strays == 0 {
+            Ok(StepError { max_ns, rms_ns })
+        } else {
+            Err(format!("{strays} step edges are more than a millisecond from where they belong"))
+        })
+    }
+
+    /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what was sent.
+    pub fn command(&mut self, line: &str, deadline_ns: u64) -> String {
+        let console = ConsoleId(0);
+        self.type_on(console, line);
+        self.type_on(console, "\n");
+        let mut text = String::new();
+        let end = self.now_ns() + deadline_ns;
+        while self.now_ns() < end && !is_answered(&text) {
+            self.step();
+            text.push_str(&String::from_utf8_lossy(&self.read_from(console)));
+        }
+        text
+    }
+}
+
+fn is_answered(text: &str) -> bool {
+    text.ends_with('\n')
+        && text.lines().next_back().is_some_and(|line| {
+            line == "ok"
+                || line.starts_with("ok ")
+                || line.starts_with("error")
+                || line.starts_with("Error")
+                || line.starts_with("rs N")
+                || line.starts_with("Entering Alarm/Halt state")
+                || line == "!!"
+        })
+}
+
+/// The machine the card's configuration describes, as far as it can be read.
+fn describe(setup: &Setup) -> (MachineConfig, BoardId) {
+    let board_id = match setup.chip {
+        Chip::Tmc2590 => BoardId::Prime2590,
+        Chip::Tmc2660 => BoardId::Prime2660,
+    };
+    let text = fs::read(setup.card.join("config.ini")).unwrap_or_default();
+    // What is wrong with it is the machine's to say.
+    let (machine, _) = config::parse(&text, board_id, &mut ());
+    (machine, board_id)
+}
+
+/// A whole job, as `make run BOARD=native` does it.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// Configuration file.
+    pub config: PathBuf,
+    /// G-code file.
+    pub gcode: PathBuf,
+    /// Where the run's files go.
+    pub out: PathBuf,
+    /// Give up after this much virtual time.
+    pub until_ns: Option<u64>,
+    /// Which driver chips the board carries.
+    pub chip: Chip,
+    /// Faults, and when they happen.
+    pub faults: Vec<TimedFault>,
+    /// Compare every step edge with the oracle.
+    pub verify: bool,
+}
+
+/// Runs a job and writes its files. `progress` hears the share done, 0 to 1, as it grows.
+///
+/// # Errors
+/// When files cannot be read or written, or a fault names something the machine does not have. How the job itself went is
+/// in the [`Outcome`].
+pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> {
+    let explain = |path: &Path| {
+        let path = path.display().to_string();
+        move |error: io::Error| format!("{path}: {error}")
+    };
+    let card = job.out.join("card");
+    fs::create_dir_all(&card).map_err(explain(&card))?;
+    fs::copy(&job.config, card.join("config.ini")).map_err(explain(&job.config))?;
+    fs::copy(&job.gcode, card.join("job.gcode")).map_err(explain(&job.gcode))?;
+    let text = fs::read(&job.gcode).map_err(explain(&job.gcode))?;
+    let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count() as u64;
+
+    let setup = Setup { chip: job.chip, faults: job.faults.clone(), ..Setup::new(&card) };
+    let mut runner = Runner::new(&setup)?;
+    if job.verify {
+        runner.verify()?;
+    }
+    let mut recorder = runner.world(|world| Recorder::create(&job.out, world)).map_err(explain(&job.out))?;
+    let mut session = Session::new("job.gcode");
+    let mut errors = Vec::new();
+    while !session.is_over() {
+        if job.until_ns.is_some_and(|until| runner.now_ns() >= until) {
+            errors.push(format!("the job had not ended after {:.1} s", runner.now_ns() as f64 * 1e-9));
+            break;
+        }
+        serve(&mut runner, &mut session, &mut recorder).map_err(explain(&job.out))?;
+        if let Some(done) = session.progress() {
+            progress(done);
+        }
+    }
+    errors.splice(0..0, session.errors().iter().cloned());
+    let step_error = runner.step_error().and_then(|result| result.map_err(|stray| errors.push(stray)).ok());
+    let halted = session.halted().map(str::to_owned);
+    let outcome = Outcome { lines, halted, errors, step_error, ..Outcome::default() };
+    runner.world(|world| recorder.finish(world, &outcome)).map_err(explain(&job.out))?;
+    Ok(outcome)
+}
+
+/// One slot of the machine, and the operator's part in it.
+fn serve(runner: &mut Runner, session: &mut Session, recorder: &mut Recorder) -> io::Result<()> {
+    let console = ConsoleId(0);
+    runner.step();
+    let sent = runner.read_from(console);
+    session.hear(runner.now_ns(), &sent);
+    if let Some(line) = session.say(runner.now_ns()) {
+        runner.type_on(console, &line);
+    }
+    recorder.console(&sent)?;
+    // There is no processor whose load could be measured.
+    runner.world(|world| recorder.observe(world, f64::NAN))
+}
+
+/// A value that the controller and the runner look at in turns; neither holds it while the other runs.
+type Turns<T> = RefCell<T>;
+/// A plain value both may set.
+type Flag<T> = Cell<T>;

@@ -1,0 +1,229 @@
+//! The host as the machine sees it.
+
+use std::rc::Rc;
+
+use config::{BoardId, MachineConfig};
+use machine::heat::HeatControl;
+use machine::ports::{
+    BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
+    Storage, StorageError,
+};
+use machine::supervisor::Supervisor;
+use motion::queue::StepQueue;
+use motion::{Latch, Motion};
+use units::{Celsius, Micros, Volts};
+
+use super::bank::Bank;
+use super::storage::Card;
+use super::{Flag, Setup, Turns, tasks};
+use crate::world::World;
+
+/// Consoles of the host: the debug UART and UART 0.
+const CONSOLES: usize = 2;
+
+/// What the controller, the tasks and the runner look at in turns.
+pub struct Shared {
+    pub now_ns: Flag<u64>,
+    pub world: Turns<World>,
+    pub motion: Turns<Motion>,
+    pub heat: Turns<HeatControl>,
+    pub supervisor: Turns<Supervisor>,
+    pub bank: Turns<Option<Bank>>,
+    pub queue: StepQueue,
+    pub latch: Latch,
+    pub inboxes: [Inbox; CONSOLES],
+    pub sent: Turns<[Vec<u8>; CONSOLES]>,
+    pub levels: Flag<InputLevels>,
+    pub wired: Turns<Option<MachineConfig>>,
+    pub reset_requested: Flag<bool>,
+    card: Turns<Card>,
+    board_id: u8,
+}
+
+impl Shared {
+    pub fn new(world: World, setup: &Setup, board_id: BoardId) -> Self {
+        Self {
+            now_ns: Flag::new(0),
+            world: Turns::new(world),
+            motion: Turns::new(Motion::new()),
+            heat: Turns::new(HeatControl::new()),
+            supervisor: Turns::new(Supervisor::new()),
+            bank: Turns::new(None),
+            queue: StepQueue::new(),
+            latch: Latch::new(),
+            inboxes: [const { Inbox::new() }; CONSOLES],
+            sent: Turns::default(),
+            levels: Flag::default(),
+            wired: Turns::new(None),
+            reset_requested: Flag::new(false),
+            card: Turns::new(Card::new(&setup.card, setup.card_state)),
+            board_id: u8::from(board_id == BoardId::Prime2660),
+        }
+    }
+}
+
+/// The ports the controller owns.
+pub struct HostPorts {
+    shared: Rc<Shared>,
+}
+
+impl HostPorts {
+    /// Ports onto what is shared.
+    #[must_use]
+    pub(super) fn new(shared: Rc<Shared>) -> Self {
+        *shared.bank.borrow_mut() = Some(Bank::new(Rc::clone(&shared)));
+        Self { shared }
+    }
+}
+
+impl Ports for HostPorts {
+    type Drivers = Bank;
+
+    fn now(&self) -> Micros {
+        Micros(self.shared.now_ns.get() / 1_000)
+    }
+
+    fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        f(&mut self.shared.motion.borrow_mut())
+    }
+
+    fn latch(&self) -> &Latch {
+        &self.shared.latch
+    }
+
+    fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
+        f(&mut self.shared.heat.borrow_mut())
+    }
+
+    fn drivers<R>(&mut self, f: impl FnOnce(&mut Bank) -> R) -> R {
+        let mut bank = self.shared.bank.borrow_mut();
+        f(bank.get_or_insert_with(|| Bank::new(Rc::clone(&self.shared))))
+    }
+
+    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
+        f(&mut self.shared.supervisor.borrow_mut())
+    }
+
+    fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
+        *self.shared.wired.borrow_mut() = Some(config.clone());
+        self.drivers(|bank| bank.configure(config, report))
+    }
+
+    fn consoles(&self) -> u8 {
+        CONSOLES as u8
+    }
+
+    fn inbox(&self, console: ConsoleId) -> &Inbox {
+        let [debug, uart0] = &self.shared.inboxes;
+        if console.0 == 0 { debug } else { uart0 }
+    }
+
+    fn console_write(&mut self, console: ConsoleId, bytes: &[u8]) -> usize {
+        if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(console.0)) {
+            sent.extend_from_slice(bytes);
+        }
+        bytes.len()
+    }
+
+    fn console_room(&mut self, _: ConsoleId) -> usize {
+        usize::MAX
+    }
+
+    fn inputs(&self) -> InputLevels {
+        self.shared.levels.get()
+    }
+
+    fn set_hardware_pwm(&mut self, _switch: u8, _duty: f32) {
+        // No model hangs on a timer output of the native runner; the virtual board has them.
+    }
+
+    fn set_motor_power(&mut self, on: bool) {
+        self.shared.world.borrow_mut().motors_disable_pin(self.shared.now_ns.get(), !on);
+    }
+
+    fn voltage(&mut self, name: &str) -> Option<Volts> {
+        tasks::voltage(&self.shared, name)
+    }
+
+    fn chip_celsius(&mut self) -> Option<Celsius> {
+        None
+    }
+
+    fn set_led(&mut self, _index: u8, _on: bool) {
+        // Nobody looks at a lamp here.
+    }
+
+    fn board(&self) -> BoardInfo {
+        BoardInfo {
+            mcu: "host",
+            board_id: self.shared.board_id,
+            core_mhz: 400,
+            version: env!("CARGO_PKG_VERSION"),
+            build_date: "-",
+            after_watchdog: false,
+        }
+    }
+
+    fn memory(&self) -> MemoryReport {
+        MemoryReport::default()
+    }
+
+    fn report_alive(&mut self) {
+        // There is no watchdog: a machine that hangs here hangs the test.
+    }
+
+    fn request_reset(&mut self) {
+        self.shared.reset_requested.set(true);
+    }
+}
+
+impl Storage for HostPorts {
+    fn mount(&mut self) -> Result<(), StorageError> {
+        self.shared.card.borrow().mount()
+    }
+
+    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
+        self.shared.card.borrow_mut().open(path, mode)
+    }
+
+    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        self.shared.card.borrow_mut().read(file, buffer)
+    }
+
+    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        self.shared.card.borrow_mut().write(file, bytes)
+    }
+
+    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+        self.shared.card.borrow_mut().seek(file, offset_bytes)
+    }
+
+    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
+        self.shared.card.borrow_mut().size(file)
+    }
+
+    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        self.shared.card.borrow_mut().close(file)
+    }
+
+    fn list(
+        &mut self,
+        path: &str,
+        skip: usize,
+        entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
+    ) -> Result<(), StorageError> {
+        self.shared.card.borrow().list(path, skip, entries)
+    }
+
+    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
+        self.shared.card.borrow().remove(path)
+    }
+
+    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
+        self.shared.card.borrow().make_directory(path)
+    }
+
+    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        self.shared.card.borrow().rename(from, to)
+    }
+}

@@ -1,0 +1,242 @@
+//! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player of step
+//! events that stands in for the step interrupt.
+
+use config::{MachineConfig, SensorKind};
+use machine::heat::MODULATION_HZ;
+use machine::ports::{Input, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit};
+use motion::StepFeed;
+use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
+
+use super::ports::Shared;
+use super::verify::{Verifier, Watched};
+use crate::world::World;
+
+/// The period of the board's fastest periodic tasks.
+pub const SLOT_NS: u64 = 1_000_000_000 / MODULATION_HZ as u64;
+/// Modulation ticks between two runs of heat control, as in the firmware: 100 Hz.
+const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
+/// Control ticks between two runs of the slow watch, as in the firmware: 10 Hz.
+const CONTROLS_PER_SLOW: u32 = 10;
+/// ADC3 inputs behind the board's names ADC3_0 to ADC3_5.
+const VOLTAGE_CHANNELS: [u8; 6] = [10, 6, 7, 8, 9, 16];
+/// Reference of the converters, volts.
+const REFERENCE_V: f32 = 3.3;
+
+/// Which world switch is which input of the machine, and what else of the configuration the tasks need.
+pub struct Inputs {
+    /// By the world's index of the switch.
+    inputs: Vec<Option<Input>>,
+    /// By the place of the switch in the configuration: the world's index of the fan it drives.
+    fans: Vec<Option<usize>>,
+}
+
+impl Inputs {
+    pub fn of(machine: &MachineConfig, world: &World) -> Self {
+        let input = |name: &str| {
+            let endstop = machine.endstops.iter().position(|stop| stop.name == name).map(|n| Input::Endstop(n as u8));
+            let switch = machine.switches.iter().position(|switch| switch.name == name);
+            match name {
+                "probe" => Some(Input::Probe),
+                "kill" => Some(Input::Kill),
+                _ => endstop.or(switch.map(|n| Input::Switch(n as u8))),
+            }
+        };
+        let world_config = world.config();
+        let fan = |name: &str| world_config.fans.iter().position(|fan| fan.name == name);
+        Self {
+            inputs: world_config.switches.iter().map(|switch| input(&switch.name)).collect(),
+            fans: machine.switches.iter().map(|switch| fan(&switch.name)).collect(),
+        }
+    }
+}
+
+/// All task state.
+pub struct Tasks {
+    feed: StepFeed,
+    inputs: Inputs,
+    modulation: u32,
+    control: u32,
+    present: OutputLevels,
+    /// Compares every edge with the oracle, when asked to.
+    pub verifier: Option<Verifier>,
+}
+
+impl Tasks {
+    pub fn new(inputs: Inputs) -> Self {
+        let present = OutputLevels::default();
+        Self { feed: StepFeed::new(), inputs, modulation: 0, control: 0, present, verifier: None }
+    }
+
+    /// One slot's tasks, in the order of their priorities.
+    pub fn periodic(&mut self, shared: &Shared) {
+        self.heat(shared);
+        self.step_feed(shared);
+    }
+
+    fn heat(&mut self, shared: &Shared) {
+        self.modulation += 1;
+        if self.modulation >= TICKS_PER_CONTROL {
+            self.modulation = 0;
+            let readings = readings(shared);
+            shared.heat.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &readings);
+            self.control += 1;
+            if self.control >= CONTROLS_PER_SLOW {
+                self.control = 0;
+                slow(shared);
+            }
+        }
+        let levels = shared.heat.borrow_mut().modulation_tick();
+        self.apply(levels, shared);
+    }
+
+    fn apply(&mut self, levels: OutputLevels, shared: &Shared) {
+        if levels == self.present {
+            return;
+        }
+        let now_ns = shared.now_ns.get();
+        let mut world = shared.world.borrow_mut();
+        let changed = levels.on ^ self.present.on;
+        for index in 0..world.config().heaters.len() {
+            if changed & heater_bit(index) != 0 {
+                let drive = if levels.on & heater_bit(index) != 0 { 1.0 } else { 0.0 };
+                world.heater_duty(now_ns, index, drive);
+            }
+        }
+        for (switch, fan) in self.inputs.fans.iter().enumerate() {
+            if let Some(fan) = fan
+                && changed & switch_bit(switch) != 0
+            {
+                let drive = if levels.on & switch_bit(switch) != 0 { 1.0 } else { 0.0 };
+                world.fan_duty(now_ns, *fan, drive);
+            }
+        }
+        if levels.fets_enabled != self.present.fets_enabled {
+            world.fet_power_pin(now_ns, levels.fets_enabled);
+            world.fet_buffer_pin(now_ns, !levels.fets_enabled);
+        }
+        self.present = levels;
+    }
+
+    fn step_feed(&mut self, shared: &Shared) {
+        let now = ticks(shared.now_ns.get());
+        let armed = shared.latch.armed();
+        if armed != 0 {
+            let levels = self.levels(shared);
+            for number in 0..u32::BITS {
+                if armed & levels & (1 << number) != 0 {
+                    shared.latch.report(number as u8, now.0 as u32);
+                }
+            }
+        }
+        let mut motion = shared.motion.borrow_mut();
+        if let Some(verifier) = &mut self.verifier {
+            verifier.look(&motion);
+        }
+        let mut watched = Watched { motion: &mut motion, verifier: self.verifier.as_mut() };
+        self.feed.run(now, &mut watched, &shared.queue, &shared.latch);
+        if let Some(verifier) = &mut self.verifier {
+            verifier.look(&motion);
+        }
+    }
+
+    /// Level of every input, as the machine counts them.
+    fn levels(&self, shared: &Shared) -> u32 {
+        let world = shared.world.borrow();
+        let mut levels = 0;
+        for (index, input) in self.inputs.inputs.iter().enumerate() {
+            if let Some(input) = input
+                && world.switch_high(index) == world.config().switches[index].operated_high
+            {
+                levels |= input.bit();
+            }
+        }
+        levels
+    }
+
+    /// Plays every step event due up to here, each at its tick.
+    pub fn play_until(&mut self, shared: &Shared, until_ns: u64) {
+        let start = ticks(shared.now_ns.get());
+        while let Some(event) = shared.queue.front() {
+            // The queue holds the low half of the clock; what is due lies at most a horizon away from now.
+            let ahead = event.at.wrapping_sub(start.0 as u32) as i32;
+            let at = start.0.saturating_add_signed(i64::from(ahead)).max(start.0);
+            let at_ns = at * u64::from(TICK_NANOSECONDS);
+            if at_ns > until_ns {
+                break;
+            }
+            if let Some(verifier) = &mut self.verifier {
+                verifier.played(event, at_ns);
+            }
+            self.play(shared, event, at_ns);
+            shared.queue.advance();
+        }
+        let mut world = shared.world.borrow_mut();
+        world.advance(until_ns);
+        shared.levels.set(machine::ports::InputLevels(0));
+        drop(world);
+        shared.levels.set(machine::ports::InputLevels(self.levels(shared)));
+    }
+
+    fn play(&self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
+        let mut world = shared.world.borrow_mut();
+        for actuator in Actuator::ALL {
+            if event.turning_forward() & actuator.bit() != 0 {
+                world.turn(at_ns, actuator, Direction::Forward);
+            }
+            if event.turning_backward() & actuator.bit() != 0 {
+                world.turn(at_ns, actuator, Direction::Backward);
+            }
+            if event.stepping() & actuator.bit() != 0 {
+                world.step(at_ns, actuator);
+            }
+        }
+        if world.has_switch_changes() {
+            for change in world.take_switch_changes() {
+                let operated = change.high == world.config().switches[change.switch].operated_high;
+                if let Some(Some(input)) = self.inputs.inputs.get(change.switch)
+                    && operated
+                {
+                    shared.latch.report(input.bit().trailing_zeros() as u8, event.at);
+                }
+            }
+        }
+    }
+}
+
+/// The step clock at this moment.
+const fn ticks(now_ns: u64) -> Ticks {
+    Ticks(now_ns / TICK_NANOSECONDS as u64)
+}
+
+fn readings(shared: &Shared) -> SensorReadings {
+    let mut readings = SensorReadings::default();
+    let wired = shared.wired.borrow();
+    let Some(config) = wired.as_ref() else { return readings };
+    let world = shared.world.borrow();
+    for (reading, (sensor, controller)) in
+        readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures))
+    {
+        *reading = match (sensor.sensor, controller.sensor.kind) {
+            (Some(input), SensorKind::Thermistor) => SensorReading::Counts(world.adc_counts(input)),
+            _ => SensorReading::Missing,
+        };
+    }
+    readings
+}
+
+/// A named voltage monitor of the wired configuration.
+pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
+    let wired = shared.wired.borrow();
+    let monitor = wired.as_ref()?.voltages.iter().find(|monitor| monitor.name == name)?;
+    let channel = *VOLTAGE_CHANNELS.get(usize::from(monitor.input.0))?;
+    let counts = shared.world.borrow().adc_counts(crate::world::AnalogInput { converter: 3, channel });
+    Some(units::Volts(f32::from(counts) / 65_535.0 * REFERENCE_V * monitor.scale))
+}
+
+fn slow(shared: &Shared) {
+    let supply = SupplyVoltages { motor: voltage(shared, "vmotor"), fets: voltage(shared, "vfet") };
+    let mut bank = shared.bank.borrow_mut();
+    if let Some(bank) = bank.as_mut() {
+        shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), bank, supply);
+    }
+}

@@ -1,0 +1,268 @@
+//! The operator at the console: has the board play a file from its SD card and watches it to the end.
+//!
+//! The dialogue is Smoothieware v2's. A state machine without a clock of its own: it is told the time and what the
+//! board said, and says what to type next. The same for every board and runner.
+
+/// Time the board may take before it answers, before the question is asked again.
+const PATIENCE_NS: u64 = 2_000_000_000;
+/// Interval of progress questions while the file plays.
+const PROGRESS_NS: u64 = 2_000_000_000;
+/// Interval of status questions while waiting for standstill.
+const STATUS_NS: u64 = 200_000_000;
+/// Attempts to reach the board, and to start the job.
+const ATTEMPTS: u32 = 10;
+
+/// Where the dialogue stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// Waiting for any answer: the board boots.
+    Greet,
+    /// `M23` was typed: waiting for the file to be selected.
+    Select,
+    /// `M24` was typed: waiting for its ok.
+    Start,
+    /// The file plays.
+    Play,
+    /// The file is through: waiting for standstill.
+    Settle,
+    /// Nothing more to do.
+    Over,
+}
+
+/// A job's dialogue.
+#[derive(Clone, Debug)]
+pub struct Session {
+    file: String,
+    step: Step,
+    /// When to speak next.
+    speak_ns: u64,
+    attempts: u32,
+    partial: Vec<u8>,
+    progress: Option<(u64, u64)>,
+    halted: Option<String>,
+    errors: Vec<String>,
+}
+
+impl Session {
+    /// Will have the board play this file of its card's root directory.
+    #[must_use]
+    pub fn new(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            step: Step::Greet,
+            speak_ns: 0,
+            attempts: 0,
+            partial: Vec::new(),
+            progress: None,
+            halted: None,
+            errors: Vec::new(),
+        }
+    }
+
+    /// Bytes the board has sent.
+    pub fn hear(&mut self, now_ns: u64, bytes: &[u8]) {
+        for &byte in bytes {
+            if byte == b'\n' {
+                let line = std::mem::take(&mut self.partial);
+                self.line(now_ns, String::from_utf8_lossy(&line).trim());
+            } else {
+                self.partial.push(byte);
+            }
+        }
+    }
+
+    fn line(&mut self, now_ns: u64, line: &str) {
+        if self.step == Step::Over || line.is_empty() {
+            return;
+        }
+        if let Some(reason) = halt_reason(line) {
+            // `!!` only says that the machine has halted; the error before it says why.
+            let reason = self.errors.last().filter(|_| reason == "!!").map_or(reason, String::as_str).to_owned();
+            self.halted.get_or_insert(reason);
+            self.go(now_ns, Step::Over);
+            return;
+        }
+        if is_error(line) {
+            self.errors.push(line.to_owned());
+        }
+        if let Some(bytes) = line.strip_prefix("SD printing byte ") {
+            self.progress = bytes.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        }
+        match self.step {
+            Step::Greet if line.starts_with("ok") => self.go(now_ns, Step::Select),
+            Step::Select if line.contains("File selected") => self.go(now_ns, Step::Start),
+            Step::Select if line.contains("file.open failed") => self.give_up(now_ns, line),
+            // Before the question it is still the answer to the last one.
+            Step::Start if line.starts_with("ok") && self.attempts > 0 => {
+                self.go(now_ns, Step::Play);
+                self.speak_ns = now_ns + PROGRESS_NS;
+            }
+            Step::Start | Step::Play if line.contains("Done printing file") => self.go(now_ns, Step::Settle),
+            Step::Play if line.contains("Not currently playing") || line.contains("Not SD printing") => {
+                self.give_up(now_ns, "the file stopped playing before its end");
+            }
+            Step::Settle if line.starts_with("<Idle") => self.go(now_ns, Step::Over),
+            Step::Settle if line.starts_with("<Alarm") => self.give_up(now_ns, "the machine is in alarm after the job"),
+            _ => {}
+        }
+    }
+
+    fn go(&mut self, now_ns: u64, step: Step) {
+        self.step = step;
+        self.speak_ns = now_ns;
+        self.attempts = 0;
+    }
+
+    fn give_up(&mut self, now_ns: u64, reason: &str) {
+        if !self.errors.iter().any(|error| error == reason) {
+            self.errors.push(reason.to_owned());
+        }
+        self.go(now_ns, Step::Over);
+    }
+
+    /// What the operator types now, if anything.
+    pub fn say(&mut self, now_ns: u64) -> Option<String> {
+        if now_ns < self.speak_ns {
+            return None;
+        }
+        let (words, interval) = match self.step {
+            Step::Greet => ("M21\n".to_owned(), PATIENCE_NS),
+            Step::Select => (format!("M23 {}\n", self.file), PATIENCE_NS),
+            Step::Start => ("M24\n".to_owned(), PATIENCE_NS),
+            Step::Play => ("M27\n".to_owned(), PROGRESS_NS),
+            Step::Settle => ("?".to_owned(), STATUS_NS),
+            Step::Over => return None,
+        };
+        // While the file plays or moves run out, questions may go on for hours; before, silence means something.
+        if !matches!(self.step, Step::Play | Step::Settle) {
+            if self.attempts == ATTEMPTS {
+                let asked = words.trim_end().to_owned();
+                self.give_up(now_ns, &format!("no answer to {asked}"));
+                return None;
+            }
+            self.attempts += 1;
+        }
+        self.speak_ns = now_ns + interval;
+        Some(words)
+    }
+
+    /// Share of the file that was played, 0 to 1, once known.
+    #[must_use]
+    pub fn progress(&self) -> Option<f64> {
+        match (self.step, self.progress) {
+            (Step::Settle | Step::Over, _) if self.succeeded() => Some(1.0),
+            (_, Some((done, all))) if all > 0 => Some(done as f64 / all as f64),
+            _ => None,
+        }
+    }
+
+    /// Nothing more to do.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.step == Step::Over
+    }
+
+    /// The job went through so far.
+    #[must_use]
+    pub fn succeeded(&self) -> bool {
+        self.halted.is_none() && self.errors.is_empty()
+    }
+
+    /// Why the machine halted, if it did.
+    #[must_use]
+    pub fn halted(&self) -> Option<&str> {
+        self.halted.as_deref()
+    }
+
+    /// What went wrong.
+    #[must_use]
+    pub fn errors(&self) -> &[String] {
+        &self.errors
+    }
+}
+
+/// Lines that mean the machine has halted.
+fn halt_reason(line: &str) -> Option<&str> {
+    let halted = line.starts_with("ALARM")
+        || line.starts_with("!!")
+        || line.contains("HALT asserted")
+        || line.contains("HALTED");
+    halted.then_some(line)
+}
+
+fn is_error(line: &str) -> bool {
+    let head: String = line.chars().take(6).collect::<String>().to_ascii_lowercase();
+    head == "error:" || head.starts_with("fatal")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: u64 = 1_000_000_000;
+
+    /// A board that answers what it is told to; the transcript of what it heard.
+    fn transcript(answers: &[(&str, &str)], until_s: u64) -> (Session, Vec<String>) {
+        let mut session = Session::new("job.gcode");
+        let mut heard = Vec::new();
+        for now_ns in (0..until_s * S).step_by(100_000_000) {
+            if let Some(words) = session.say(now_ns) {
+                let answer = answers.iter().find(|(question, _)| *question == words.trim_end());
+                heard.push(words.trim_end().to_owned());
+                if let Some((_, answer)) = answer {
+                    session.hear(now_ns, answer.as_bytes());
+                }
+            }
+        }
+        (session, heard)
+    }
+
+    const HAPPY: [(&str, &str); 5] = [
+        ("M21", "SD card ok\nok\n"),
+        ("M23 job.gcode", "File opened:job.gcode Size:100\nFile selected\nok\n"),
+        ("M24", "ok\n"),
+        ("M27", "SD printing byte 50/100\nok\nDone printing file\n"),
+        ("?", "<Idle|MPos:0.0000,0.0000,0.0000|F:0.0>\n"),
+    ];
+
+    #[test]
+    fn a_job_is_selected_started_watched_and_waited_for() {
+        let (session, heard) = transcript(&HAPPY, 10);
+        assert_eq!(heard, ["M21", "M23 job.gcode", "M24", "M27", "?"]);
+        assert!(session.is_over() && session.succeeded());
+        assert_eq!(session.progress(), Some(1.0));
+    }
+
+    #[test]
+    fn a_halt_ends_the_job_with_its_reason() {
+        let mut answers = HAPPY;
+        answers[3].1 = "ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n";
+        let (session, _) = transcript(&answers, 10);
+        assert!(session.is_over() && !session.succeeded());
+        assert_eq!(session.halted(), Some("ALARM: Kill button pressed - reset, $X or M999 to clear HALT"));
+    }
+
+    #[test]
+    fn a_bare_refusal_takes_its_reason_from_the_error_before_it() {
+        let mut answers = HAPPY;
+        answers[3].1 = "ERROR: Homing cycle failed\n!!\n";
+        assert_eq!(transcript(&answers, 10).0.halted(), Some("ERROR: Homing cycle failed"));
+    }
+
+    #[test]
+    fn a_missing_file_and_a_silent_board_are_errors() {
+        let mut answers = HAPPY;
+        answers[1].1 = "file.open failed: job.gcode\nok\n";
+        assert_eq!(transcript(&answers, 10).0.errors(), ["file.open failed: job.gcode"]);
+        let (session, heard) = transcript(&[], 60);
+        assert_eq!(heard.len(), 10);
+        assert_eq!(session.errors(), ["no answer to M21"]);
+    }
+
+    #[test]
+    fn a_file_that_stops_playing_before_its_end_is_an_error() {
+        let mut answers = HAPPY;
+        answers[3].1 = "Not currently playing\nok\n";
+        assert_eq!(transcript(&answers, 10).0.errors(), ["the file stopped playing before its end"]);
+    }
+}

@@ -1,0 +1,218 @@
+//! The machine as the board's pins see it: pin levels and SPI frames in; switch levels, voltages and SPI replies out.
+//!
+//! The caller hands every input with its time; times must not go backwards. Physics runs on a fixed grid of
+//! [`GRID_NS`], so results depend only on the inputs and their times, never on how often [`World::advance`] is called.
+
+mod config;
+mod delta;
+mod electrics;
+mod fault;
+mod from_machine;
+mod heat;
+mod motion;
+
+pub use config::{
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
+    WorldConfig,
+};
+pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
+pub use fault::{Fault, SPELLING, TimedFault};
+
+use units::{Actuator, MAX_ACTUATORS};
+
+use crate::models::switch::{self, Switch};
+use crate::models::tmc26x::Tmc26x;
+use crate::trace::Trace;
+use heat::{HeaterState, Load};
+use motion::Motor;
+
+/// Step of the thermal physics.
+pub const GRID_NS: u64 = 1_000_000;
+/// Timers with outputs on the headers: PWM1 (TIM1) and PWM2 (TIM8).
+pub const PWM_TIMERS: usize = 2;
+/// Outputs of each.
+pub const PWM_CHANNELS: usize = 4;
+/// How many driver chips the board carries.
+pub const ON_BOARD_DRIVERS: usize = 4;
+
+/// A switch whose level changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SwitchChange {
+    /// When, nanoseconds since power-on.
+    pub at_ns: u64,
+    /// Index in [`WorldConfig::switches`].
+    pub switch: usize,
+    /// The new level of its pin.
+    pub high: bool,
+}
+
+/// The machine.
+#[derive(Clone, Debug)]
+pub struct World {
+    config: WorldConfig,
+    now_ns: u64,
+    /// Next point of the physics grid.
+    grid_ns: u64,
+    motors: [Option<Motor>; MAX_ACTUATORS],
+    drivers: [Tmc26x; ON_BOARD_DRIVERS],
+    switches: Vec<(Switch, bool)>,
+    switch_changes: Vec<SwitchChange>,
+    heaters: Vec<HeaterState>,
+    fans: Vec<Load>,
+    vmotor_v: f64,
+    vfet_v: f64,
+    /// Duty of each timer output, by timer and channel.
+    pwm: [[f64; PWM_CHANNELS]; PWM_TIMERS],
+    fet_buffer_on: bool,
+    fet_power_on: bool,
+    pending_faults: Vec<TimedFault>,
+    trace: Trace,
+    timing_faults: u64,
+}
+
+impl World {
+    /// The machine at power-on: everything cold, outputs off, motors without current.
+    #[must_use]
+    pub fn new(config: WorldConfig) -> Self {
+        let mut motors = [const { None }; MAX_ACTUATORS];
+        for actuator in &config.actuators {
+            motors[actuator.actuator as usize] = Some(Motor::new(actuator));
+        }
+        let mut drivers = std::array::from_fn(|_| Tmc26x::new(config.chip));
+        drivers.iter_mut().for_each(|driver: &mut Tmc26x| driver.set_supply(config.vmotor_v));
+        let mut world = Self {
+            now_ns: 0,
+            grid_ns: GRID_NS,
+            motors,
+            drivers,
+            switches: config.switches.iter().map(|switch| (motion::switch_of(switch), false)).collect(),
+            switch_changes: Vec::new(),
+            heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
+            fans: config.fans.iter().map(|_| Load::default()).collect(),
+            vmotor_v: config.vmotor_v,
+            vfet_v: config.vfet_v,
+            pwm: [[0.0; PWM_CHANNELS]; PWM_TIMERS],
+            fet_buffer_on: false,
+            fet_power_on: false,
+            pending_faults: Vec::new(),
+            trace: Trace::default(),
+            timing_faults: 0,
+            config,
+        };
+        world.operate_switches(0);
+        world.switch_changes.clear();
+        world
+    }
+
+    /// What the machine consists of.
+    #[must_use]
+    pub const fn config(&self) -> &WorldConfig {
+        &self.config
+    }
+
+    /// How far time has come, nanoseconds since power-on.
+    #[must_use]
+    pub const fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// Lets time pass up to here. Inputs do this themselves; call it before reading outputs.
+    pub fn advance(&mut self, to_ns: u64) {
+        while self.grid_ns <= to_ns {
+            let at_ns = self.grid_ns;
+            while let Some(due) = self.pending_faults.iter().position(|fault| fault.at_ns <= at_ns) {
+                let fault = self.pending_faults.remove(due).fault;
+                self.now_ns = at_ns;
+                if let Err(reason) = self.inject(&fault) {
+                    unreachable!("checked when scheduled: {reason}");
+                }
+            }
+            self.pass_heat(at_ns);
+            self.grid_ns += GRID_NS;
+        }
+        self.now_ns = self.now_ns.max(to_ns);
+    }
+
+    /// Has a fault happen later. Faults take effect on the physics grid.
+    ///
+    /// # Errors
+    /// When the machine has no such heater, switch or motor.
+    pub fn schedule(&mut self, fault: TimedFault) -> Result<(), String> {
+        self.clone_for_check().inject(&fault.fault)?;
+        self.pending_faults.push(fault);
+        Ok(())
+    }
+
+    fn clone_for_check(&self) -> Self {
+        Self::new(self.config.clone())
+    }
+
+    /// Has a fault happen now.
+    ///
+    /// # Errors
+    /// When the machine has no such heater, switch or motor.
+    pub fn inject(&mut self, fault: &Fault) -> Result<(), String> {
+        use crate::models::thermistor::Wiring;
+        match fault {
+            Fault::ThermistorOpen(name) => self.heater_named(name)?.wiring = Wiring::Open,
+            Fault::ThermistorShort(name) => self.heater_named(name)?.wiring = Wiring::Shorted,
+            Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
+            Fault::HeaterDead(name) => self.heater_named(name)?.stuck = Some(false),
+            Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
+            Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
+            Fault::DriverSilent(motor) => self.driver_of(*motor)?.condition.silent = true,
+            Fault::DriverTemperature(motor, celsius) => self.driver_of(*motor)?.condition.temperature_c = *celsius,
+            Fault::DriverOpenLoad(motor) => self.driver_of(*motor)?.condition.open_load[0] = true,
+            Fault::DriverShort(motor) => self.driver_of(*motor)?.condition.short[0] = true,
+            Fault::MotorSupply(volts) => self.set_motor_supply(*volts),
+            Fault::FetSupply(volts) => self.vfet_v = *volts,
+            Fault::Repaired => self.repair(),
+        }
+        Ok(())
+    }
+
+    fn repair(&mut self) {
+        for heater in &mut self.heaters {
+            heater.wiring = crate::models::thermistor::Wiring::Sound;
+            heater.stuck = None;
+        }
+        for (switch, _) in &mut self.switches {
+            switch.fault = switch::Fault::Sound;
+        }
+        for driver in &mut self.drivers {
+            driver.condition = crate::models::tmc26x::Condition { temperature_c: 40, ..Default::default() };
+        }
+        self.set_motor_supply(self.config.vmotor_v);
+        self.vfet_v = self.config.vfet_v;
+        self.operate_switches(self.now_ns);
+    }
+
+    /// Every step edge so far.
+    #[must_use]
+    pub const fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// The trace, to take edges out of it.
+    pub const fn trace_mut(&mut self) -> &mut Trace {
+        &mut self.trace
+    }
+
+    /// One of the four on-board driver chips.
+    #[must_use]
+    pub const fn driver(&self, index: usize) -> &Tmc26x {
+        &self.drivers[index]
+    }
+
+    /// See [`Self::driver`].
+    pub const fn driver_mut(&mut self, index: usize) -> &mut Tmc26x {
+        &mut self.drivers[index]
+    }
+
+    fn driver_of(&mut self, actuator: Actuator) -> Result<&mut Tmc26x, String> {
+        self.drivers.get_mut(actuator as usize).ok_or_else(|| format!("{} has no on-board driver", actuator.name()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

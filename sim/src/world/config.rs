@@ -1,0 +1,250 @@
+//! What a simulated machine consists of.
+
+use units::Actuator;
+
+use crate::models::heater::Plant;
+use crate::models::switch::Side;
+use crate::models::thermistor::Curve;
+use crate::models::tmc26x::Chip;
+
+/// A pin of the microcontroller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Pin {
+    /// Port: 0 is A, 10 is K.
+    pub port: u8,
+    /// Number in the port, 0 to 15.
+    pub number: u8,
+}
+
+impl Pin {
+    /// The pin with this name (`PD3`), ignoring modifiers after it; `None` when it is no pin's name.
+    #[must_use]
+    pub const fn parse(name: &str) -> Option<Self> {
+        let bytes = name.as_bytes();
+        if bytes.len() < 3 || bytes[0] != b'P' || bytes[1] < b'A' || bytes[1] > b'K' {
+            return None;
+        }
+        let mut number = 0;
+        let mut at = 2;
+        while at < bytes.len() && bytes[at].is_ascii_digit() && at < 4 {
+            number = number * 10 + (bytes[at] - b'0');
+            at += 1;
+        }
+        if at == 2 || number > 15 {
+            return None;
+        }
+        Some(Self { port: bytes[1] - b'A', number })
+    }
+}
+
+impl std::fmt::Display for Pin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "P{}{}", char::from(b'A' + self.port), self.number)
+    }
+}
+
+/// An analog input: converter 1 or 3, channel by its INP number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct AnalogInput {
+    /// 1 for ADC1, 3 for ADC3.
+    pub converter: u8,
+    /// INP number.
+    pub channel: u8,
+}
+
+/// How a motor is driven.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriverConfig {
+    /// One of the four drivers on the board, in the order of their chip selects (alpha is 0).
+    OnBoard,
+    /// A driver on a header: a rising STEP edge is a step, `enable_high` the level that energises it.
+    External {
+        /// Microsteps per full step set by its switches.
+        microsteps: u32,
+        /// Level of the enable pin that energises the motor; `None` when it is always on.
+        enable_high: Option<bool>,
+    },
+}
+
+/// A motor and what it moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActuatorConfig {
+    /// Which motor.
+    pub actuator: Actuator,
+    /// Its driver.
+    pub driver: DriverConfig,
+    /// Travel per full step, millimetres (degrees for rotary axes).
+    pub mm_per_full_step: f64,
+    /// Level of DIR that moves towards higher positions: how the motor is wired.
+    pub forward_high: bool,
+    /// STEP, DIR and enable pin of an external driver; on-board ones are copper.
+    pub step_pin: Option<Pin>,
+    /// See `step_pin`.
+    pub direction_pin: Option<Pin>,
+    /// See `step_pin`.
+    pub enable_pin: Option<Pin>,
+    /// Where the carriage stands at power-on, millimetres.
+    pub start_mm: f64,
+    /// Hard stops, millimetres.
+    pub limits_mm: [f64; 2],
+}
+
+/// What operates a switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operator {
+    /// The carriage of one motor (Cartesian axes, delta towers).
+    Carriage(Actuator),
+    /// A Cartesian coordinate of the tool, 0 to 2 for X to Z, through [`Linkage`].
+    Tool(usize),
+}
+
+/// A switch on an input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwitchConfig {
+    /// Name in reports and faults (`minx`, `probe`, `kill`).
+    pub name: String,
+    /// Input pin.
+    pub pin: Pin,
+    /// Level on the pin while operated.
+    pub operated_high: bool,
+    /// What operates it; `None` for buttons, which only faults and tests press.
+    pub operator: Option<(Operator, f64, Side)>,
+}
+
+/// A heater with its sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeaterConfig {
+    /// Name in reports and faults (`hotend`, `bed`).
+    pub name: String,
+    /// Output that heats it; `None` for a sensor alone.
+    pub pin: Option<Pin>,
+    /// Level that heats (before the board's buffer and switches).
+    pub on_high: bool,
+    /// Sensor input; `None` when the sensor is not analog.
+    pub sensor: Option<AnalogInput>,
+    /// Sensor curve.
+    pub curve: Curve,
+    /// Thermal constants.
+    pub plant: Plant,
+}
+
+/// A fan on an output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FanConfig {
+    /// Name in reports.
+    pub name: String,
+    /// Output.
+    pub pin: Pin,
+    /// Level that runs it.
+    pub on_high: bool,
+    /// Index in [`WorldConfig::heaters`] of what it blows at.
+    pub cools: Option<usize>,
+}
+
+/// How motors move the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Linkage {
+    /// Motor n moves axis n.
+    Direct,
+    /// X = (alpha + beta) / 2, Y = (alpha - beta) / 2, Z = gamma.
+    CoreXy,
+    /// Three towers at 210, 330 and 90 degrees.
+    LinearDelta {
+        /// Length of the diagonal rods, millimetres.
+        arm_mm: f64,
+        /// Horizontal distance of the towers' joints from the tool's joints at the centre, millimetres.
+        radius_mm: f64,
+    },
+}
+
+/// The whole machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldConfig {
+    /// Which driver chips the board carries.
+    pub chip: Chip,
+    /// Motors, at most one entry per actuator.
+    pub actuators: Vec<ActuatorConfig>,
+    /// How they move the tool.
+    pub linkage: Linkage,
+    /// Switches and buttons.
+    pub switches: Vec<SwitchConfig>,
+    /// Heaters and sensors.
+    pub heaters: Vec<HeaterConfig>,
+    /// Fans.
+    pub fans: Vec<FanConfig>,
+    /// Temperature of the air, degrees Celsius.
+    pub air_c: f64,
+    /// Motor supply, volts.
+    pub vmotor_v: f64,
+    /// Supply of the heater and fan switches, volts; heater power is given for 24 V.
+    pub vfet_v: f64,
+}
+
+impl Default for WorldConfig {
+    /// A Cartesian printer: 200 x 200 x 200 mm, four on-board drivers, hot end, bed, part fan, minimum switches and a
+    /// probe, on the Prime's standard pins.
+    fn default() -> Self {
+        let axis = |actuator, steps_per_mm: f64, start_mm, limits_mm| ActuatorConfig {
+            actuator,
+            driver: DriverConfig::OnBoard,
+            mm_per_full_step: 16.0 / steps_per_mm,
+            forward_high: true,
+            step_pin: None,
+            direction_pin: None,
+            enable_pin: None,
+            start_mm,
+            limits_mm,
+        };
+        let minimum = |name: &str, pin, actuator| SwitchConfig {
+            name: name.into(),
+            pin,
+            operated_high: true,
+            operator: Some((Operator::Carriage(actuator), 0.0, Side::Below)),
+        };
+        let pin = |name| Pin::parse(name).expect("a pin of the board");
+        let curve = Curve::of_part("EPCOS100K").expect("a known part");
+        Self {
+            chip: Chip::Tmc2590,
+            actuators: vec![
+                axis(Actuator::Alpha, 80.0, 30.0, [-3.0, 205.0]),
+                axis(Actuator::Beta, 80.0, 40.0, [-3.0, 205.0]),
+                axis(Actuator::Gamma, 400.0, 10.0, [-3.0, 205.0]),
+                axis(Actuator::Delta, 140.0, 0.0, [f64::NEG_INFINITY, f64::INFINITY]),
+            ],
+            linkage: Linkage::Direct,
+            switches: vec![
+                minimum("minx", pin("PD0"), Actuator::Alpha),
+                minimum("miny", pin("PI1"), Actuator::Beta),
+                minimum("minz", pin("PI0"), Actuator::Gamma),
+                SwitchConfig {
+                    name: "probe".into(),
+                    pin: pin("PB10"),
+                    operated_high: true,
+                    operator: Some((Operator::Tool(2), 0.0, Side::Below)),
+                },
+            ],
+            heaters: vec![
+                HeaterConfig {
+                    name: "hotend".into(),
+                    pin: Some(pin("PE0")),
+                    on_high: true,
+                    sensor: Some(AnalogInput { converter: 1, channel: 2 }),
+                    curve,
+                    plant: Plant::HOT_END,
+                },
+                HeaterConfig {
+                    name: "bed".into(),
+                    pin: Some(pin("PE3")),
+                    on_high: true,
+                    sensor: Some(AnalogInput { converter: 1, channel: 9 }),
+                    curve,
+                    plant: Plant::BED,
+                },
+            ],
+            fans: vec![FanConfig { name: "fan".into(), pin: pin("PE1"), on_high: true, cools: Some(0) }],
+            air_c: 22.0,
+            vmotor_v: 24.0,
+            vfet_v: 24.0,
+        }
+    }
+}

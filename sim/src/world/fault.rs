@@ -1,0 +1,94 @@
+//! Faults: what a run can be asked to go wrong with.
+
+use units::Actuator;
+
+/// One thing that goes wrong. Heaters, switches and motors are named as in the machine's configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// The sensor of this heater is not connected.
+    ThermistorOpen(String),
+    /// The sensor of this heater is shorted to ground.
+    ThermistorShort(String),
+    /// The heater's switch conducts whatever its input.
+    HeaterStuckOn(String),
+    /// The heater gives no heat.
+    HeaterDead(String),
+    /// The switch never operates.
+    SwitchNeverOperates(String),
+    /// The switch always reads as operated.
+    SwitchAlwaysOperated(String),
+    /// The driver chip does not answer on SPI.
+    DriverSilent(Actuator),
+    /// The driver chip is this hot, degrees Celsius.
+    DriverTemperature(Actuator, i32),
+    /// Coil A of the motor is not connected.
+    DriverOpenLoad(Actuator),
+    /// Coil A of the motor is shorted to ground.
+    DriverShort(Actuator),
+    /// The motor supply has this voltage.
+    MotorSupply(f64),
+    /// The supply of heaters and fans has this voltage.
+    FetSupply(f64),
+    /// Everything of the above repaired.
+    Repaired,
+}
+
+/// A fault and when it happens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedFault {
+    /// Nanoseconds since power-on.
+    pub at_ns: u64,
+    /// What happens.
+    pub fault: Fault,
+}
+
+/// How faults are spelled, for usage texts.
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER heater-stuck-on:HEATER heater-dead:HEATER \
+switch-never:SWITCH switch-always:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
+driver-open-load:MOTOR driver-short:MOTOR motor-supply:VOLTS fet-supply:VOLTS repaired, each with @SECONDS for when";
+
+impl TimedFault {
+    /// Reads `kind[:object][@seconds]`, for example `thermistor-open:hotend@30`.
+    ///
+    /// # Errors
+    /// What is wrong with the text, with the possible spellings.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (what, at_ns) = match text.split_once('@') {
+            None => (text, 0),
+            Some((what, seconds)) => {
+                let seconds: f64 =
+                    seconds.parse().map_err(|_| format!("fault `{text}`: `{seconds}` is not a time in seconds"))?;
+                (what, (seconds * 1e9) as u64)
+            }
+        };
+        let (kind, object) = what.split_once(':').unwrap_or((what, ""));
+        let named = || match object {
+            "" => Err(format!("fault `{text}`: which one? write {kind}:NAME")),
+            name => Ok(name.to_owned()),
+        };
+        let motor = || {
+            Actuator::from_name(object)
+                .ok_or_else(|| format!("fault `{text}`: `{object}` is not a motor (alpha to zeta)"))
+        };
+        let volts =
+            || object.parse().map_err(|_| format!("fault `{text}`: `{object}` is not a voltage, write {kind}:VOLTS"));
+        let fault = match kind {
+            "thermistor-open" => Fault::ThermistorOpen(named()?),
+            "thermistor-short" => Fault::ThermistorShort(named()?),
+            "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
+            "heater-dead" => Fault::HeaterDead(named()?),
+            "switch-never" => Fault::SwitchNeverOperates(named()?),
+            "switch-always" => Fault::SwitchAlwaysOperated(named()?),
+            "driver-silent" => Fault::DriverSilent(motor()?),
+            "driver-overheat" => Fault::DriverTemperature(motor()?, 160),
+            "driver-prewarn" => Fault::DriverTemperature(motor()?, 125),
+            "driver-open-load" => Fault::DriverOpenLoad(motor()?),
+            "driver-short" => Fault::DriverShort(motor()?),
+            "motor-supply" => Fault::MotorSupply(volts()?),
+            "fet-supply" => Fault::FetSupply(volts()?),
+            "repaired" => Fault::Repaired,
+            _ => return Err(format!("fault `{text}` is not one of {SPELLING}")),
+        };
+        Ok(Self { at_ns, fault })
+    }
+}

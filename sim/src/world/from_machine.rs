@@ -1,0 +1,213 @@
+//! The machine a configuration describes: what it leaves open is filled with a well-built printer's facts.
+
+use config::{
+    ArmSolution, DriverKind, EndstopConfig, HomingDirection, MachineConfig, OutputPin, SensorKind, TemperatureConfig,
+};
+use units::{Actuator, Axis};
+
+use super::{
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
+    WorldConfig,
+};
+use crate::models::heater::Plant;
+use crate::models::switch::Side;
+use crate::models::thermistor::Curve;
+use crate::models::tmc26x::Chip;
+
+/// Channels of ADC1 behind the board's names ADC1_0 to ADC1_6 (board facts, "Thermistors").
+const THERMISTOR_CHANNELS: [u8; 7] = [0, 2, 6, 9, 12, 13, 15];
+/// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
+const OVERTRAVEL_MM: f64 = 3.0;
+/// Distance from their homing switches at which X, Y and Z stand at power-on, millimetres.
+const START_MM: [f64; 3] = [30.0, 40.0, 10.0];
+
+impl WorldConfig {
+    /// The machine this configuration describes, on a board with these driver chips.
+    #[must_use]
+    pub fn of(machine: &MachineConfig, chip: Chip) -> Self {
+        let linkage = match machine.motion.arm_solution {
+            ArmSolution::CoreXy => Linkage::CoreXy,
+            ArmSolution::LinearDelta => {
+                let arms = &machine.motion.arms.linear_delta;
+                Linkage::LinearDelta { arm_mm: arms.arm_length, radius_mm: arms.arm_radius }
+            }
+            _ => Linkage::Direct,
+        };
+        Self {
+            chip,
+            actuators: machine.actuators().map(|(actuator, _)| motor(machine, actuator, linkage)).collect(),
+            linkage,
+            switches: switches(machine, linkage),
+            heaters: machine.temperatures.iter().map(heater).collect(),
+            fans: fans(machine),
+            ..Self::default()
+        }
+    }
+}
+
+const fn pin(pin: config::Pin) -> Pin {
+    Pin { port: pin.port, number: pin.number }
+}
+
+/// The coordinate range an axis's homing switch implies: switch position, other end, and where it stands at power-on.
+fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
+    let (at, travel) = (stop.homing_position.0, stop.max_travel.0.max(1.0));
+    let away = START_MM.get(axis).copied().unwrap_or(20.0).min(travel / 2.0);
+    match stop.homing_direction {
+        HomingDirection::ToMax => ([at - travel - OVERTRAVEL_MM, at + OVERTRAVEL_MM], at - away),
+        _ => ([at - OVERTRAVEL_MM, at + travel + OVERTRAVEL_MM], at + away),
+    }
+}
+
+fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> ActuatorConfig {
+    let config = &machine.actuators[actuator];
+    let free = [f64::NEG_INFINITY, f64::INFINITY];
+    let axis = Axis::ALL[actuator as usize];
+    let homing = machine.homing_endstop(axis);
+    let (limits_mm, start_mm) = match (linkage, homing) {
+        (Linkage::CoreXy, _) if axis != Axis::Z => (free, belt_start(machine, axis)),
+        (_, Some(stop)) => range(&placed(machine, stop, linkage), actuator as usize),
+        (_, None) => (free, 0.0),
+    };
+    ActuatorConfig {
+        actuator,
+        driver: match config.driver {
+            DriverKind::External => DriverConfig::External {
+                microsteps: u32::from(config.microsteps.max(1)),
+                enable_high: config.en_pin.map(|pin| !pin.inverted),
+            },
+            DriverKind::Tmc2590 | DriverKind::Tmc2660 => DriverConfig::OnBoard,
+        },
+        mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
+        forward_high: !config.direction_inverted(),
+        step_pin: config.step_pin.map(pin),
+        direction_pin: config.dir_pin.map(pin),
+        enable_pin: config.en_pin.map(pin),
+        start_mm,
+        limits_mm,
+    }
+}
+
+/// A tower's switch where it really is: at the height the carriage has with the tool at its homing position, and as far off as
+/// the trim makes up for.
+fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> EndstopConfig {
+    let mut placed = stop.clone();
+    if let (Linkage::LinearDelta { arm_mm, radius_mm }, Some(axis)) = (linkage, stop.axis)
+        && let Some(trim) = machine.homing.trim.get(axis as usize)
+    {
+        let tool = machine.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0);
+        placed.homing_position.0 = tool + (arm_mm * arm_mm - radius_mm * radius_mm).sqrt() - trim.0;
+    }
+    placed
+}
+
+/// Where the belts of a CoreXY stand with the tool at its power-on place.
+fn belt_start(machine: &MachineConfig, axis: Axis) -> f64 {
+    let tool = |axis: Axis| machine.homing_endstop(axis).map_or(0.0, |stop| range(stop, axis as usize).1);
+    match axis {
+        Axis::X => tool(Axis::X) + tool(Axis::Y),
+        Axis::Y => tool(Axis::X) - tool(Axis::Y),
+        _ => 0.0,
+    }
+}
+
+fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
+    let endstops = machine.endstops.iter().filter_map(|stop| endstop(&placed(machine, stop, linkage), linkage));
+    let probe = machine.probe.enable.then_some(machine.probe.pin).flatten().map(|input| SwitchConfig {
+        name: "probe".into(),
+        pin: pin(input),
+        operated_high: !input.inverted,
+        operator: Some((Operator::Tool(2), 0.0, if machine.probe.reverse_z { Side::Above } else { Side::Below })),
+    });
+    let button = |name: &str, input: config::Pin, operated_high| SwitchConfig {
+        name: name.into(),
+        pin: pin(input),
+        operated_high,
+        operator: None,
+    };
+    let kill = machine.kill_button.enable.then_some(machine.kill_button.pin).flatten();
+    // Pressed is low, whatever the pin's name says besides.
+    let kill = kill.map(|input| button("kill", input, input.inverted));
+    let inputs =
+        machine.switches.iter().filter_map(|switch| switch.input_pin.map(|p| button(&switch.name, p, !p.inverted)));
+    endstops.chain(probe).chain(kill).chain(inputs).collect()
+}
+
+fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
+    let (input, axis) = (stop.pin?, stop.axis?);
+    let operator = match (linkage, axis) {
+        (Linkage::CoreXy, Axis::X | Axis::Y | Axis::Z) => Operator::Tool(axis as usize),
+        _ => Operator::Carriage(Actuator::ALL[axis as usize]),
+    };
+    // A switch that is only a limit stands at the far end: maximum switches at the end of the travel.
+    let (position_mm, side) = match stop.homing_direction {
+        HomingDirection::ToMin => (stop.homing_position.0, Side::Below),
+        HomingDirection::ToMax => (stop.homing_position.0, Side::Above),
+        HomingDirection::None if stop.name.contains("max") => (stop.homing_position.0 + stop.max_travel.0, Side::Above),
+        HomingDirection::None => (stop.homing_position.0 - 1.0, Side::Below),
+    };
+    Some(SwitchConfig {
+        name: stop.name.as_str().into(),
+        pin: pin(input),
+        operated_high: !input.inverted,
+        operator: Some((operator, position_mm, side)),
+    })
+}
+
+fn heater(controller: &TemperatureConfig) -> HeaterConfig {
+    let bed = controller.name.contains("bed") || controller.designator.starts_with('B');
+    let thermistor = controller.sensor.thermistor;
+    let sensor = match controller.sensor.kind {
+        SensorKind::Thermistor => thermistor.input.and_then(|input| {
+            let channel = *THERMISTOR_CHANNELS.get(usize::from(input.0))?;
+            Some(AnalogInput { converter: 1, channel })
+        }),
+        SensorKind::Max31855 => None,
+    };
+    HeaterConfig {
+        name: controller.name.as_str().into(),
+        pin: controller.heater_pin.map(pin),
+        on_high: controller.heater_pin.is_none_or(|pin| !pin.inverted),
+        sensor,
+        curve: curve(&thermistor),
+        plant: if bed { Plant::BED } else { Plant::HOT_END },
+    }
+}
+
+/// The fitted sensor: the maker's points for known parts, otherwise what the configuration says of it.
+fn curve(thermistor: &config::ThermistorConfig) -> Curve {
+    if let Some(points) = thermistor.rt_curve {
+        return Curve::through(points);
+    }
+    if let Some(coefficients) = thermistor.coefficients {
+        return Curve::SteinhartHart { coefficients };
+    }
+    let part = thermistor.table.and_then(|name| {
+        Curve::of_part(name).or_else(|| {
+            let built_in = drivers::thermistor::BUILT_IN.iter().find(|entry| entry.name == name)?;
+            let curve = built_in.curve();
+            let point = |celsius: f32| (f64::from(celsius), f64::from(curve.ohms(units::Celsius(celsius)).0));
+            Some(Curve::through([point(25.0), point(150.0), point(250.0)]))
+        })
+    });
+    part.unwrap_or(Curve::Beta {
+        r25_ohms: f64::from(thermistor.r0.0).max(1.0),
+        t25_c: f64::from(thermistor.t0.0),
+        beta_k: thermistor.beta_k.max(1.0),
+    })
+}
+
+fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
+    let hot_end = machine.temperatures.iter().position(|heater| heater.heater_pin.is_some());
+    let fan = |switch: &config::SwitchConfig| {
+        let Some(OutputPin::Digital(output)) = switch.output_pin else { return None };
+        switch.name.contains("fan").then(|| FanConfig {
+            name: switch.name.as_str().into(),
+            pin: pin(output),
+            on_high: !output.inverted,
+            // The fan of this plain name blows at the part, and at the nozzle with it.
+            cools: if switch.name == "fan" { hot_end } else { None },
+        })
+    };
+    machine.switches.iter().filter_map(fan).collect()
+}

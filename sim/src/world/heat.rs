@@ -1,0 +1,165 @@
+//! Heaters, fans and their sensors.
+
+use super::{GRID_NS, HeaterConfig, World};
+use crate::models::heater::Heater;
+use crate::models::thermistor::{Wiring, divider_volts};
+
+/// Heater power is stated for this supply.
+const NOMINAL_VOLTS: f64 = 24.0;
+
+/// A switched output and the share of the current grid step it has been on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Load {
+    /// Share of full drive right now: 0 or 1 from a pin, anything between from a duty.
+    drive: f64,
+    since_ns: u64,
+    /// Drive integrated over the grid step so far, in nanoseconds.
+    on_ns: f64,
+    /// Mean drive of the last whole grid step.
+    last: f64,
+}
+
+impl Load {
+    fn set(&mut self, at_ns: u64, drive: f64) {
+        self.on_ns += self.drive * at_ns.saturating_sub(self.since_ns) as f64;
+        self.since_ns = at_ns;
+        self.drive = drive;
+    }
+
+    /// Mean drive over the grid step that ends here.
+    fn finish(&mut self, at_ns: u64) -> f64 {
+        self.set(at_ns, self.drive);
+        self.last = self.on_ns / GRID_NS as f64;
+        self.on_ns = 0.0;
+        self.last
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct HeaterState {
+    load: Load,
+    heater: Heater,
+    pub(super) wiring: Wiring,
+    /// A switch that conducts always or never.
+    pub(super) stuck: Option<bool>,
+    max_c: f64,
+    /// Mean drive over about the last second, for reports.
+    smooth_duty: f64,
+}
+
+impl HeaterState {
+    pub(super) fn new(config: &HeaterConfig, air_c: f64) -> Self {
+        Self {
+            load: Load::default(),
+            heater: Heater::new(config.plant, air_c),
+            wiring: Wiring::Sound,
+            stuck: None,
+            max_c: air_c,
+            smooth_duty: 0.0,
+        }
+    }
+}
+
+impl World {
+    /// One step of the thermal grid, ending here. Heaters are stepped with the switches' state at its end: a change of
+    /// buffer or power enable counts from the next grid point.
+    pub(super) fn pass_heat(&mut self, at_ns: u64) {
+        let seconds = GRID_NS as f64 * 1e-9;
+        let switched = self.fet_buffer_on && self.fet_power_on;
+        let power = (self.vfet_v / NOMINAL_VOLTS).powi(2);
+        let fans: Vec<f64> =
+            self.fans.iter_mut().map(|fan| fan.finish(at_ns) * f64::from(u8::from(switched))).collect();
+        for (index, state) in self.heaters.iter_mut().enumerate() {
+            let commanded = state.load.finish(at_ns);
+            let duty = match state.stuck {
+                None if switched => commanded,
+                None => 0.0,
+                // The switch itself conducts: the buffer cannot stop it, only its supply can.
+                Some(true) => f64::from(u8::from(self.fet_power_on)),
+                Some(false) => 0.0,
+            };
+            let wind =
+                |(fan, &duty): (usize, &f64)| if self.config.fans[fan].cools == Some(index) { duty } else { 0.0 };
+            let blown: f64 = fans.iter().enumerate().map(wind).sum();
+            state.heater.pass(seconds, duty * power, blown, self.config.air_c);
+            state.max_c = state.max_c.max(state.heater.body_c());
+            state.smooth_duty += (commanded - state.smooth_duty) * seconds;
+        }
+    }
+
+    /// The level of a heater's output pin, by index in the configuration.
+    pub fn heater_pin(&mut self, at_ns: u64, index: usize, high: bool) {
+        let on = high == self.config.heaters[index].on_high;
+        self.heater_duty(at_ns, index, f64::from(u8::from(on)));
+    }
+
+    /// A heater driven with this share of full power, 0 to 1, from now on (a modulated output as its mean).
+    pub fn heater_duty(&mut self, at_ns: u64, index: usize, duty: f64) {
+        self.advance(at_ns);
+        self.heaters[index].load.set(at_ns, duty);
+    }
+
+    /// The level of a fan's output pin, by index in the configuration.
+    pub fn fan_pin(&mut self, at_ns: u64, index: usize, high: bool) {
+        let on = high == self.config.fans[index].on_high;
+        self.fan_duty(at_ns, index, f64::from(u8::from(on)));
+    }
+
+    /// A fan driven with this share of full speed, 0 to 1, from now on.
+    pub fn fan_duty(&mut self, at_ns: u64, index: usize, duty: f64) {
+        self.advance(at_ns);
+        self.fans[index].set(at_ns, duty);
+    }
+
+    /// Share of full speed a fan ran at during the last millisecond.
+    #[must_use]
+    pub fn fan_speed(&self, index: usize) -> f64 {
+        self.fans[index].last
+    }
+
+    /// Index of the heater with this name.
+    #[must_use]
+    pub fn heater_index(&self, name: &str) -> Option<usize> {
+        self.config.heaters.iter().position(|heater| heater.name == name)
+    }
+
+    pub(super) fn heater_named(&mut self, name: &str) -> Result<&mut HeaterState, String> {
+        match self.heater_index(name) {
+            Some(index) => Ok(&mut self.heaters[index]),
+            None => {
+                let known: Vec<_> = self.config.heaters.iter().map(|heater| heater.name.as_str()).collect();
+                Err(format!("no heater `{name}`; there are: {}", known.join(" ")))
+            }
+        }
+    }
+
+    /// Temperature of a heated body, degrees Celsius.
+    #[must_use]
+    pub fn heater_c(&self, index: usize) -> f64 {
+        self.heaters[index].heater.body_c()
+    }
+
+    /// Highest temperature a heated body has had, degrees Celsius.
+    #[must_use]
+    pub fn heater_max_c(&self, index: usize) -> f64 {
+        self.heaters[index].max_c
+    }
+
+    /// Drive of a heater averaged over about a second, 0 to 1.
+    #[must_use]
+    pub fn heater_mean_duty(&self, index: usize) -> f64 {
+        self.heaters[index].smooth_duty
+    }
+
+    /// Sets body and sensor of a heater to a temperature.
+    pub fn soak(&mut self, index: usize, celsius: f64) {
+        self.heaters[index].heater.soak(celsius);
+    }
+
+    /// Voltage a heater's sensor puts on its analog input.
+    #[must_use]
+    pub fn sensor_volts(&self, index: usize) -> f64 {
+        let state = &self.heaters[index];
+        divider_volts(&self.config.heaters[index].curve, state.heater.sensor_c(), state.wiring)
+    }
+}

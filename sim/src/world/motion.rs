@@ -1,0 +1,223 @@
+//! Motors, carriages and the switches they operate.
+
+use units::{Actuator, Direction};
+
+use super::{ActuatorConfig, DriverConfig, Linkage, Operator, SwitchChange, SwitchConfig, World};
+use crate::models::carriage::Carriage;
+use crate::models::switch::{self, Side, Switch};
+use crate::trace::StepEdge;
+
+/// DIR must be stable this long before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR timing":
+/// setup time 20 ns).
+const DIRECTION_SETUP_NS: u64 = 20;
+
+/// A motor with its driver's logic inputs and its carriage.
+#[derive(Clone, Debug)]
+pub(super) struct Motor {
+    driver: DriverConfig,
+    forward_high: bool,
+    step_high: bool,
+    dir_high: bool,
+    dir_changed_ns: u64,
+    /// Only external drivers have an enable of their own.
+    enabled: bool,
+    pub(super) carriage: Carriage,
+}
+
+impl Motor {
+    pub(super) fn new(config: &ActuatorConfig) -> Self {
+        Self {
+            driver: config.driver,
+            forward_high: config.forward_high,
+            step_high: false,
+            dir_high: false,
+            dir_changed_ns: 0,
+            enabled: matches!(config.driver, DriverConfig::External { enable_high: None, .. }),
+            carriage: Carriage::new(config.start_mm, config.limits_mm, config.mm_per_full_step),
+        }
+    }
+}
+
+pub(super) fn switch_of(config: &SwitchConfig) -> Switch {
+    let (position_mm, side) = match config.operator {
+        Some((_, position_mm, side)) => (position_mm, side),
+        None => (f64::NEG_INFINITY, Side::Below),
+    };
+    Switch { position_mm, side, fault: switch::Fault::Sound }
+}
+
+impl World {
+    /// The level of a motor's STEP pin.
+    pub fn step_pin(&mut self, at_ns: u64, actuator: Actuator, high: bool) {
+        let Some(motor) = &mut self.motors[actuator as usize] else { return };
+        if motor.step_high == high {
+            return;
+        }
+        motor.step_high = high;
+        let dir_high = motor.dir_high;
+        let (moved, drives) = match motor.driver {
+            DriverConfig::OnBoard => {
+                let driver = &mut self.drivers[actuator as usize];
+                (driver.step_edge(at_ns, high, dir_high), driver.drives())
+            }
+            DriverConfig::External { microsteps, .. } => {
+                let size = 256 / microsteps.clamp(1, 256) as i32;
+                (high.then_some(if dir_high { size } else { -size }), motor.enabled)
+            }
+        };
+        let Some(micropositions) = moved else { return };
+        let forward = dir_high == motor.forward_high;
+        if at_ns.saturating_sub(motor.dir_changed_ns) < DIRECTION_SETUP_NS && motor.dir_changed_ns != 0 {
+            self.timing_faults += 1;
+        }
+        let direction = if forward { Direction::Forward } else { Direction::Backward };
+        self.trace.push(StepEdge { time_ns: at_ns, actuator, direction });
+        if drives {
+            let size = i64::from(micropositions.abs());
+            motor.carriage.turn(if forward { size } else { -size });
+            self.operate_switches(at_ns);
+        }
+    }
+
+    /// One step as the board makes it: both edges of a pulse, or one edge where the driver takes both.
+    pub fn step(&mut self, at_ns: u64, actuator: Actuator) {
+        let Some(motor) = &self.motors[actuator as usize] else { return };
+        let high = motor.step_high;
+        let double_edge = motor.driver == DriverConfig::OnBoard && self.drivers[actuator as usize].double_edge();
+        self.step_pin(at_ns, actuator, !high);
+        if !double_edge {
+            self.step_pin(at_ns, actuator, high);
+        }
+    }
+
+    /// The level of a motor's DIR pin.
+    pub fn direction_pin(&mut self, at_ns: u64, actuator: Actuator, high: bool) {
+        let Some(motor) = &mut self.motors[actuator as usize] else { return };
+        if motor.dir_high != high {
+            motor.dir_high = high;
+            motor.dir_changed_ns = at_ns;
+        }
+    }
+
+    /// Sets the DIR pin to the level that moves this way, as the motor is wired.
+    pub fn turn(&mut self, at_ns: u64, actuator: Actuator, direction: Direction) {
+        let Some(motor) = &self.motors[actuator as usize] else { return };
+        self.direction_pin(at_ns, actuator, (direction == Direction::Forward) == motor.forward_high);
+    }
+
+    /// The level of the enable pin of an external driver.
+    pub fn enable_pin(&mut self, _at_ns: u64, actuator: Actuator, high: bool) {
+        if let Some(motor) = &mut self.motors[actuator as usize]
+            && let DriverConfig::External { enable_high: Some(active), .. } = motor.driver
+        {
+            motor.enabled = high == active;
+        }
+    }
+
+    /// The level of the ENN line all four on-board drivers share: high switches them off.
+    pub fn motors_disable_pin(&mut self, _at_ns: u64, high: bool) {
+        self.drivers.iter_mut().for_each(|driver| driver.set_enn(high));
+    }
+
+    /// One 20-bit SPI frame to an on-board driver; answers the 20 bits it shifts out.
+    pub fn driver_spi(&mut self, at_ns: u64, index: usize, frame: u32) -> u32 {
+        self.advance(at_ns);
+        self.drivers[index].transfer(at_ns, frame)
+    }
+
+    /// Where a motor's carriage is, millimetres; `None` when the machine has no such motor.
+    #[must_use]
+    pub fn carriage_mm(&self, actuator: Actuator) -> Option<f64> {
+        self.motors[actuator as usize].as_ref().map(|motor| motor.carriage.position_mm())
+    }
+
+    /// Puts a carriage somewhere by hand.
+    pub fn place_carriage(&mut self, at_ns: u64, actuator: Actuator, position_mm: f64) {
+        if let Some(motor) = &mut self.motors[actuator as usize] {
+            motor.carriage.place(position_mm);
+            self.operate_switches(at_ns);
+        }
+    }
+
+    /// Commanded travel that a motor lost at hard stops, millimetres.
+    #[must_use]
+    pub fn lost_mm(&self, actuator: Actuator) -> f64 {
+        self.motors[actuator as usize].as_ref().map_or(0.0, |motor| motor.carriage.lost_mm())
+    }
+
+    /// Step edges that came sooner after a change of DIR than the drivers allow.
+    #[must_use]
+    pub const fn timing_faults(&self) -> u64 {
+        self.timing_faults
+    }
+
+    /// Where the tool is, millimetres, X to Z.
+    #[must_use]
+    pub fn tool_mm(&self) -> [f64; 3] {
+        let [a, b, c] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].map(|n| self.carriage_mm(n).unwrap_or(0.0));
+        match self.config.linkage {
+            Linkage::Direct => [a, b, c],
+            Linkage::CoreXy => [(a + b) / 2.0, (a - b) / 2.0, c],
+            Linkage::LinearDelta { arm_mm, radius_mm } => super::delta::tool([a, b, c], arm_mm, radius_mm),
+        }
+    }
+
+    /// The level of a switch's pin.
+    #[must_use]
+    pub fn switch_high(&self, index: usize) -> bool {
+        self.switches[index].1 == self.config.switches[index].operated_high
+    }
+
+    /// Whether [`Self::take_switch_changes`] has something to give.
+    #[must_use]
+    pub const fn has_switch_changes(&self) -> bool {
+        !self.switch_changes.is_empty()
+    }
+
+    /// Level changes since the last call, oldest first.
+    pub fn take_switch_changes(&mut self) -> Vec<SwitchChange> {
+        std::mem::take(&mut self.switch_changes)
+    }
+
+    /// Presses or releases a switch by hand (buttons, a probe touching).
+    ///
+    /// # Errors
+    /// When there is no switch of this name.
+    pub fn press(&mut self, at_ns: u64, name: &str, pressed: bool) -> Result<(), String> {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.set_switch_fault(name, if pressed { switch::Fault::AlwaysOperated } else { switch::Fault::Sound })
+    }
+
+    pub(super) fn set_switch_fault(&mut self, name: &str, fault: switch::Fault) -> Result<(), String> {
+        let Some(index) = self.config.switches.iter().position(|switch| switch.name == name) else {
+            let known: Vec<_> = self.config.switches.iter().map(|switch| switch.name.as_str()).collect();
+            return Err(format!("no switch `{name}`; there are: {}", known.join(" ")));
+        };
+        self.switches[index].0.fault = fault;
+        self.operate_switches(self.now_ns);
+        Ok(())
+    }
+
+    /// Brings every switch in line with the carriages, and notes what changed.
+    pub(super) fn operate_switches(&mut self, at_ns: u64) {
+        let tool = if self.config.linkage == Linkage::Direct { None } else { Some(self.tool_mm()) };
+        for index in 0..self.switches.len() {
+            let config = &self.config.switches[index];
+            let place = match config.operator {
+                Some((Operator::Carriage(actuator), ..)) => self.carriage_mm(actuator).unwrap_or(0.0),
+                Some((Operator::Tool(axis), ..)) => match (tool, Actuator::from_index(axis)) {
+                    (Some(tool), _) => tool[axis],
+                    (None, Some(actuator)) => self.carriage_mm(actuator).unwrap_or(0.0),
+                    (None, None) => 0.0,
+                },
+                None => 0.0,
+            };
+            let operated = self.switches[index].0.operated(place);
+            if operated != self.switches[index].1 {
+                self.switches[index].1 = operated;
+                let high = operated == config.operated_high;
+                self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
+            }
+        }
+    }
+}
