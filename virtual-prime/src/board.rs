@@ -1,0 +1,301 @@
+//! The Prime: the microcontroller and what is soldered to it (board facts: schematic of the Prime, proto9/10).
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::cpu::armv7m as cpu;
+use rigless::device::Level;
+use rigless::machine::{Board, Target, armv7m};
+use rigless::mcu::Mcu;
+use rigless::snapshot::Store;
+use rigless::soc::Error;
+use rigless::soc::stm32h743::generated::gpioa::Register as PortRegister;
+use rigless::soc::stm32h743::peripherals::adc::Channel;
+use rigless::soc::stm32h743::peripherals::gpio::Pin as PortPin;
+use rigless::soc::stm32h743::peripherals::spi::Select;
+use rigless::soc::stm32h743::peripherals::tim::Channel as TimerChannel;
+use rigless::time::VirtualNanos;
+use sim::models::sd_card::SdCard;
+use sim::models::thermistor::{self, Curve, REFERENCE_VOLTS, divider_volts};
+use sim::models::tmc26x::Chip;
+use sim::world::{AnalogInput, PWM_CHANNELS, PWM_TIMERS, Pin, VFET_INPUT, VMOTOR_INPUT, World, WorldConfig};
+
+use crate::console::{Line, LineEnd};
+use crate::drivers::DriverPort;
+use crate::mcu::PrimeMcu;
+pub use crate::outputs::SharedWorld;
+use crate::pins::{BOARD_ID, DRIVER_SELECTS, FET_BUFFER, MOTORS_DISABLE, Wiring, pin};
+
+/// Crystals: HSE 25 MHz, LSE 32.768 kHz.
+const HSE_HZ: u64 = 25_000_000;
+const LSE_HZ: u64 = 32_768;
+/// VDD, VDDA and VREF+.
+const RAIL_MV: u32 = 3_300;
+/// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts instructions.
+pub const CORE_HZ: u64 = 400_000_000;
+/// SPI4, to which the drivers are connected, in the emulator's array.
+const DRIVER_SPI: usize = 3;
+/// USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
+const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
+
+/// ADC1 input of the thermistor on the board, and those of the connectors T1 to T3.
+const BOARD_CHANNEL: u8 = 0;
+const THERMISTOR_CONNECTORS: [u8; 3] = [2, 6, 9];
+/// The schematic gives no part for the board's thermistor; a 100 kOhm bead of B = 4066 K is what firmwares take it for.
+const BOARD_THERMISTOR: Curve = Curve::Beta { r25_ohms: 100_000.0, t25_c: 25.0, beta_k: 4_066.0 };
+/// How much warmer than the air the board is.
+const BOARD_WARMTH_K: f64 = 8.0;
+/// Pins that rest high while nothing drives them: the buffer's enable with its pull-up, and the drivers' ENN.
+const RESTS_HIGH: [Pin; 2] = [pin(FET_BUFFER), pin(MOTORS_DISABLE)];
+
+/// The board with its machine.
+#[derive(Debug)]
+pub struct PrimeBoard {
+    /// The microcontroller.
+    pub mcu: PrimeMcu,
+    world: SharedWorld,
+    consoles: [Line; 3],
+    /// Thermistor and supply inputs that the machine drives.
+    analog: Vec<AnalogInput>,
+    /// Milliseconds since power-on, for [`Self::refresh_analog`].
+    ticks: u64,
+}
+
+impl PrimeBoard {
+    /// A board at power-on with this machine connected to it.
+    ///
+    /// # Errors
+    /// When the emulator's tables lack a peripheral of ours.
+    pub fn new(machine: WorldConfig) -> Result<Self, Error> {
+        let wiring = Wiring::of(&machine);
+        let chip = machine.chip;
+        let mut analog = vec![VFET_INPUT, VMOTOR_INPUT];
+        analog.extend(machine.heaters.iter().filter_map(|heater| heater.sensor));
+        let world = SharedWorld::new(World::new(machine));
+        let mcu = PrimeMcu::new(wiring, world.clone())?;
+        let mut board = Self { mcu, world, consoles: Default::default(), analog, ticks: 0 };
+        board.solder(chip);
+        Ok(board)
+    }
+
+    fn solder(&mut self, chip: Chip) {
+        let part = &mut self.mcu.part;
+        part.rcc.attach_crystals(HSE_HZ, LSE_HZ);
+        for converter in &mut part.adc {
+            converter.set_reference(RAIL_MV);
+            converter.set_backup_battery(RAIL_MV);
+        }
+        for (index, (port, number)) in DRIVER_SELECTS.into_iter().enumerate() {
+            let select = Select { port, pin: port_pin(number), active: Level::Low };
+            part.spi[DRIVER_SPI].attach_selected(DriverPort::new(self.world.clone(), index), select);
+        }
+        for (line, port) in self.consoles.iter().zip(CONSOLE_PORTS) {
+            part.usart[port].attach(LineEnd(line.clone()));
+        }
+        self.mcu.set_supply(RAIL_MV);
+        let start = VirtualNanos(0);
+        self.drive(start, pin(FET_BUFFER), true);
+        // Strapped pins are grounded; the others float, and the firmware pulls them up.
+        let id = match chip {
+            Chip::Tmc2590 => 0,
+            Chip::Tmc2660 => 1,
+        };
+        for (bit, name) in BOARD_ID.into_iter().enumerate() {
+            if id >> bit & 1 == 1 {
+                self.drive(start, pin(name), false);
+            }
+        }
+        self.rest_analog();
+        self.refresh_switches(start);
+        self.take_switch_changes(start);
+        self.refresh_analog();
+    }
+
+    /// Puts an SD card with this content into the slot, or takes the card out.
+    pub fn insert_card(&mut self, content: Option<Vec<u8>>) {
+        self.mcu.sdmmc.insert(content.map(SdCard::new));
+    }
+
+    /// The machine.
+    #[must_use]
+    pub const fn world(&self) -> &SharedWorld {
+        &self.world
+    }
+
+    /// Our end of a console: 0 is USART2 (debug header), 1 is USART3, 2 is UART4.
+    #[must_use]
+    pub const fn console(&self, index: usize) -> &Line {
+        &self.consoles[index]
+    }
+
+    /// Drives a pin from outside.
+    pub fn drive(&mut self, at: VirtualNanos, pin: Pin, high: bool) {
+        let level = Some(Level::from(high));
+        self.mcu.part.drive_port(at, usize::from(pin.port), |port, file, context| {
+            port.drive(port_pin(pin.number), level, file, context);
+        });
+    }
+
+    /// The level a pin last had.
+    #[must_use]
+    pub fn level(&self, pin: Pin) -> bool {
+        self.mcu.level(usize::from(pin.port), usize::from(pin.number))
+    }
+
+    /// Puts every switch's present level on its pin.
+    fn refresh_switches(&mut self, at: VirtualNanos) {
+        let levels: Vec<(Pin, bool)> = {
+            let world = self.world.lock();
+            let switches = &world.config().switches;
+            switches.iter().enumerate().map(|(index, switch)| (switch.pin, world.switch_high(index))).collect()
+        };
+        for (pin, high) in levels {
+            self.drive(at, pin, high);
+        }
+    }
+
+    /// Puts on the pins what the machine's switches have done since the last call; whether there was anything.
+    pub fn take_switch_changes(&mut self, at: VirtualNanos) -> bool {
+        let changes = {
+            let mut world = self.world.lock();
+            if !world.has_switch_changes() {
+                return false;
+            }
+            world.take_switch_changes()
+        };
+        for change in changes {
+            let pin = self.world.lock().config().switches[change.switch].pin;
+            self.drive(at, pin, change.high);
+        }
+        true
+    }
+
+    /// The image has written to this address. To the emulator, a pin in analog mode is low, so a pin that rests high on
+    /// the board and is made a low output does not change; the machine has to be told.
+    pub fn notice_modes(&mut self, at: VirtualNanos, address: u64) {
+        for Pin { port, number } in RESTS_HIGH {
+            let slot = self.mcu.port_slot(usize::from(port));
+            let (base, registers) = {
+                let slot = &self.mcu.bus().slots()[slot];
+                (slot.peripheral().base, slot.registers())
+            };
+            if address & !3 != base {
+                continue;
+            }
+            let mode = registers.get(PortRegister::Moder) >> (2 * number) & 3;
+            let driven = mode == 1 || mode == 2;
+            let high =
+                !driven || self.mcu.part.gpio[usize::from(port)].level(port_pin(number), registers) == Level::High;
+            self.mcu.tell(at.0, usize::from(port), usize::from(number), high);
+        }
+    }
+
+    /// Brings the machine up to this instant and its voltages to the converters. Called every millisecond.
+    pub fn tick(&mut self, at: VirtualNanos) {
+        self.world.lock().advance(at.0);
+        self.take_switch_changes(at);
+        self.ticks += 1;
+        self.refresh_analog();
+        self.refresh_pwm();
+    }
+
+    /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers say.
+    fn refresh_pwm(&mut self) {
+        for timer in 0..PWM_TIMERS {
+            for channel in 0..PWM_CHANNELS {
+                let Some(output) = TimerChannel::new(channel as u8 + 1) else { continue };
+                let (model, registers) = self.mcu.part.advanced_timer(timer);
+                let duty = model.pulse(output, registers).map_or(0.0, |p| p.width.0 as f64 / p.period.0.max(1) as f64);
+                self.world.lock().pwm(timer, channel, duty);
+            }
+        }
+    }
+
+    /// What the analog inputs read with nothing of the machine on them: the board's own thermistor at the temperature of
+    /// its surroundings, and the pull-ups of the empty connectors. The raw header inputs float, and read zero.
+    fn rest_analog(&mut self) {
+        let air_c = self.world.lock().config().air_c;
+        let board_volts = divider_volts(&BOARD_THERMISTOR, air_c + BOARD_WARMTH_K, thermistor::Wiring::Sound);
+        let connectors = THERMISTOR_CONNECTORS.map(|channel| (channel, REFERENCE_VOLTS));
+        for (channel, volts) in [(BOARD_CHANNEL, board_volts)].into_iter().chain(connectors) {
+            if let Some(channel) = Channel::new(channel) {
+                self.mcu.part.adc[0].set_input(channel, (volts * 1e3) as u32);
+            }
+        }
+    }
+
+    /// The converters take whole millivolts, 20 counts of 16 bits. The fraction is carried as a dither over 16
+    /// milliseconds, so that a mean over that time is right to a count, as the noise of a real input makes it.
+    fn refresh_analog(&mut self) {
+        let dither = f64::from((self.ticks as u8 & 0xF).reverse_bits() >> 4) / 16.0;
+        for input in self.analog.clone() {
+            let volts = self.world.lock().analog_volts(input).unwrap_or(0.0);
+            let converter = usize::from(input.converter) - 1;
+            if let Some(channel) = Channel::new(input.channel) {
+                self.mcu.part.adc[converter].set_input(channel, (volts * 1e3 + dither) as u32);
+            }
+        }
+    }
+
+    fn core(&self) -> armv7m::Config {
+        let clock_hz = NonZeroU64::new(CORE_HZ).expect("a running clock");
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M7,
+            clock_hz,
+            interrupt_lines: NonZeroU32::new(150).expect("a part with interrupts"),
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::new(8).expect("a divider"),
+            instructions_per_second: clock_hz,
+            boot: "flash",
+        };
+        let mut config = armv7m::Config::new(core, &cpu::windows(self.mcu.bus()));
+        config.fpu = armv7m::Fpu::FpV5Dp;
+        config.mpu_regions = armv7m::MpuRegions::Sixteen;
+        // Cortex-M7 r1p1.
+        config.cpuid = 0x411F_C271;
+        // 16 KiB caches: CLIDR, CTR and CCSIDR of PM0253 tables 77 and 81.
+        config.caches =
+            Some(armv7m::Caches { clidr: 0x0900_0003, ctr: 0x8303_C003, ccsidr: &[0xF00F_E019, 0xF01F_E009] });
+        config.branch_prediction = armv7m::BranchPrediction::Always;
+        // TCM, AHBP, cache and AHBS control, PM0253 table 104: offset, reset value, writable bits. The TCMs' sizes are
+        // 64 KiB and 128 KiB.
+        config.implementation_registers = [
+            (0xF90, 0b0111 << 3, 0b111),
+            (0xF94, 0b1000 << 3, 0b111),
+            (0xF98, 0, 1),
+            (0xF9C, 0, 0b111),
+            (0xFA0, 1 << 11, 0xFFFF),
+            (0xFA8, 0, 0),
+        ]
+        .map(|(offset, reset, writable)| armv7m::ImplementationRegister { offset, reset, writable })
+        .to_vec();
+        // BOOT_CM7_ADD0 as ST programs it.
+        config.vector_table = Some(0x0800_0000);
+        config
+    }
+}
+
+fn port_pin(number: u8) -> PortPin {
+    PortPin::new(number).expect("a port has sixteen pins")
+}
+
+/// A run is repeated from its start, never from the middle.
+impl Store for PrimeBoard {}
+
+impl Board for PrimeBoard {
+    fn name(&self) -> &'static str {
+        "smoothieboard-v2-prime"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["cm7"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.mcu)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let core = self.core().spec();
+        vec![Target::new("cm7", &mut self.mcu, core)]
+    }
+}

@@ -1,0 +1,154 @@
+//! `virtual-prime console`: a live board, paced to real time.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use virtual_prime::console::Line;
+use virtual_prime::instruments::Instruments;
+use virtual_prime::sd_image;
+use virtual_prime::vm::{Span, Vm};
+
+use super::log::{Log, texts};
+use super::machine::BoardOptions;
+
+/// How much virtual time passes between two looks at the world outside.
+const SLICE: Duration = Duration::from_millis(5);
+const PORT_NAMES: [&str; 3] = ["debug (USART2)", "UART 0 (USART3)", "UART 1 (UART4)"];
+
+/// Options of `console`.
+#[derive(Args)]
+pub struct Options {
+    /// The firmware image.
+    #[arg(long)]
+    elf: PathBuf,
+    #[command(flatten)]
+    board: BoardOptions,
+    /// Directory whose files go onto the SD card.
+    #[arg(long)]
+    sd: Option<PathBuf>,
+    /// First of three TCP ports for the serial ports; 0 lets the system choose.
+    #[arg(long, default_value_t = 0)]
+    port: u16,
+    /// End after this many seconds.
+    #[arg(long)]
+    until: Option<f64>,
+}
+
+/// A serial port on TCP: the latest client to connect has the wire.
+struct Socket {
+    listener: TcpListener,
+    client: Option<TcpStream>,
+    line: Line,
+}
+
+impl Socket {
+    fn open(port: u16, line: Line) -> io::Result<Self> {
+        let listener = TcpListener::bind(("127.0.0.1", port))?;
+        listener.set_nonblocking(true)?;
+        Ok(Self { listener, client: None, line })
+    }
+
+    /// Takes a new client and what the present one has sent.
+    fn hear(&mut self) {
+        if let Ok((client, _)) = self.listener.accept() {
+            self.client = client.set_nonblocking(true).is_ok().then_some(client);
+        }
+        let mut bytes = [0; 4096];
+        if let Some(client) = &mut self.client {
+            match client.read(&mut bytes) {
+                Ok(0) => self.client = None,
+                Ok(count) => self.line.send(&bytes[..count]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(_) => self.client = None,
+            }
+        }
+    }
+
+    /// A client that does not take its bytes loses them, as on a wire.
+    fn say(&mut self, bytes: &[u8]) {
+        if let Some(client) = &mut self.client
+            && !bytes.is_empty()
+            && client.write_all(bytes).is_err()
+        {
+            self.client = None;
+        }
+    }
+}
+
+/// Runs the board until standard input ends or the image does.
+///
+/// # Errors
+/// When the image cannot be started, or crashes.
+pub fn run(options: &Options) -> Result<(), String> {
+    let mut board = options.board.build()?;
+    let files: Vec<_> = options.board.config_file()?.into_iter().collect();
+    board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
+    let mut sockets = Vec::new();
+    for (index, name) in PORT_NAMES.into_iter().enumerate() {
+        let port = if options.port == 0 { 0 } else { options.port + index as u16 };
+        let socket =
+            Socket::open(port, board.console(index).clone()).map_err(|error| format!("port {port}: {error}"))?;
+        let address = socket.listener.local_addr().map_err(|error| error.to_string())?;
+        eprintln!("{name} on tcp {address}");
+        sockets.push(socket);
+    }
+    eprintln!("standard input and output are the debug console; end it with Ctrl-D");
+    let (instruments, records) = Instruments::new(&options.elf, &[])?;
+    let table = texts(&options.elf)?;
+    let mut log = Log::new(table.as_ref());
+    let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    let typed = read_standard_input();
+    let began = Instant::now();
+    loop {
+        let span = vm.run_for(SLICE.as_nanos() as u64);
+        for (index, socket) in sockets.iter_mut().enumerate() {
+            let said = socket.line.receive();
+            socket.say(&said);
+            if index == 0 {
+                let mut out = io::stdout().lock();
+                let _ = out.write_all(&said).and_then(|()| out.flush());
+            }
+            socket.hear();
+        }
+        log.take(&std::mem::take(&mut records.lock().rtt), &mut io::stderr().lock());
+        match span {
+            Span::Reached => {}
+            Span::Exited(_) => return Ok(()),
+            Span::Failed(reason) => return Err(reason),
+        }
+        if options.until.is_some_and(|until| vm.now_ns() as f64 * 1e-9 >= until) {
+            return Ok(());
+        }
+        loop {
+            match typed.try_recv() {
+                Ok(Some(bytes)) => sockets[0].line.send(&bytes),
+                // With a time to end at, the end of the input is not the end of the session.
+                Ok(None) if options.until.is_none() => return Ok(()),
+                _ => break,
+            }
+        }
+        let ahead = Duration::from_nanos(vm.now_ns()).saturating_sub(began.elapsed());
+        thread::sleep(ahead);
+    }
+}
+
+/// Standard input from a thread of its own, since reading it blocks; `None` is its end.
+fn read_standard_input() -> Receiver<Option<Vec<u8>>> {
+    let (sender, receiver) = mpsc::channel();
+    thread::spawn(move || {
+        let mut bytes = [0; 1024];
+        loop {
+            let count = io::stdin().lock().read(&mut bytes).unwrap_or(0);
+            let part = (count > 0).then(|| bytes[..count].to_vec());
+            if sender.send(part).is_err() || count == 0 {
+                return;
+            }
+        }
+    });
+    receiver
+}

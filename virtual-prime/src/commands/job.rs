@@ -1,0 +1,174 @@
+//! A job from the SD card, from power-on to standstill: what `run` writes down and `bench` measures.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use sim::output::{Outcome, Recorder};
+use sim::session::Session;
+use virtual_prime::board::{CORE_HZ, SharedWorld};
+use virtual_prime::console::Line;
+use virtual_prime::instruments::{Instruments, Records};
+use virtual_prime::sd_image;
+use virtual_prime::vm::{Span, Vm};
+
+use super::log::{Log, texts};
+use super::machine::BoardOptions;
+
+const MS: u64 = 1_000_000;
+/// The console is served on this grid; a coarser one would delay answers, a finer one the run.
+const SLICE_NS: u64 = 10 * MS;
+/// The job's name on the card. Short, so that any FAT reader finds it.
+const JOB: &str = "job.gcode";
+
+/// A job and what it runs on.
+#[derive(Args)]
+pub struct JobOptions {
+    /// The firmware image.
+    #[arg(long)]
+    pub elf: PathBuf,
+    #[command(flatten)]
+    pub board: BoardOptions,
+    /// The job.
+    #[arg(long)]
+    pub gcode: PathBuf,
+    /// Virtual seconds after which the job counts as hung.
+    #[arg(long)]
+    pub until: Option<f64>,
+    /// Directory whose files go onto the SD card as well.
+    #[arg(long)]
+    pub sd: Option<PathBuf>,
+}
+
+/// A job that has come to its end, one way or the other.
+pub struct Finished {
+    /// How it went.
+    pub outcome: Outcome,
+    /// What the instruments recorded.
+    pub records: Records,
+    /// Virtual time it took, nanoseconds.
+    pub virtual_ns: u64,
+    /// Instructions executed.
+    pub instructions: u64,
+}
+
+struct Running {
+    vm: Vm,
+    console: Line,
+    world: SharedWorld,
+    records: Records,
+    session: Session,
+    recorder: Recorder,
+}
+
+/// Runs a job, counting the instructions of these functions, and writes its files to `out`.
+///
+/// # Errors
+/// When it cannot be set up, or its files cannot be written. A job that fails is an [`Outcome`].
+pub fn play(options: &JobOptions, functions: &[String], out: &Path) -> Result<Finished, String> {
+    let gcode = fs::read(&options.gcode).map_err(|error| format!("{}: {error}", options.gcode.display()))?;
+    let lines = gcode.iter().filter(|&&byte| byte == b'\n').count() as u64;
+    let mut running = start(options, functions, out, gcode)?;
+    let fail = |error: io::Error| format!("{}: {error}", out.display());
+    let table = texts(&options.elf)?;
+    let mut frames = Log::new(table.as_ref());
+    let mut log = fs::File::create(out.join("rtt.log")).map_err(fail)?;
+    let mut meter = Meter::new();
+    let mut ended = None;
+    while !running.session.is_over() && ended.is_none() {
+        let span = running.slice(&mut meter).map_err(fail)?;
+        frames.take(&std::mem::take(&mut running.records.lock().rtt), &mut log);
+        meter.show(running.vm.now_ns(), &running.session);
+        let seconds = running.vm.now_ns() as f64 * 1e-9;
+        ended = match span {
+            Span::Reached if options.until.is_some_and(|until| seconds >= until) => {
+                Some(format!("the job was not done after {seconds:.1} virtual seconds"))
+            }
+            Span::Reached => None,
+            Span::Exited(status) => Some(format!("the image ended itself with status {status}")),
+            Span::Failed(reason) => Some(reason),
+        };
+    }
+    meter.done(running.vm.now_ns());
+    running.finish(lines, ended).map_err(fail)
+}
+
+fn start(options: &JobOptions, functions: &[String], out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
+    let mut files = vec![(JOB.to_owned(), gcode)];
+    files.extend(options.board.config_file()?);
+    let mut board = options.board.build()?;
+    board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
+    let (console, world) = (board.console(0).clone(), board.world().clone());
+    let recorder = Recorder::create(out, &world.lock()).map_err(|error| error.to_string())?;
+    let (instruments, records) = Instruments::new(&options.elf, functions)?;
+    let vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    Ok(Running { vm, console, world, records, session: Session::new(JOB), recorder })
+}
+
+impl Running {
+    /// Lets the board run for a slice, and the operator listen and speak.
+    fn slice(&mut self, meter: &mut Meter) -> io::Result<Span> {
+        let span = self.vm.run_for(SLICE_NS);
+        let said = self.console.receive();
+        self.recorder.console(&said)?;
+        self.session.hear(self.vm.now_ns(), &said);
+        if let Some(words) = self.session.say(self.vm.now_ns()) {
+            self.console.send(words.as_bytes());
+        }
+        let load = meter.load(self.vm.now_ns(), self.vm.instructions());
+        self.recorder.observe(&mut self.world.lock(), load)?;
+        Ok(span)
+    }
+
+    fn finish(mut self, lines: u64, ended: Option<String>) -> io::Result<Finished> {
+        let mut errors = self.session.errors().to_vec();
+        errors.extend(ended);
+        let halted = self.session.halted().map(str::to_owned);
+        let outcome = Outcome { lines, halted, errors, step_error: None, board: self.vm.complaints() };
+        self.recorder.finish(&mut self.world.lock(), &outcome)?;
+        self.records.lock().end_calls();
+        Ok(Finished {
+            outcome,
+            records: self.records,
+            virtual_ns: self.vm.now_ns(),
+            instructions: self.vm.instructions(),
+        })
+    }
+}
+
+/// Progress on standard error, and the processor's load.
+struct Meter {
+    began: Instant,
+    percent: u64,
+    /// Virtual time and instruction count at the last reading.
+    last: (u64, u64),
+}
+
+impl Meter {
+    fn new() -> Self {
+        Self { began: Instant::now(), percent: 0, last: (0, 0) }
+    }
+
+    /// Share of time since the last call that the core executed instead of sleeping.
+    fn load(&mut self, now_ns: u64, instructions: u64) -> f64 {
+        let (then_ns, before) = std::mem::replace(&mut self.last, (now_ns, instructions));
+        let possible = (now_ns - then_ns) as f64 * 1e-9 * CORE_HZ as f64;
+        (instructions - before) as f64 / possible
+    }
+
+    fn show(&mut self, now_ns: u64, session: &Session) {
+        let percent = session.progress().map_or(0, |share| (share * 100.0) as u64);
+        if percent > self.percent {
+            self.percent = percent;
+            let wall = self.began.elapsed().as_secs_f64();
+            eprintln!("{percent:3} %  {:.1} s of the machine's time in {wall:.1} s", now_ns as f64 * 1e-9);
+        }
+    }
+
+    fn done(&self, now_ns: u64) {
+        let (machine, wall) = (now_ns as f64 * 1e-9, self.began.elapsed().as_secs_f64());
+        eprintln!("{machine:.1} s of the machine's time in {wall:.1} s");
+    }
+}

@@ -1,0 +1,85 @@
+//! The board and the machine on it, as the command line describes them.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use config::{BoardId, Diagnostic};
+use sim::models::tmc26x::Chip;
+use sim::world::{SPELLING, TimedFault, WorldConfig};
+use virtual_prime::board::PrimeBoard;
+use virtual_prime::sd_image;
+
+/// Which driver chips the board carries.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum Drivers {
+    /// Board id 0.
+    #[default]
+    Tmc2590,
+    /// Board id 1.
+    Tmc2660,
+}
+
+/// The board and its machine.
+#[derive(Args, Debug)]
+pub struct BoardOptions {
+    /// Driver chips on the board.
+    #[arg(long, value_enum, default_value_t)]
+    pub board: Drivers,
+    /// Configuration file; the simulated machine is the one it describes, and it goes onto the SD card as config.ini.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+    /// What goes wrong, and when.
+    #[arg(long, long_help = SPELLING)]
+    pub fault: Vec<String>,
+}
+
+impl BoardOptions {
+    const fn chip(&self) -> Chip {
+        match self.board {
+            Drivers::Tmc2590 => Chip::Tmc2590,
+            Drivers::Tmc2660 => Chip::Tmc2660,
+        }
+    }
+
+    /// The machine the configuration describes. What the configuration gets wrong is said on standard error and is the
+    /// firmware's business from then on.
+    fn machine(&self) -> Result<WorldConfig, String> {
+        let Some(path) = &self.config else {
+            return Ok(WorldConfig { chip: self.chip(), ..WorldConfig::default() });
+        };
+        let text = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let id = match self.board {
+            Drivers::Tmc2590 => BoardId::Prime2590,
+            Drivers::Tmc2660 => BoardId::Prime2660,
+        };
+        let mut findings: Vec<Diagnostic> = Vec::new();
+        let (machine, _) = config::parse(&text, id, &mut findings);
+        for finding in findings {
+            eprintln!("{}: {finding}", path.display());
+        }
+        Ok(WorldConfig::of(&machine, self.chip()))
+    }
+
+    /// The configuration as a file for the SD card.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn config_file(&self) -> Result<Option<sd_image::File>, String> {
+        let Some(path) = &self.config else { return Ok(None) };
+        let text = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Some(("config.ini".into(), text)))
+    }
+
+    /// The board at power-on.
+    ///
+    /// # Errors
+    /// What is wrong with the configuration file or the faults.
+    pub fn build(&self) -> Result<PrimeBoard, String> {
+        let board = PrimeBoard::new(self.machine()?).map_err(|error| error.to_string())?;
+        for text in &self.fault {
+            board.world().lock().schedule(TimedFault::parse(text)?)?;
+        }
+        Ok(board)
+    }
+}

@@ -1,0 +1,9 @@
+//! One module per subcommand, and what they share.
+
+pub mod bench;
+pub mod console;
+pub mod job;
+pub mod log;
+pub mod machine;
+pub mod run;
+pub mod test;

@@ -1,0 +1,30 @@
+//! `virtual-prime run`: one job, headless, to its end.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::job::{JobOptions, play};
+
+/// Options of `run`.
+#[derive(Args)]
+pub struct Options {
+    #[command(flatten)]
+    job: JobOptions,
+    /// Directory for the run's files.
+    #[arg(long)]
+    out: PathBuf,
+}
+
+/// Runs the job; progress goes to standard error.
+///
+/// # Errors
+/// Why the job did not go through.
+pub fn run(options: &Options) -> Result<(), String> {
+    let outcome = play(&options.job, &[], &options.out)?.outcome;
+    outcome.board.iter().for_each(|line| eprintln!("board: {line}"));
+    match outcome.halted.or_else(|| outcome.errors.into_iter().next()) {
+        None => Ok(()),
+        Some(reason) => Err(reason),
+    }
+}

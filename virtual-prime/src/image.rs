@@ -1,0 +1,147 @@
+//! What the image's symbol table knows: where functions begin, and where they end.
+
+use std::path::Path;
+
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+
+/// Names and code of an ELF image.
+#[derive(Debug)]
+pub struct Symbols {
+    functions: Vec<Function>,
+    objects: Vec<(String, u64)>,
+}
+
+/// A function's place and code.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Name as the linker knows it.
+    pub name: String,
+    /// Address of its first instruction.
+    pub address: u64,
+    code: Vec<u8>,
+}
+
+impl Symbols {
+    /// Reads the symbol table of an ELF file.
+    ///
+    /// # Errors
+    /// When the file is no ELF file.
+    pub fn read(elf: &Path) -> Result<Self, String> {
+        let in_file = |reason: &dyn std::fmt::Display| format!("{}: {reason}", elf.display());
+        let bytes = std::fs::read(elf).map_err(|error| in_file(&error))?;
+        let file = object::File::parse(&*bytes).map_err(|error| in_file(&error))?;
+        let mut symbols = Self { functions: Vec::new(), objects: Vec::new() };
+        for symbol in file.symbols() {
+            let Ok(name) = symbol.name() else { continue };
+            if symbol.kind() != SymbolKind::Text {
+                symbols.objects.push((name.into(), symbol.address()));
+                continue;
+            }
+            // Bit 0 of a function's symbol says Thumb.
+            let address = symbol.address() & !1;
+            let code = symbol
+                .section_index()
+                .and_then(|index| file.section_by_index(index).ok())
+                .and_then(|section| section.data_range(address, symbol.size()).ok().flatten())
+                .unwrap_or_default();
+            symbols.functions.push(Function { name: name.into(), address, code: code.to_vec() });
+        }
+        Ok(symbols)
+    }
+
+    /// The function of this name; a mangled Rust name is found by a segment of its path as well.
+    #[must_use]
+    pub fn function(&self, name: &str) -> Option<&Function> {
+        let segment = format!("{}{name}", name.len());
+        self.functions
+            .iter()
+            .find(|function| function.name == name)
+            .or_else(|| self.functions.iter().find(|function| function.name.contains(&segment)))
+    }
+
+    /// The function whose code holds this address.
+    #[must_use]
+    pub fn at(&self, address: u64) -> Option<&Function> {
+        self.functions
+            .iter()
+            .find(|function| (function.address..function.address + function.code.len() as u64).contains(&address))
+    }
+
+    /// The address of a variable.
+    #[must_use]
+    pub fn object(&self, name: &str) -> Option<u64> {
+        self.objects.iter().find(|(object, _)| object == name).map(|&(_, address)| address)
+    }
+}
+
+impl Function {
+    /// The addresses of the instructions that leave the function: returns, and jumps to other functions.
+    #[must_use]
+    pub fn exits(&self) -> Vec<u64> {
+        let end = self.address + self.code.len() as u64;
+        let half = |at: usize| self.code.get(at..at + 2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        let mut exits = Vec::new();
+        let mut at = 0;
+        while let Some(first) = half(at) {
+            let address = self.address + at as u64;
+            // ARM DDI 0403E.b, A5.1: 32-bit instructions begin with 0b11101, 0b11110 or 0b11111.
+            let wide = first >> 11 >= 0b11101;
+            let second = if wide { half(at + 2).unwrap_or(0) } else { 0 };
+            if leaves(first, second, wide)
+                || jump_target(address, first, second, wide)
+                    .is_some_and(|target| !(self.address..end).contains(&target))
+            {
+                exits.push(address);
+            }
+            at += if wide { 4 } else { 2 };
+        }
+        exits
+    }
+}
+
+/// `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`, `ldr pc, [sp], #4`.
+const fn leaves(first: u16, second: u16, wide: bool) -> bool {
+    if wide {
+        (first == 0xE8BD && second & 0x8000 != 0) || (first == 0xF85D && second & 0xFF00 == 0xFB00)
+    } else {
+        first == 0x4770 || first & 0xFF00 == 0xBD00
+    }
+}
+
+/// Where an unconditional `b` or `b.w` goes (A7.7.12, encodings T2 and T4).
+fn jump_target(address: u64, first: u16, second: u16, wide: bool) -> Option<u64> {
+    let pc = address as i64 + 4;
+    if !wide {
+        return (first & 0xF800 == 0xE000).then(|| {
+            let offset = i64::from(((first & 0x7FF) << 5) as i16 >> 5) * 2;
+            (pc + offset) as u64
+        });
+    }
+    if first & 0xF800 != 0xF000 || second & 0xD000 != 0x9000 {
+        return None;
+    }
+    let (s, j1, j2) = (i64::from(first >> 10 & 1), i64::from(second >> 13 & 1), i64::from(second >> 11 & 1));
+    let (i1, i2) = (1 - (j1 ^ s), 1 - (j2 ^ s));
+    let high = i64::from(first & 0x3FF);
+    let low = i64::from(second & 0x7FF);
+    let offset = s << 24 | i1 << 23 | i2 << 22 | high << 12 | low << 1;
+    Some((pc + if s == 1 { offset - (1 << 25) } else { offset }) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn function(code: &[u16]) -> Function {
+        let code = code.iter().flat_map(|half| half.to_le_bytes()).collect();
+        Function { name: "f".into(), address: 0x0800_1000, code }
+    }
+
+    #[test]
+    fn returns_and_tail_calls_are_exits_and_loops_are_not() {
+        // push {r4,lr}; b.n self; bl elsewhere; b.w far away; pop {r4,pc}; ldmia.w sp!,{r4,pc}; bx lr
+        let code = [0xB510, 0xE7FE, 0xF000, 0xF800, 0xF000, 0xBFFF, 0xBD10, 0xE8BD, 0x8010, 0x4770];
+        let exits: Vec<_> = function(&code).exits().iter().map(|exit| exit - 0x0800_1000).collect();
+        assert_eq!(exits, [8, 12, 14, 18]);
+    }
+}

@@ -1,0 +1,142 @@
+//! The STM32H745 as the emulator runs it: the H743 part with our models in the places of its own.
+
+use rigless::device::{Device, ErasedDevice, ResetCause};
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::stm32h743::Stm32h743;
+use rigless::soc::stm32h743::peripherals::gpio::PORTS;
+use rigless::soc::{Bus, Error};
+use rigless::time::VirtualNanos;
+
+use crate::outputs::{SharedWorld, TappedExti};
+use crate::peripherals::iwdg::Iwdg;
+use crate::peripherals::pwr::PrimePwr;
+use crate::peripherals::rtc::Rtc;
+use crate::peripherals::sdmmc::Sdmmc;
+use crate::pins::Wiring;
+
+/// The microcontroller.
+#[derive(Debug)]
+pub struct PrimeMcu {
+    /// Everything the emulator models itself.
+    pub part: Stm32h743,
+    /// EXTI, listening to the pins.
+    exti: TappedExti,
+    pwr: PrimePwr,
+    iwdg: Iwdg,
+    rtc: Rtc,
+    /// The SD card's controller, with its slot.
+    pub sdmmc: Sdmmc,
+    slots: Slots,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Slots {
+    exti: usize,
+    pwr: usize,
+    iwdg: usize,
+    rtc: usize,
+    sdmmc: usize,
+    ports: [usize; PORTS.len()],
+    consoles: [usize; 3],
+}
+
+impl PrimeMcu {
+    /// The part out of power-on reset.
+    ///
+    /// # Errors
+    /// When the emulator's tables lack a peripheral of ours.
+    pub fn new(wiring: Wiring, world: SharedWorld) -> Result<Self, Error> {
+        let part = Stm32h743::new()?;
+        let slot = |name| Mcu::bus(&part).slot(name);
+        let mut ports = [0; PORTS.len()];
+        for (port, name) in ports.iter_mut().zip(PORTS) {
+            *port = slot(name)?;
+        }
+        let slots = Slots {
+            ports,
+            consoles: [slot("USART2")?, slot("USART3")?, slot("UART4")?],
+            exti: slot("EXTI")?,
+            pwr: slot("PWR")?,
+            iwdg: slot("IWDG")?,
+            rtc: slot("RTC")?,
+            sdmmc: slot("SDMMC1")?,
+        };
+        let mut mcu = Self {
+            exti: TappedExti::new(wiring, world),
+            pwr: PrimePwr::default(),
+            iwdg: Iwdg::default(),
+            rtc: Rtc::default(),
+            sdmmc: Sdmmc::new(None),
+            slots,
+            part,
+        };
+        // Every model of ours sits on the registers it was written for.
+        mcu.check()?;
+        Ok(mcu)
+    }
+
+    /// The rail of VDD and VDDA, millivolts.
+    pub fn set_supply(&mut self, millivolts: u32) {
+        let registers = self.part.bus_mut().slot_mut(self.slots.pwr).registers_mut();
+        self.pwr.inner.set_supply(millivolts, registers);
+        self.pwr.inner.set_analog_supply(millivolts, registers);
+    }
+
+    /// Tells the machine the level of a pin that the emulator does not announce.
+    pub(crate) fn tell(&mut self, at_ns: u64, port: usize, number: usize, high: bool) {
+        self.exti.set(at_ns, port, number, high);
+    }
+
+    /// Where a port's registers are on the bus.
+    pub(crate) const fn port_slot(&self, port: usize) -> usize {
+        self.slots.ports[port]
+    }
+
+    /// The level a pin last announced: what it drives, is driven to or is pulled to.
+    #[must_use]
+    pub fn level(&self, port: usize, number: usize) -> bool {
+        self.exti.level(port, number)
+    }
+}
+
+impl Mcu for PrimeMcu {
+    fn bus(&self) -> &Bus {
+        Mcu::bus(&self.part)
+    }
+
+    fn bus_mut(&mut self) -> &mut Bus {
+        self.part.bus_mut()
+    }
+
+    fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        self.part.reset(at, cause);
+        Device::reset(&mut self.exti);
+        Device::reset(&mut self.pwr);
+        Device::reset(&mut self.iwdg);
+        Device::reset(&mut self.rtc);
+        Device::reset(&mut self.sdmmc);
+        self.exti.release_all(at.0);
+    }
+
+    /// Looks outside at every stop. Only serial ports have anything to find there, and only these have a far end, so
+    /// the emulator's round of every model is spared.
+    fn poll(&mut self, now: VirtualNanos) {
+        for slot in self.slots.consoles {
+            let (bus, Some(port)) = self.part.split(slot) else { continue };
+            let (registers, mut context) = bus.drive(now, slot);
+            port.poll(registers, &mut context);
+        }
+    }
+
+    fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        let ours: &mut dyn ErasedDevice = match slot {
+            slot if slot == self.slots.exti => &mut self.exti,
+            slot if slot == self.slots.pwr => &mut self.pwr,
+            slot if slot == self.slots.iwdg => &mut self.iwdg,
+            slot if slot == self.slots.rtc => &mut self.rtc,
+            slot if slot == self.slots.sdmmc => &mut self.sdmmc,
+            _ => return self.part.split(slot),
+        };
+        (self.part.bus_mut(), Some(ours))
+    }
+}

@@ -1,0 +1,120 @@
+//! The pins' way to the machine: every level change of every pin passes here, at its instant.
+//!
+//! Ports announce each change as a request, and the EXTI controller hears all of them; so the EXTI's place on the bus is
+//! taken by [`TappedExti`], which hands the change on to the machine and then to the real EXTI.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
+use rigless::soc::stm32h743::generated::{self, exti::Register};
+use rigless::soc::stm32h743::peripherals::exti::Exti;
+use sim::world::World;
+
+use crate::pins::{PINS, PORTS, Role, Wiring};
+
+/// The machine, shared by the parts of the board that touch it. All of them run on the emulator's thread, so the lock
+/// is never contended; it exists because the emulator asks for `Send`.
+#[derive(Clone, Debug)]
+pub struct SharedWorld(Arc<Mutex<World>>);
+
+impl SharedWorld {
+    /// Shares a machine.
+    pub fn new(world: World) -> Self {
+        Self(Arc::new(Mutex::new(world)))
+    }
+
+    /// The machine.
+    pub fn lock(&self) -> MutexGuard<'_, World> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The EXTI controller with an ear for the pins.
+#[derive(Debug)]
+pub struct TappedExti {
+    inner: Exti,
+    wiring: Wiring,
+    world: SharedWorld,
+    /// Last announced level of every pin.
+    levels: [[bool; PINS]; PORTS],
+}
+
+impl TappedExti {
+    pub fn new(wiring: Wiring, world: SharedWorld) -> Self {
+        let mut tapped =
+            Self { inner: Exti::new(generated::SYSCFG.base), wiring, world, levels: [[false; PINS]; PORTS] };
+        tapped.release_all(0);
+        tapped
+    }
+
+    /// Last announced level of a pin.
+    pub fn level(&self, port: usize, number: usize) -> bool {
+        self.levels[port][number]
+    }
+
+    /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN floats, and
+    /// the drivers' inputs read a floating ENN as high; everything else is pulled or leaks low.
+    pub fn release_all(&mut self, at_ns: u64) {
+        self.levels = [[false; PINS]; PORTS];
+        let roles: Vec<_> = self.wiring.all().collect();
+        for (_, role) in roles {
+            self.drive(at_ns, role, matches!(role, Role::FetBuffer | Role::MotorsDisable));
+        }
+    }
+
+    fn drive(&self, at_ns: u64, role: Role, high: bool) {
+        let mut world = self.world.lock();
+        match role {
+            Role::Step(actuator) => world.step_pin(at_ns, actuator, high),
+            Role::Direction(actuator) => world.direction_pin(at_ns, actuator, high),
+            Role::Enable(actuator) => world.enable_pin(at_ns, actuator, high),
+            Role::MotorsDisable => world.motors_disable_pin(at_ns, high),
+            Role::FetBuffer => world.fet_buffer_pin(at_ns, high),
+            Role::FetPower => world.fet_power_pin(at_ns, high),
+            Role::Heater(index) => world.heater_pin(at_ns, index, high),
+            Role::Fan(index) => world.fan_pin(at_ns, index, high),
+        }
+    }
+
+    fn hear(&mut self, at_ns: u64, change: RequestChange) {
+        let Some(&[letter]) = change.instance.strip_prefix("GPIO").map(str::as_bytes) else { return };
+        self.set(at_ns, usize::from(letter - b'A'), change.request, change.level == Level::High);
+    }
+
+    /// A pin has this level now.
+    pub fn set(&mut self, at_ns: u64, port: usize, number: usize, high: bool) {
+        self.levels[port][number] = high;
+        if let Some(role) = self.wiring.role(port, number) {
+            self.drive(at_ns, role, high);
+        }
+    }
+}
+
+impl Device for TappedExti {
+    type Register = Register;
+
+    fn read(&mut self, register: Register, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> Option<u64> {
+        self.inner.read(register, file, context)
+    }
+
+    fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.inner.write(register, value, file, context);
+    }
+
+    fn on_request(&mut self, change: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.hear(context.now().0, change);
+        self.inner.on_request(change, file, context);
+    }
+
+    fn on_access(&mut self, token: u64, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.inner.on_access(token, value, file, context);
+    }
+
+    fn on_refused(&mut self, token: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.inner.on_refused(token, file, context);
+    }
+
+    fn reset(&mut self) {
+        Device::reset(&mut self.inner);
+    }
+}

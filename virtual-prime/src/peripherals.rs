@@ -1,0 +1,9 @@
+//! Peripherals of the STM32H745 that the emulator lacks or models for another part.
+
+pub mod iwdg;
+pub mod pwr;
+pub mod rtc;
+pub mod sdmmc;
+
+mod rtc_calendar;
+mod sdmmc_flags;

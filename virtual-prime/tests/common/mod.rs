@@ -1,0 +1,98 @@
+//! Finds the test images, and runs one.
+#![allow(dead_code, reason = "every test crate uses its own part of this")]
+
+pub mod hang;
+pub mod velvet;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use sim::world::WorldConfig;
+use virtual_prime::board::{PrimeBoard, SharedWorld};
+use virtual_prime::console::Line;
+use virtual_prime::instruments::{Instruments, Records};
+use virtual_prime::vm::{Span, Vm};
+
+pub const MS: u64 = 1_000_000;
+
+/// The ELF of a test image: from `PRIME_IMAGES` when that names a directory, otherwise built here and now.
+pub fn image(name: &str) -> PathBuf {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    DIRECTORY.get_or_init(|| std::env::var_os("PRIME_IMAGES").map_or_else(build, PathBuf::from)).join(name)
+}
+
+fn build() -> PathBuf {
+    let images = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("images");
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| images.join("target"), PathBuf::from);
+    let target = std::path::absolute(target.join("images")).expect("a working directory");
+    // The makefile says which compiler builds images; without it, the one in the path does.
+    let compiler = std::env::var("FW_CARGO").unwrap_or_else(|_| "cargo".into());
+    let flags = std::env::var("FW_FLAGS").unwrap_or_default();
+    let mut words = compiler.split_whitespace();
+    let status = Command::new(words.next().unwrap_or("cargo"))
+        .args(words)
+        .args(["build", "--quiet", "--locked", "--release"])
+        .args(flags.split_whitespace())
+        .env("CARGO_TARGET_DIR", &target)
+        .env_remove("RUSTC")
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .current_dir(&images)
+        .status()
+        .expect("cargo runs");
+    assert!(status.success(), "the test images do not build");
+    target.join("thumbv7em-none-eabihf/release")
+}
+
+/// A board that runs a test image.
+pub struct Bench {
+    pub vm: Vm,
+    /// Our ends of the three serial ports.
+    pub console: Line,
+    pub records: Records,
+}
+
+/// A board of the default machine running a test image.
+pub fn boot(name: &str) -> Bench {
+    boot_on(name, PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right"))
+}
+
+/// This board running a test image.
+pub fn boot_on(name: &str, board: PrimeBoard) -> Bench {
+    boot_elf(&image(name), board)
+}
+
+/// This board running this image.
+pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
+    let console = board.console(0).clone();
+    let (instruments, records) = Instruments::new(elf, &[]).expect("an image with symbols");
+    let vm = Vm::start(board, elf, Some(Box::new(instruments))).expect("the image loads");
+    Bench { vm, console, records }
+}
+
+impl Bench {
+    /// Runs until the image ends itself with success; what it said on its console.
+    #[track_caller]
+    pub fn expect_pass(&mut self, deadline_ms: u64) -> String {
+        let mut said = Vec::new();
+        for _ in 0..deadline_ms {
+            let span = self.vm.run_for(MS);
+            said.extend(self.console.receive());
+            match span {
+                Span::Reached => {}
+                Span::Exited(0) => return String::from_utf8_lossy(&said).into_owned(),
+                other => panic!("{other:?} after {} ns: {}", self.vm.now_ns(), self.words(&said)),
+            }
+        }
+        panic!("no end after {deadline_ms} ms: {}", self.words(&said));
+    }
+
+    fn words(&self, said: &[u8]) -> String {
+        String::from_utf8_lossy(&[said, &self.records.lock().semihosting].concat()).into_owned()
+    }
+
+    /// The machine on the board.
+    pub fn world(&mut self) -> SharedWorld {
+        self.vm.with(|stopped| stopped.session.board().world().clone()).expect("the run goes on")
+    }
+}

@@ -1,0 +1,230 @@
+//! Velvet's own image on a board to order, an operator at its console, and a look at the machine.
+
+use std::path::PathBuf;
+
+use config::BoardId;
+use sim::models::tmc26x::Chip;
+use sim::world::{Fault, TimedFault, World, WorldConfig};
+use units::Actuator;
+use virtual_prime::board::PrimeBoard;
+use virtual_prime::sd_image;
+use virtual_prime::vm::Span;
+
+use super::{Bench, MS, boot_elf};
+
+/// The sample printer: Cartesian, one hot end, a bed, a part fan, switches at the minimum ends.
+pub const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
+/// Milliseconds in a second.
+pub const SECOND: u64 = 1_000;
+/// What ends the greeting: from here on the machine listens.
+pub const PROMPT: &str = "Welcome to Smoothie\nok\n";
+/// A healthy machine has greeted by then.
+const BOOT_MS: u64 = 2 * SECOND;
+/// How finely waiting cuts time, milliseconds.
+const SLICE_MS: u64 = 5;
+
+/// The image under test.
+pub fn image() -> PathBuf {
+    let named = std::env::var_os("VELVET_ELF");
+    PathBuf::from(named.expect("VELVET_ELF does not name the firmware image: run these tests with `make test`"))
+}
+
+/// What the slot holds.
+enum Card {
+    Nothing,
+    /// A volume with the configuration and the files.
+    Volume,
+    Raw(Box<dyn Fn(Vec<u8>) -> Vec<u8>>),
+}
+
+/// What a test starts from.
+pub struct Plan {
+    config: String,
+    files: Vec<(String, Vec<u8>)>,
+    faults: Vec<TimedFault>,
+    card: Card,
+    elf: PathBuf,
+}
+
+impl Plan {
+    /// The sample printer, whole.
+    pub fn new() -> Self {
+        let files = Vec::new();
+        Self { config: CONFIG.into(), files, faults: Vec::new(), card: Card::Volume, elf: image() }
+    }
+
+    /// Changes a piece of the configuration, which must have it.
+    #[track_caller]
+    pub fn with(mut self, piece: &str, instead: &str) -> Self {
+        assert!(self.config.contains(piece), "the configuration has no `{piece}`");
+        self.config = self.config.replace(piece, instead);
+        self
+    }
+
+    /// Another file on the card.
+    pub fn file(mut self, name: &str, text: &str) -> Self {
+        self.files.push((name.into(), text.into()));
+        self
+    }
+
+    /// Something that goes wrong, as `virtual-prime run --fault` takes it.
+    pub fn fault(mut self, text: &str) -> Self {
+        self.faults.push(TimedFault::parse(text).expect("a fault"));
+        self
+    }
+
+    /// Nothing in the slot.
+    pub fn without_card(mut self) -> Self {
+        self.card = Card::Nothing;
+        self
+    }
+
+    /// The card's bytes, made from those of a good one.
+    pub fn with_card(mut self, make: impl Fn(Vec<u8>) -> Vec<u8> + 'static) -> Self {
+        self.card = Card::Raw(Box::new(make));
+        self
+    }
+
+    /// Another image.
+    pub fn image(mut self, elf: PathBuf) -> Self {
+        self.elf = elf;
+        self
+    }
+
+    /// Switches the machine on and waits for its prompt.
+    #[track_caller]
+    pub fn start(self) -> Velvet {
+        let (machine, _) = config::parse(self.config.as_bytes(), BoardId::Prime2590, &mut ());
+        let mut board =
+            PrimeBoard::new(WorldConfig::of(&machine, Chip::Tmc2590)).expect("the board's tables are right");
+        let mut on_card = self.files;
+        on_card.insert(0, ("config.ini".to_owned(), self.config.into_bytes()));
+        let volume = || sd_image::build(None, &on_card).expect("a volume");
+        match &self.card {
+            Card::Nothing => {}
+            Card::Volume => board.insert_card(Some(volume())),
+            Card::Raw(make) => board.insert_card(Some(make(volume()))),
+        }
+        for fault in self.faults {
+            let mut world = board.world().lock();
+            let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
+            done.expect("a fault of this machine");
+        }
+        let mut velvet = Velvet { bench: boot_elf(&self.elf, board), said: String::new() };
+        velvet.hear_until(PROMPT, BOOT_MS);
+        velvet
+    }
+}
+
+/// A machine that is on.
+pub struct Velvet {
+    pub bench: Bench,
+    said: String,
+}
+
+impl Velvet {
+    /// Everything it has said on the debug console.
+    pub fn said(&self) -> &str {
+        &self.said
+    }
+
+    /// Virtual time, milliseconds.
+    pub const fn now_ms(&self) -> u64 {
+        self.bench.vm.now_ns() / MS
+    }
+
+    /// Lets this much time pass; what was said in it.
+    #[track_caller]
+    pub fn hear(&mut self, ms: u64) -> String {
+        let before = self.said.len();
+        let end = self.bench.vm.now_ns() + ms * MS;
+        assert_eq!(self.bench.vm.run_until(end), Span::Reached, "after: {}", self.said);
+        self.said.push_str(&String::from_utf8_lossy(&self.bench.console.receive()));
+        self.said[before..].to_owned()
+    }
+
+    /// Lets time pass until what is said in it contains this; all of that.
+    #[track_caller]
+    pub fn hear_until(&mut self, words: &str, patience_ms: u64) -> String {
+        let before = self.said.len();
+        let end = self.now_ms() + patience_ms;
+        while !self.said[before..].contains(words) {
+            assert!(self.now_ms() < end, "no {words:?} within {patience_ms} ms; it said: {}", &self.said[before..]);
+            self.hear(SLICE_MS);
+        }
+        self.said[before..].to_owned()
+    }
+
+    /// Types a line.
+    pub fn type_in(&mut self, line: &str) {
+        self.bench.console.send(format!("{line}\n").as_bytes());
+    }
+
+    /// Types a line and waits for the end of the answer; what was said meanwhile.
+    #[track_caller]
+    pub fn ask(&mut self, line: &str, patience_ms: u64) -> String {
+        self.type_in(line);
+        self.hear_until("ok\n", patience_ms)
+    }
+
+    /// Looks at the machine, or changes it.
+    pub fn world<R>(&mut self, work: impl FnOnce(&mut World) -> R) -> R {
+        let world = self.bench.world();
+        let mut world = world.lock();
+        work(&mut world)
+    }
+
+    /// Something goes wrong now.
+    #[track_caller]
+    pub fn inject(&mut self, fault: &Fault) {
+        self.world(|world| world.inject(fault)).expect("a fault of this machine");
+    }
+
+    /// This was said exactly once since power-on, and no other error or warning was.
+    #[track_caller]
+    pub fn assert_told_once(&self, words: &str) {
+        let words = words.trim_end();
+        assert_eq!(self.said.matches(words).count(), 1, "{words:?} in: {}", self.said);
+        let trouble = |line: &&str| {
+            let line = line.to_ascii_lowercase();
+            ["error", "warning", "alarm"].iter().any(|word| line.contains(word)) && !line.starts_with('<')
+        };
+        let others: Vec<_> = self.said.lines().filter(|line| !line.contains(words)).filter(trouble).collect();
+        assert!(others.is_empty(), "besides {words:?}: {others:?}");
+    }
+
+    /// Nothing heats, nothing moves, no motor has current, and the console answers.
+    #[track_caller]
+    pub fn assert_safe(&mut self) {
+        // A halt takes the current off as soon as motion rests; the mean duty forgets within seconds.
+        self.hear(500);
+        let edges = self.world(|world| world.trace().total());
+        for _ in 0..12 {
+            self.hear(500);
+            if self.duties().iter().all(|duty| *duty < 0.01) {
+                break;
+            }
+        }
+        assert!(self.duties().iter().all(|duty| *duty < 0.01), "heaters are driven: {:?}", self.duties());
+        assert_eq!(self.world(|world| world.vfet_v()), 0.0, "the heaters' supply is on");
+        assert_eq!(self.world(|world| world.trace().total()), edges, "something still moves");
+        for motor in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma, Actuator::Delta] {
+            assert!(!self.world(|world| world.driver(motor as usize).drives()), "{} has current", motor.name());
+        }
+        self.type_in("version");
+        self.hear_until("Prime", SECOND);
+    }
+
+    /// The card can be read over the console.
+    #[track_caller]
+    pub fn assert_card_listed(&mut self, name: &str) {
+        self.type_in("ls /sd");
+        self.hear_until(name, SECOND);
+    }
+
+    fn duties(&mut self) -> [f64; 2] {
+        self.world(|world| {
+            ["hotend", "bed"].map(|name| world.heater_index(name).map_or(0.0, |index| world.heater_mean_duty(index)))
+        })
+    }
+}

@@ -1,0 +1,265 @@
+//! Velvet's image and everything that goes wrong with a machine: each fault gives one clear message and a safe state.
+
+mod common;
+
+use common::velvet::{CONFIG, PROMPT, Plan, SECOND, Velvet};
+use sim::world::Fault;
+use units::Actuator;
+
+/// What a machine that cannot be set up says after its reason, and answers to whoever wants it to move.
+const LOCKED: &str = "error:the configuration has errors: mend config.ini and reset";
+
+/// A machine without a usable configuration: this reason, once; nothing moves or heats, and the console works.
+#[track_caller]
+fn stays_off(plan: Plan, reason: &str) -> Velvet {
+    let mut velvet = plan.start();
+    velvet.hear(2 * SECOND);
+    velvet.assert_safe();
+    assert_eq!(velvet.said().matches(reason).count(), 1, "{reason:?} in: {}", velvet.said());
+    assert_eq!(velvet.said().matches("There was a fatal error in the config.ini").count(), 1, "{}", velvet.said());
+    let answer = velvet.ask("G28", SECOND);
+    assert!(answer.contains(LOCKED), "{answer}");
+    assert_eq!(velvet.world(|world| world.trace().total()), 0);
+    velvet
+}
+
+#[test]
+fn the_machine_listens_within_two_seconds_of_power_on() {
+    let velvet = Plan::new().start();
+    assert!(velvet.now_ms() < 2 * SECOND, "{} ms", velvet.now_ms());
+}
+
+#[test]
+fn without_a_card_it_asks_for_one() {
+    stays_off(
+        Plan::new().without_card(),
+        "ERROR: cannot read /sd/config.ini: no SD card found: insert a card and reset\n",
+    );
+}
+
+#[test]
+fn a_card_without_a_file_system_is_to_be_formatted() {
+    let blank = |mut card: Vec<u8>| {
+        card.fill(0);
+        card
+    };
+    stays_off(
+        Plan::new().with_card(blank),
+        "ERROR: cannot read /sd/config.ini: the SD card has no FAT file system: format it as FAT32\n",
+    );
+}
+
+#[test]
+fn a_card_without_configuration_is_named() {
+    let other = |_| virtual_prime::sd_image::build(None, &[("part.g".into(), b"G28\n".to_vec())]).expect("a volume");
+    let mut velvet = stays_off(Plan::new().with_card(other), "ERROR: cannot read /sd/config.ini: no such file\n");
+    velvet.assert_card_listed("part.g");
+}
+
+/// Has the directory say that config.ini lies where the card ends: reading it is an error of the card.
+fn misplace_config(mut card: Vec<u8>) -> Vec<u8> {
+    let entry = card.chunks(32).position(|entry| entry.starts_with(b"CONFIG  INI")).expect("a directory entry") * 32;
+    // The first cluster's number: high half at 20, low half at 26.
+    card[entry + 20..entry + 22].copy_from_slice(&0x00F0_u16.to_le_bytes());
+    card[entry + 26..entry + 28].copy_from_slice(&0x0000_u16.to_le_bytes());
+    card
+}
+
+#[test]
+fn a_configuration_that_cannot_be_read_is_told() {
+    let mut velvet = stays_off(
+        Plan::new().with_card(misplace_config),
+        "ERROR: cannot read /sd/config.ini: the SD card reports a read or write error\n",
+    );
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn an_unknown_key_is_located() {
+    let plan = Plan::new().with("alpha.max_rate = 18000", "alpha.max_rat = 18000");
+    let line = 1 + CONFIG.lines().position(|line| line.starts_with("alpha.max_rate")).expect("the sample has it");
+    let told = format!("config.ini: line {line}, column 1: error: alpha.max_rat: [actuator] has no setting 'max_rat'");
+    let mut velvet = stays_off(plan, &told);
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn an_impossible_value_is_located() {
+    let plan = Plan::new().with("alpha.steps_per_mm = 80 ", "alpha.steps_per_mm = eighty ");
+    let mut velvet = stays_off(plan, "config.ini: line ");
+    assert!(velvet.said().contains("alpha.steps_per_mm"), "{}", velvet.said());
+    velvet.assert_card_listed("config.ini");
+}
+
+/// A fault of the hot end's or the bed's sensor, before heating or while it goes on.
+#[track_caller]
+fn sensor_fault(fault: Fault, heat: &str, before: bool, told: &str) {
+    let mut velvet = Plan::new().start();
+    if before {
+        velvet.inject(&fault);
+    }
+    velvet.ask(heat, SECOND);
+    if !before {
+        velvet.hear(2 * SECOND);
+        velvet.inject(&fault);
+    }
+    velvet.hear_until(told, 3 * SECOND);
+    velvet.assert_safe();
+    velvet.assert_told_once(told);
+    velvet.assert_card_listed("config.ini");
+}
+
+const NO_HOT_END: &str = "ERROR: MINTEMP or MAXTEMP triggered on T";
+const NO_BED: &str = "ERROR: MINTEMP or MAXTEMP triggered on B";
+
+#[test]
+fn a_thermistor_open_before_heating_keeps_the_heater_off() {
+    sensor_fault(Fault::ThermistorOpen("hotend".into()), "M104 S200", true, NO_HOT_END);
+}
+
+#[test]
+fn a_thermistor_shorted_before_heating_keeps_the_heater_off() {
+    sensor_fault(Fault::ThermistorShort("bed".into()), "M140 S60", true, NO_BED);
+}
+
+#[test]
+fn a_thermistor_that_opens_while_heating_halts() {
+    sensor_fault(Fault::ThermistorOpen("bed".into()), "M140 S60", false, NO_BED);
+}
+
+#[test]
+fn a_thermistor_that_shorts_while_heating_halts() {
+    sensor_fault(Fault::ThermistorShort("hotend".into()), "M104 S200", false, NO_HOT_END);
+}
+
+#[test]
+fn a_thermistor_that_opens_during_m109_ends_the_job_there() {
+    let mut velvet = Plan::new().file("last.g", "M109 S200\n").start();
+    velvet.ask("M23 last.g", SECOND);
+    velvet.type_in("M24");
+    velvet.hear(2 * SECOND);
+    velvet.inject(&Fault::ThermistorOpen("hotend".into()));
+    velvet.hear_until(NO_HOT_END, 3 * SECOND);
+    velvet.assert_safe();
+    assert!(!velvet.said().contains("Done printing"), "{}", velvet.said());
+    velvet.assert_told_once(NO_HOT_END);
+}
+
+#[test]
+fn a_driver_silent_from_power_on_is_named_and_nothing_moves() {
+    let mut velvet = Plan::new().fault("driver-silent:beta").start();
+    velvet.hear(3 * SECOND);
+    velvet.assert_told_once("ERROR: motor driver beta does not answer, check its supply and SPI wiring\n");
+    velvet.type_in("G1 X10 Y10 F600");
+    velvet.hear_until("Error: motor driver beta does not answer", SECOND);
+    velvet.assert_safe();
+    assert_eq!(velvet.world(|world| world.trace().total()), 0);
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn a_driver_that_falls_silent_while_moving_halts() {
+    let mut velvet = Plan::new().start();
+    velvet.type_in("G1 X100 F600");
+    velvet.hear(500);
+    velvet.inject(&Fault::DriverSilent(Actuator::Alpha));
+    let told = "ERROR: motor driver X: driver does not answer, check its supply and SPI wiring";
+    velvet.hear_until(told, 4 * SECOND);
+    velvet.assert_safe();
+    velvet.assert_told_once(told);
+}
+
+#[test]
+fn an_end_switch_that_never_closes_ends_the_search() {
+    // Short travels, so that the search is short: the switch is 30 mm away, and the frame 3 mm behind it.
+    let plan = Plan::new().with("minx.max_travel = 220 ", "minx.max_travel = 32 ");
+    let mut velvet = plan.fault("switch-never:minx").start();
+    velvet.type_in("G28 X0");
+    let told = "endstop was not reached within its travel";
+    velvet.hear_until(told, 5 * SECOND);
+    velvet.assert_safe();
+    assert_eq!(velvet.said().matches(told).count(), 1, "{}", velvet.said());
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn an_end_switch_that_is_stuck_is_noticed() {
+    let mut velvet = Plan::new().fault("switch-always:minx").start();
+    velvet.type_in("G28 X0");
+    let told = "endstop does not open when backed off: stuck, or wired inverted";
+    velvet.hear_until(told, 5 * SECOND);
+    velvet.assert_safe();
+    assert_eq!(velvet.said().matches(told).count(), 1, "{}", velvet.said());
+    assert_eq!(velvet.world(|world| world.lost_mm(Actuator::Alpha)), 0.0, "the carriage was pushed against its stop");
+}
+
+#[test]
+fn missing_motor_supply_is_told_and_nothing_moves() {
+    let mut velvet = Plan::new().fault("motor-supply:0").start();
+    velvet.hear(3 * SECOND);
+    velvet.assert_told_once("WARNING: motor supply is off (vmotor below 6 V)");
+    velvet.type_in("G28");
+    velvet.hear_until("Error: motor supply is off (vmotor below 6 V): switch it on, then M999", SECOND);
+    velvet.assert_safe();
+    assert_eq!(velvet.world(|world| world.trace().total()), 0);
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn motor_supply_lost_while_moving_halts() {
+    let mut velvet = Plan::new().start();
+    velvet.type_in("G1 X100 F600");
+    velvet.hear(500);
+    velvet.inject(&Fault::MotorSupply(0.5));
+    let told = "ERROR: motor supply lost while moving";
+    velvet.hear_until(told, 3 * SECOND);
+    velvet.assert_safe();
+    velvet.assert_told_once(told);
+}
+
+#[test]
+fn missing_heater_supply_is_told_and_nothing_heats() {
+    let mut velvet = Plan::new().fault("fet-supply:0").start();
+    velvet.hear(4 * SECOND);
+    velvet.assert_told_once("WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n");
+    velvet.type_in("M104 S200");
+    velvet.hear_until("Error: heater supply is off (vfet below 6 V): switch it on, then M999", SECOND);
+    velvet.assert_safe();
+    velvet.assert_card_listed("config.ini");
+}
+
+#[test]
+fn heater_supply_lost_while_heating_halts() {
+    let mut velvet = Plan::new().start();
+    velvet.ask("M104 S200", SECOND);
+    velvet.hear(SECOND);
+    velvet.inject(&Fault::FetSupply(0.0));
+    let told = "ERROR: heater supply lost while heating (vfet below 6 V)";
+    velvet.hear_until(told, 4 * SECOND);
+    velvet.assert_safe();
+    velvet.assert_told_once(told);
+}
+
+#[test]
+fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
+    let elf = common::hang::image_that_hangs_in("report_status");
+    let mut velvet = Plan::new().image(elf.clone()).start();
+    // It is in the board's flash now.
+    let _ = std::fs::remove_file(elf);
+    velvet.ask("M104 S200", SECOND);
+    velvet.hear(SECOND);
+    let heater = velvet.world(|world| world.heater_index("hotend")).expect("the sample has one");
+    assert!(velvet.world(|world| world.heater_mean_duty(heater)) > 0.3, "the heater is not on");
+    let greeted = velvet.said().len();
+    velvet.bench.console.send(b"?");
+    velvet.hear_until(PROMPT, 7 * SECOND);
+    let said = velvet.said()[greeted..].to_owned();
+    let told = "WARNING: the watchdog reset the board: the firmware had stopped answering\n";
+    assert_eq!(said.matches(told).count(), 1, "{said}");
+    // The duty's mean forgets within seconds; the target is gone for good.
+    velvet.hear(5 * SECOND);
+    assert!(velvet.world(|world| world.heater_mean_duty(heater)) < 0.01, "the heater is on again");
+    velvet.type_in("M105");
+    let answer = velvet.hear_until("T:", SECOND) + &velvet.hear(100);
+    assert!(answer.contains("/0.0 @0"), "{answer}");
+}

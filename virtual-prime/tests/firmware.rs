@@ -1,0 +1,94 @@
+//! Velvet's own image on the virtual board: it homes, heats and prints, and a fault ends in a safe state.
+//!
+//! `VELVET_ELF` names the image; `make test` builds it and sets it.
+
+mod common;
+
+use common::MS;
+use common::velvet::{Plan, SECOND};
+use sim::trace::StepEdge;
+use units::{Actuator, Direction};
+
+#[test]
+fn the_image_greets_and_the_board_has_nothing_to_complain_about() {
+    let mut velvet = Plan::new().start();
+    velvet.type_in("version");
+    velvet.hear_until("Prime", SECOND);
+    assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn homing_stops_every_axis_at_its_switch() {
+    let mut velvet = Plan::new().start();
+    velvet.ask("G28", 60 * SECOND);
+    for motor in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma] {
+        let (at, lost) = velvet.world(|world| (world.carriage_mm(motor), world.lost_mm(motor)));
+        let at = at.expect("a motor of the machine");
+        assert!(at.abs() < 0.05, "{} stands at {at} mm", motor.name());
+        assert_eq!(lost, 0.0, "{} pushed against its stop", motor.name());
+    }
+    assert_eq!(velvet.world(|world| world.timing_faults()), 0, "direction changed too close to a step");
+}
+
+/// Homing, half a second's rest, a square.
+const SQUARE: &str = "G28\nG4 P500\nG1 X60 Y60 F6000\nG1 X100\nG1 Y100\nG1 X60\nG1 Y60\nG4 P10\n";
+
+/// The edges of the square, from the first on, with this typed every so often while it runs.
+fn square(question: Option<&str>) -> Vec<StepEdge> {
+    let mut velvet = Plan::new().file("square.g", SQUARE).start();
+    velvet.ask("M23 square.g", SECOND);
+    velvet.type_in("M24");
+    for slice in 0..3_000 {
+        velvet.hear(10);
+        if velvet.said().contains("Done printing file") {
+            return velvet.world(|world| world.trace_mut().take());
+        }
+        // Ten times a second: the answers fill a seventh of the line, so none has to wait for it.
+        if let Some(question) = question
+            && slice % 10 == 0
+        {
+            velvet.bench.console.send(question.as_bytes());
+        }
+    }
+    panic!("the square was never done; it said: {}", velvet.said());
+}
+
+/// Time since its motion began (nanoseconds), motor, direction.
+type Edge = (u64, Actuator, Direction);
+
+/// Two instructions, rounded up to whole nanoseconds at either end.
+const QUANTISATION_NS: u64 = 7;
+/// An edge that falls due while the step interrupt runs already, for another edge or because the feed woke it, is spared
+/// the interrupt's entry. Which edges are is decided by an instruction, and makes at most this much.
+const ENTRY_NS: u64 = 100;
+/// One in this many may be such an edge.
+const RARELY: usize = 1_000;
+
+/// Edge by edge: time since the first edge of the same motion, motor, direction. A standstill of 100 ms parts motions:
+/// when the next one begins is the dispatcher's business, what it looks like is not.
+fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
+    let (mut began_ns, mut last_ns) = (0, 0);
+    let relative = |edge: &StepEdge| {
+        if edge.time_ns - last_ns > 100 * MS {
+            began_ns = edge.time_ns;
+        }
+        last_ns = edge.time_ns;
+        (edge.time_ns - began_ns, edge.actuator, edge.direction)
+    };
+    edges.iter().map(relative).collect()
+}
+
+#[test]
+fn questions_during_a_job_move_no_edge() {
+    let (quiet, asked) = (within_motions(&square(None)), within_motions(&square(Some("?M105\n"))));
+    assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
+    // The emulator takes an interrupt between two instructions, and which ones differs with what else is executed.
+    let mut moved = 0;
+    for (index, (a, b)) in quiet.iter().zip(&asked).enumerate() {
+        let by_ns = a.0.abs_diff(b.0);
+        assert!((a.1, a.2) == (b.1, b.2) && by_ns <= ENTRY_NS, "edge {index}: {a:?} quiet, {b:?} asked");
+        moved += usize::from(by_ns > QUANTISATION_NS);
+    }
+    assert!(moved <= quiet.len() / RARELY, "{moved} edges of {} moved", quiet.len());
+    assert_eq!(quiet.len(), asked.len());
+}

@@ -1,0 +1,76 @@
+//! Other people's images run too: each of the small images in `images/` tries one part of the board from inside.
+
+mod common;
+
+use common::{MS, boot, boot_on};
+use sim::world::WorldConfig;
+use units::Actuator;
+use virtual_prime::board::PrimeBoard;
+use virtual_prime::sd_image;
+use virtual_prime::vm::Span;
+
+#[test]
+fn an_image_greets_and_echoes_on_the_debug_console() {
+    let mut bench = boot("hello");
+    assert_eq!(bench.vm.run_for(10 * MS), Span::Reached);
+    assert_eq!(String::from_utf8_lossy(&bench.console.receive()), "hello from 0x20036450\n");
+    bench.console.send(b"abc.");
+    assert_eq!(bench.expect_pass(10), "ABC");
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn blocks_cross_the_sd_bus_by_fifo_and_by_dma() {
+    let files = [("hello.txt".to_owned(), b"from the host".to_vec())];
+    let mut board = PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right");
+    board.insert_card(Some(sd_image::build(None, &files).expect("a volume")));
+    boot_on("sd", board).expect_pass(1_000);
+}
+
+#[test]
+fn a_motor_turns_by_both_edges_until_its_switch_closes() {
+    let mut bench = boot("drivers");
+    let world = bench.world();
+    bench.expect_pass(1_000);
+    let world = world.lock();
+    assert_eq!(world.carriage_mm(Actuator::Alpha), Some(0.0));
+    assert_eq!(world.trace().tally(Actuator::Alpha).net_steps, -30 * 80);
+    assert_eq!(world.driver(0).microsteps(), 16);
+    assert!(world.driver(0).double_edge() && world.driver(0).drives());
+    assert_eq!(world.timing_faults(), 0);
+}
+
+#[test]
+fn voltages_reach_the_converters_and_outputs_reach_the_heater() {
+    let mut bench = boot("analog");
+    let world = bench.world();
+    bench.expect_pass(1_000);
+    let hotend = world.lock().heater_c(0);
+    // 40 W for 20 ms into 12 J/K.
+    assert!((hotend - 22.0 - 40.0 * 0.020 / 12.0).abs() < 0.005, "{hotend}");
+    assert_eq!(world.lock().pwm_duty(0, 0), 0.25);
+}
+
+#[test]
+fn the_watchdog_bites_when_it_is_not_fed_and_says_so_after_the_reset() {
+    let mut bench = boot("watchdog");
+    assert_eq!(bench.expect_pass(1_000), "fed\nbitten\n");
+    let resets: Vec<_> = bench.vm.complaints().into_iter().filter(|line| line.starts_with("reset")).collect();
+    assert_eq!(resets.len(), 1, "{resets:?}");
+}
+
+#[test]
+fn a_run_is_the_same_however_it_is_cut_into_spans() {
+    let hash = |span_ns: u64| {
+        let mut bench = boot("drivers");
+        let world = bench.world();
+        while bench.vm.run_for(span_ns) == Span::Reached {}
+        world.lock().trace().edge_hash()
+    };
+    assert_eq!(hash(777_777), hash(100 * MS));
+}
+
+#[test]
+fn the_clock_runs_into_a_new_year() {
+    boot("clock").expect_pass(5_000);
+}
