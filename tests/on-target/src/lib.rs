@@ -1,0 +1,121 @@
+//! What the test images share: how a failure ends, and the interrupts that let waits sleep.
+#![no_std]
+
+use core::cell::RefCell;
+use core::panic::PanicInfo;
+
+use bsp_prime::board::{Board, enable_interrupt, make_outputs_safe};
+use bsp_prime::pac::{self, Interrupt, interrupt};
+use bsp_prime::step_engine::StepEngine;
+use bsp_prime::time::Ticker;
+use critical_section::Mutex;
+use defmt_rtt as _;
+use motion::Latch;
+use motion::queue::StepQueue;
+
+/// What the step interrupt of a test plays.
+pub static STEP_QUEUE: StepQueue = StepQueue::new();
+/// Where watched inputs report.
+pub static LATCH: Latch = Latch::new();
+static STEP_ENGINE: Mutex<RefCell<Option<StepEngine>>> = Mutex::new(RefCell::new(None));
+static TICK: Mutex<RefCell<Option<Ticker>>> = Mutex::new(RefCell::new(None));
+
+/// What is left of the board for a test once its interrupts are placed.
+pub struct Bench {
+    /// Everything but the step engine and the heat tick.
+    pub pins: bsp_prime::pins::Pins,
+    /// Enables, off.
+    pub guards: bsp_prime::board::Guards,
+    /// The motor drivers' bus.
+    pub motor_bus: bsp_prime::spi::MotorBus,
+    /// The thermistor scan.
+    pub thermistors: bsp_prime::adc::Thermistors,
+    /// Supply voltages.
+    pub supplies: bsp_prime::adc::Supplies,
+    /// The card.
+    pub sd: bsp_prime::sd::SdCard,
+    /// Who the board is.
+    pub identity: bsp_prime::identity::Identity,
+    /// To be fed by long tests.
+    pub watchdog: bsp_prime::watchdog::Watchdog,
+}
+
+/// Brings the board up with a tick of a millisecond, the step interrupt and the card's interrupt.
+pub fn bench() -> Bench {
+    let (Some(core), Some(device)) = (cortex_m::Peripherals::take(), pac::Peripherals::take()) else {
+        defmt::panic!("the peripherals are taken once");
+    };
+    let board = match Board::take(core, device, &STEP_QUEUE) {
+        Ok(board) => board,
+        Err(error) => defmt::panic!("the board does not come up: {}", defmt::Debug2Format(&error)),
+    };
+    let mut tick = board.heat_tick;
+    tick.start(1_000);
+    critical_section::with(|cs| {
+        TICK.borrow(cs).replace(Some(tick));
+        STEP_ENGINE.borrow(cs).replace(Some(board.step_engine));
+    });
+    for interrupt in [Interrupt::TIM7, Interrupt::TIM2, Interrupt::SDMMC1, Interrupt::EXTI0, Interrupt::EXTI9_5] {
+        enable_interrupt(interrupt);
+    }
+    Bench {
+        pins: board.pins,
+        guards: board.guards,
+        motor_bus: board.motor_bus,
+        thermistors: board.thermistors,
+        supplies: board.supplies,
+        sd: board.sd,
+        identity: board.identity,
+        watchdog: board.watchdog,
+    }
+}
+
+/// Sleeps for at least this long.
+pub fn sleep_ms(milliseconds: u64) {
+    let end = bsp_prime::time::now().millis() + milliseconds;
+    while bsp_prime::time::now().millis() < end {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[interrupt]
+fn TIM7() {
+    critical_section::with(|cs| {
+        bsp_prime::time::keep_clocks();
+        if let Some(tick) = TICK.borrow(cs).borrow_mut().as_mut() {
+            tick.acknowledge();
+        }
+    });
+}
+
+#[interrupt]
+fn TIM2() {
+    critical_section::with(|cs| {
+        if let Some(engine) = STEP_ENGINE.borrow(cs).borrow_mut().as_mut() {
+            engine.on_interrupt();
+        }
+    });
+}
+
+#[interrupt]
+fn EXTI0() {
+    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+}
+
+#[interrupt]
+fn EXTI9_5() {
+    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+}
+
+#[interrupt]
+fn SDMMC1() {
+    bsp_prime::sd::on_interrupt();
+}
+
+/// A failed test: said, then the run ends with a status.
+#[panic_handler]
+fn failed(info: &PanicInfo) -> ! {
+    make_outputs_safe();
+    defmt::error!("{}", defmt::Display2Format(info));
+    semihosting::process::exit(1)
+}

@@ -1,0 +1,238 @@
+//! The board package on the board: clocks, pins, converters, motor bus, card, step pulses.
+//!
+//! Needs a card in the slot and the motor supply on.
+#![no_std]
+#![no_main]
+
+use on_target as _;
+
+#[defmt_test::tests]
+mod tests {
+    use bsp_prime::pins::{PinError, PinName, PinSpec, Pull, table};
+    use bsp_prime::step_engine::{self, MotorLines, STATISTICS};
+    use bsp_prime::trigger::{self, WatchError};
+    use bsp_prime::{adc, memory, time};
+    use embedded_sdmmc::{Block, BlockDevice, BlockIdx};
+    use motion::queue::StepEvent;
+    use on_target::{Bench, LATCH, STEP_QUEUE, bench, sleep_ms};
+    use tmc::{Chip, Driver};
+    use units::{Actuator, Direction};
+
+    #[init]
+    fn init() -> Bench {
+        bench()
+    }
+
+    #[test]
+    fn the_board_is_the_one_we_know(bench: &mut Bench) {
+        defmt::assert_eq!(bench.identity.device.0, 0x450, "an STM32H745 or H747");
+        defmt::assert!(bench.identity.board <= 1, "identity resistors read {}", bench.identity.board);
+    }
+
+    #[test]
+    fn the_two_clocks_and_the_core_agree() {
+        let (micros, ticks, cycles) = (time::now(), time::now_ticks(), cortex_m::peripheral::DWT::cycle_count());
+        bsp_prime::wait::pause(10_000);
+        let micros = time::now().since(micros).0;
+        let ticks = time::now_ticks().since(ticks).0;
+        let cycles = cortex_m::peripheral::DWT::cycle_count().wrapping_sub(cycles);
+        defmt::assert!((10_000..10_200).contains(&micros), "{} us for 10 ms", micros);
+        defmt::assert!(ticks.abs_diff(micros * 200) < 2_000, "{} ticks in {} us", ticks, micros);
+        defmt::assert!(u64::from(cycles).abs_diff(micros * 400) < 4_000, "{} cycles in {} us", cycles, micros);
+    }
+
+    #[test]
+    fn the_statics_leave_the_stack_room() {
+        defmt::assert!(memory::stack_room_bytes() > 16 * 1024, "{} bytes", memory::stack_room_bytes());
+    }
+
+    #[test]
+    fn pin_names_with_modifiers_are_read() {
+        let spec = PinSpec::parse("PE1!^");
+        defmt::assert!(spec.is_some_and(|spec| spec.pin == PinName::new('E', 1) && spec.inverted));
+        for wrong in ["E1", "PL1", "PE16", "PE", "PE1x", ""] {
+            defmt::assert!(PinSpec::parse(wrong).is_none(), "{=str} must be refused", wrong);
+        }
+    }
+
+    #[test]
+    fn a_pin_has_one_owner_and_the_second_is_told_who_it_is(bench: &mut Bench) {
+        let pin = PinName::new('J', 6);
+        defmt::assert!(bench.pins.claim(pin, "kill button.pin").is_ok());
+        match bench.pins.claim(pin, "switch.fan.output_pin") {
+            Err(PinError::Taken { owner, wanted_by, .. }) => {
+                defmt::assert_eq!(owner.as_str(), "kill button.pin");
+                defmt::assert_eq!(wanted_by.as_str(), "switch.fan.output_pin");
+            }
+            _ => defmt::panic!("the second claim must fail"),
+        }
+        bench.pins.release("kill button.pin");
+        defmt::assert!(bench.pins.claim(pin, "switch.fan.output_pin").is_ok());
+        bench.pins.release("switch.fan.output_pin");
+    }
+
+    #[test]
+    fn pins_of_the_card_and_the_guards_are_not_to_be_had(bench: &mut Bench) {
+        let reserved = bench.pins.claim(PinName::new('C', 8), "x");
+        defmt::assert!(matches!(reserved, Err(PinError::Reserved { usage: "the SD card", .. })));
+        defmt::assert!(matches!(bench.pins.claim(table::MOTORS_ENABLE.pin, "x"), Err(PinError::Taken { .. })));
+    }
+
+    #[test]
+    fn outputs_come_up_off(bench: &mut Bench) {
+        for guard in [&bench.guards.motors, &bench.guards.fets, &bench.guards.fets_power] {
+            defmt::assert!(!guard.is_on(), "{} is on", defmt::Display2Format(&guard.pin()));
+        }
+    }
+
+    #[test]
+    fn the_thermistor_scan_runs_on_by_itself(bench: &mut Bench) {
+        let channels = table::THERMISTORS.map(|input| input.channel);
+        defmt::assert!(bench.thermistors.average(0).is_err(), "nothing has been scanned yet");
+        defmt::assert!(bench.thermistors.start(&channels).is_ok());
+        defmt::assert!(bench.thermistors.average(0).is_err(), "the first round is not over");
+        for _ in 0..3 {
+            let before = bench.thermistors.samples_to_wrap();
+            sleep_ms(2);
+            let after = bench.thermistors.samples_to_wrap();
+            defmt::assert!(before != after, "no sample in 2 ms, {} to wrap", after);
+        }
+        sleep_ms(40);
+        defmt::assert!(bench.thermistors.is_running());
+        for position in 0..channels.len() {
+            let average = bench.thermistors.average(position);
+            defmt::assert!(average.is_ok());
+            defmt::info!("{=str}: {}", table::THERMISTORS[position].name, average.ok());
+        }
+        defmt::assert!(bench.thermistors.average(channels.len()).is_err());
+    }
+
+    #[test]
+    fn supplies_and_the_chip_itself_are_measured(bench: &mut Bench) {
+        let inputs = [table::VMOTOR, table::VFET, table::CHIP_TEMPERATURE, table::VREF];
+        defmt::assert!(bench.supplies.start(&inputs).is_ok());
+        for _ in 0..6 {
+            sleep_ms(2);
+            bench.supplies.poll();
+        }
+        let volts = bench.supplies.reading(table::VMOTOR).map(|counts| adc::pin_volts(counts) * table::SUPPLY_DIVIDER);
+        defmt::assert!(volts.is_some_and(|volts| (10.0..36.0).contains(&volts)), "motor supply {} V", volts);
+        let reference = bench.supplies.reading(table::VREF).map(adc::pin_volts);
+        defmt::assert!(reference.is_some_and(|volts| (1.1..1.3).contains(&volts)), "reference {} V", reference);
+        let reading = bench.supplies.reading(table::CHIP_TEMPERATURE);
+        defmt::assert!(reading.is_some_and(|counts| counts > 0), "temperature sensor {}", reading);
+        // `None` for a chip without calibration words, which the emulated one is.
+        let celsius = reading.and_then(adc::chip_celsius);
+        defmt::assert!(celsius.is_none_or(|celsius| (0.0..90.0).contains(&celsius)), "chip at {} C", celsius);
+    }
+
+    #[test]
+    fn all_four_motor_drivers_answer(bench: &mut Bench) {
+        let chip = if bench.identity.board == 1 { Chip::Tmc2660 } else { Chip::Tmc2590 };
+        for (motor, pins) in table::MOTORS.iter().enumerate() {
+            let Ok(select) = bench.pins.output(PinSpec::inverted(pins.select), "test") else {
+                defmt::panic!("select pin of motor {}", motor)
+            };
+            let Ok(mut driver) = Driver::new(bench.motor_bus.device(select), chip, chip.default_sense_resistor())
+            else {
+                defmt::panic!("the default sense resistor is one the driver takes")
+            };
+            let status = driver.start();
+            defmt::assert!(status.is_ok(), "motor {}: {}", motor, defmt::Debug2Format(&status.err()));
+        }
+        bench.pins.release("test");
+    }
+
+    #[test]
+    fn the_card_is_identified_and_its_blocks_are_read(bench: &mut Bench) {
+        let card = bench.sd.identify();
+        defmt::assert!(card.is_ok(), "{}", defmt::Debug2Format(&card.err()));
+        let mut blocks = [Block::default(), Block::default(), Block::default()];
+        defmt::assert!(bench.sd.read(&mut blocks, BlockIdx(0)).is_ok());
+        let [first, ..] = &blocks;
+        defmt::assert_eq!(first.contents.get(510..), Some(&[0x55, 0xAA][..]), "signature of the first block");
+        let beyond = bench.sd.num_blocks().map_or(u32::MAX, |count| count.0);
+        defmt::assert!(bench.sd.read(&mut blocks, BlockIdx(beyond)).is_err(), "a block beyond the end must be refused");
+        bench.watchdog.feed();
+    }
+
+    #[test]
+    fn steps_are_played_in_time(bench: &mut Bench) {
+        let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
+        for (line, pins) in lines.iter_mut().zip(&table::MOTORS) {
+            let step = bench.pins.fast_output(PinSpec::plain(pins.step), "test");
+            let direction = bench.pins.fast_output(PinSpec::plain(pins.direction), "test");
+            let (Ok(step), Ok(direction)) = (step, direction) else {
+                defmt::panic!("step and direction pins are free")
+            };
+            *line = MotorLines { step, direction, double_edge: true };
+        }
+        step_engine::configure(&lines, 1);
+        STATISTICS.reset_worst();
+        let start = time::step_ticks().wrapping_add(200_000);
+        defmt::assert!(STEP_QUEUE.push(StepEvent::direction(start, Actuator::Beta, Direction::Forward)));
+        for step in 1..=100 {
+            defmt::assert!(STEP_QUEUE.push(StepEvent::step(start.wrapping_add(step * 2_000), 0b1111)));
+        }
+        step_engine::wake();
+        sleep_ms(3);
+        defmt::assert!(STEP_QUEUE.is_empty(), "{} events are left", STEP_QUEUE.len());
+        defmt::info!("worst lateness {} ticks of 5 ns", STATISTICS.worst_ticks());
+        // This image's interrupt runs from flash and behind a critical section; the firmware's is held to 250 ns.
+        defmt::assert!(STATISTICS.worst_ticks() < 400, "{} ticks late", STATISTICS.worst_ticks());
+        bench.pins.release("test");
+    }
+
+    #[test]
+    fn an_external_driver_gets_pulses_that_end_low(bench: &mut Bench) {
+        let Ok(step) = bench.pins.fast_output(PinSpec::plain(PinName::new('G', 0)), "test") else {
+            defmt::panic!("PG0 is free")
+        };
+        let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
+        if let Some(zeta) = lines.last_mut() {
+            *zeta = MotorLines { step, double_edge: false, ..MotorLines::NONE };
+        }
+        step_engine::configure(&lines, 5);
+        // An odd number: were these edges rather than pulses, the pin would stay high.
+        let start = time::step_ticks().wrapping_add(20_000);
+        for pulse in 0..9 {
+            defmt::assert!(STEP_QUEUE.push(StepEvent::step(start.wrapping_add(pulse * 4_000), Actuator::Zeta.bit())));
+        }
+        step_engine::wake();
+        let mut seen_high = false;
+        while !STEP_QUEUE.is_empty() && time::step_ticks().wrapping_sub(start) as i32 <= 400_000 {
+            seen_high |= step.is_high();
+        }
+        sleep_ms(2);
+        defmt::assert!(STEP_QUEUE.is_empty() && seen_high && !step.is_high());
+        bench.pins.release("test");
+    }
+
+    #[test]
+    fn an_edge_is_stamped_with_the_step_clock(bench: &mut Bench) {
+        // Nothing is connected to header pin GA-3: the chip's own resistor moves it.
+        let pin = PinSpec { pull: Pull::Down, ..PinSpec::plain(PinName::new('J', 6)) };
+        defmt::assert!(bench.pins.input(pin, "test").is_ok());
+        sleep_ms(1);
+        defmt::assert!(trigger::watch(pin, 3).is_ok());
+        LATCH.arm(1 << 3);
+        bench.pins.release("test");
+        let before = time::step_ticks();
+        defmt::assert!(bench.pins.input(PinSpec { pull: Pull::Up, ..pin }, "test").is_ok());
+        sleep_ms(1);
+        let fired = LATCH.fired();
+        defmt::assert!(fired.is_some_and(|fired| fired.input == 3 && fired.at.wrapping_sub(before) < 200_000));
+        trigger::unwatch(3);
+        bench.pins.release("test");
+    }
+
+    #[test]
+    fn two_pins_of_one_number_cannot_both_have_the_edge_detector() {
+        let [x_min, .., z_min, _] = table::ENDSTOPS;
+        defmt::assert!(trigger::watch(PinSpec::plain(x_min), 0).is_ok());
+        defmt::assert!(trigger::watch(PinSpec::plain(z_min), 4) == Err(WatchError::LineTaken(x_min)));
+        trigger::unwatch(0);
+        defmt::assert!(trigger::watch(PinSpec::plain(z_min), 4).is_ok());
+        trigger::unwatch(4);
+    }
+}

@@ -1,0 +1,265 @@
+//! A bench to run scenarios on: a machine in virtual time with a card, a console and faults to order.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use machine::ports::ConsoleId;
+use sim::runner::{CardState, Runner, Setup};
+use sim::world::{TimedFault, World};
+use units::Actuator;
+
+/// The sample printer: Cartesian, one hotend, a bed, a part fan, switches at the minimum ends.
+pub const CARTESIAN: &str = include_str!("../../config/samples/cartesian.ini");
+/// The sample CoreXY printer.
+pub const COREXY: &str = include_str!("../../config/samples/corexy.ini");
+/// The sample linear delta.
+pub const DELTA: &str = include_str!("../../config/samples/delta.ini");
+
+/// The console scenarios talk on.
+const CONSOLE: ConsoleId = ConsoleId(0);
+/// Nanoseconds in a second.
+const SECOND: f64 = 1e9;
+/// A command that has not answered by then is stuck.
+const PATIENCE_S: f64 = 600.0;
+
+/// What a scenario starts from.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    config: String,
+    files: Vec<(String, String)>,
+    faults: Vec<TimedFault>,
+    card_state: CardState,
+}
+
+impl Plan {
+    /// A machine of this configuration.
+    #[must_use]
+    pub fn new(config: &str) -> Self {
+        Self { config: config.into(), files: Vec::new(), faults: Vec::new(), card_state: CardState::Good }
+    }
+
+    /// Changes a piece of the configuration.
+    ///
+    /// # Panics
+    /// When the configuration does not have it: then the scenario tests nothing.
+    #[must_use]
+    pub fn with(mut self, piece: &str, instead: &str) -> Self {
+        assert!(self.config.contains(piece), "the configuration has no `{piece}`");
+        self.config = self.config.replace(piece, instead);
+        self
+    }
+
+    /// Adds a section at the end of the configuration.
+    #[must_use]
+    pub fn adding(mut self, text: &str) -> Self {
+        self.config.push_str(text);
+        self
+    }
+
+    /// Puts a file on the card.
+    #[must_use]
+    pub fn file(mut self, name: &str, text: &str) -> Self {
+        self.files.push((name.into(), text.into()));
+        self
+    }
+
+    /// Orders a fault, `thermistor-open:hotend@30`.
+    ///
+    /// # Panics
+    /// When the fault is misspelled.
+    #[must_use]
+    pub fn fault(mut self, text: &str) -> Self {
+        self.faults.push(TimedFault::parse(text).unwrap_or_else(|reason| panic!("{reason}")));
+        self
+    }
+
+    /// Something wrong with the card.
+    #[must_use]
+    pub const fn card(mut self, state: CardState) -> Self {
+        self.card_state = state;
+        self
+    }
+
+    /// Switches the machine on and lets it boot.
+    ///
+    /// # Panics
+    /// When the card's folder cannot be made.
+    #[must_use]
+    pub fn start(self) -> Bench {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let card = std::env::temp_dir().join(format!("velvet-scenario-{}-{number}", std::process::id()));
+        fs::create_dir_all(&card).expect("a temporary folder");
+        fs::write(card.join("config.ini"), &self.config).expect("a file in it");
+        for (name, text) in &self.files {
+            fs::write(card.join(name), text).expect("a file in it");
+        }
+        let setup = Setup { faults: self.faults, card_state: self.card_state, ..Setup::new(&card) };
+        let runner = Runner::new(&setup).expect("faults of this machine");
+        let mut bench = Bench { runner, card, greeting: String::new() };
+        bench.greeting = bench.hear(0.2);
+        bench
+    }
+}
+
+/// A machine that is on.
+#[derive(Debug)]
+pub struct Bench {
+    runner: Runner,
+    card: PathBuf,
+    greeting: String,
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        // A folder left behind harms nobody.
+        let _ = fs::remove_dir_all(&self.card);
+    }
+}
+
+impl Bench {
+    /// What it said at boot.
+    #[must_use]
+    pub fn greeting(&self) -> &str {
+        &self.greeting
+    }
+
+    /// Sends a line and returns the whole answer.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub fn say(&mut self, line: &str) -> String {
+        let answer = self.runner.command(line, (PATIENCE_S * SECOND) as u64);
+        assert!(!answer.is_empty(), "no answer to {line}");
+        answer
+    }
+
+    /// Sends a line whose answer has no ok, and returns what is said within a tenth of a second.
+    pub fn ask(&mut self, line: &str) -> String {
+        self.type_in(line);
+        self.type_in("\n");
+        self.hear(0.1)
+    }
+
+    /// Sends lines that must all be answered by a plain ok.
+    ///
+    /// # Panics
+    /// When one is not.
+    pub fn run(&mut self, lines: &[&str]) {
+        for line in lines {
+            assert_eq!(self.say(line), "ok\n", "{line}");
+        }
+    }
+
+    /// Types without waiting; realtime characters act at once.
+    ///
+    /// # Panics
+    /// When the machine holds its senders back.
+    pub fn type_in(&mut self, text: &str) {
+        assert!(self.try_type(text), "the inbox is full");
+    }
+
+    /// As [`Self::type_in`], but what does not fit is lost. False when something was.
+    pub fn try_type(&mut self, text: &str) -> bool {
+        self.runner.type_on(CONSOLE, text)
+    }
+
+    /// Lets this much time pass and returns what was said.
+    pub fn hear(&mut self, seconds: f64) -> String {
+        let until = self.runner.now_ns() + (seconds * SECOND) as u64;
+        self.runner.run_until(until);
+        String::from_utf8_lossy(&self.runner.read_from(CONSOLE)).into_owned()
+    }
+
+    /// Lets time pass until something that was said contains this; returns all that was said.
+    ///
+    /// # Panics
+    /// When it is not said in time.
+    pub fn hear_until(&mut self, words: &str, patience_s: f64) -> String {
+        let mut heard = String::new();
+        let end = self.now_s() + patience_s;
+        while !heard.contains(words) {
+            assert!(self.now_s() < end, "`{words}` was not said, but: {heard}");
+            heard.push_str(&self.hear(0.01));
+        }
+        heard
+    }
+
+    /// The answer to `?`.
+    pub fn status(&mut self) -> String {
+        self.type_in("?");
+        self.hear_until(">\n", 1.0)
+    }
+
+    /// Virtual time, seconds.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        self.runner.now_ns() as f64 / SECOND
+    }
+
+    /// Looks at the simulated machine, or changes it.
+    pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
+        self.runner.world(f)
+    }
+
+    /// Where a motor's carriage really is, mm.
+    ///
+    /// # Panics
+    /// When there is no such motor.
+    #[must_use]
+    pub fn carriage(&self, actuator: Actuator) -> f64 {
+        self.world(|world| world.carriage_mm(actuator)).expect("a motor of this machine")
+    }
+
+    /// Real temperature of a heater, degrees Celsius.
+    ///
+    /// # Panics
+    /// When there is no such heater.
+    #[must_use]
+    pub fn celsius(&self, heater: &str) -> f64 {
+        self.world(|world| world.heater_index(heater).map(|index| world.heater_c(index)))
+            .expect("a heater of this machine")
+    }
+
+    /// Mean duty of a heater's output over the last moments, 0 to 1.
+    ///
+    /// # Panics
+    /// When there is no such heater.
+    #[must_use]
+    pub fn duty(&self, heater: &str) -> f64 {
+        self.world(|world| world.heater_index(heater).map(|index| world.heater_mean_duty(index)))
+            .expect("a heater of this machine")
+    }
+
+    /// A motor has current.
+    #[must_use]
+    pub fn is_energised(&self, actuator: Actuator) -> bool {
+        self.world(|world| world.driver(actuator as usize).drives())
+    }
+
+    /// What a file on the card holds.
+    #[must_use]
+    pub fn read_card(&self, name: &str) -> Option<String> {
+        fs::read_to_string(self.card.join(name)).ok()
+    }
+
+    /// Nothing moves, nothing heats, no motor has current; a command is refused.
+    ///
+    /// # Panics
+    /// When one of these is not so.
+    pub fn assert_safe(&mut self) {
+        // The mean duty forgets within a few seconds.
+        self.hear(6.0);
+        let edges = self.world(|world| world.trace().total());
+        self.hear(1.0);
+        assert_eq!(self.world(|world| world.trace().total()), edges, "something still moves");
+        for heater in ["hotend", "bed"] {
+            assert!(self.duty(heater) < 0.01, "{heater} still heats");
+        }
+        for actuator in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma, Actuator::Delta] {
+            assert!(!self.is_energised(actuator), "{} still has current", actuator.name());
+        }
+        assert_eq!(self.say("G1 X10 F600"), "!!\n");
+    }
+}

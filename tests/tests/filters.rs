@@ -1,0 +1,38 @@
+//! Input shaping and pressure advance on a whole machine.
+
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::{Alpha, Delta};
+
+const SHAPED: &str = "[input shaper]\nshaper_type_x = ei\nshaper_freq_x = 40\nshaper_freq_y = 50\n\n[planner]";
+
+fn shaped() -> Bench {
+    Plan::new(CARTESIAN)
+        .with("[planner]", SHAPED)
+        .with("hotend.tool_id = 0 ", "hotend.pressure_advance = 0.05\nhotend.tool_id = 0 ")
+        .start()
+}
+
+#[test]
+fn shaped_moves_end_where_plain_ones_do_and_homing_finds_the_same_switches() {
+    let program = ["M302 S0", "G28 X Y", "G91", "M83", "G1 X30 Y10 E2 F6000", "G1 X-10 Y5 E1", "G1 E-1 F1800", "M400"];
+    let ends = [Plan::new(CARTESIAN).start(), shaped()].map(|mut bench| {
+        for line in program {
+            bench.say(line);
+        }
+        (bench.carriage(Alpha), bench.carriage(Delta), bench.say("M114"))
+    });
+    let [plain, shaped] = ends;
+    assert!((plain.0 - shaped.0).abs() < 1e-9 && (plain.1 - shaped.1).abs() < 1e-9, "{plain:?} {shaped:?}");
+    assert_eq!(plain.2, shaped.2);
+}
+
+#[test]
+fn m900_sets_the_pressure_advance_of_the_tool_in_use() {
+    let mut bench = shaped();
+    assert_eq!(bench.say("M900"), "K:0.0500 smooth time:0.0400\nok\n");
+    assert_eq!(bench.say("M900 K0.08"), "ok\n");
+    assert_eq!(bench.say("M900"), "K:0.0800 smooth time:0.0400\nok\n");
+    let refused = bench.say("M900 K-1");
+    assert!(refused.contains("the pressure advance of A must be 0 to 10 s"), "{refused}");
+    assert_eq!(bench.say("M900"), "K:0.0800 smooth time:0.0400\nok\n");
+}

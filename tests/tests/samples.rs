@@ -1,0 +1,81 @@
+//! Every sample configuration boots without a finding and does a short job.
+
+use scenarios::{Bench, Plan};
+use units::Actuator::{Alpha, Beta, Gamma};
+
+const MINIMAL: &str = include_str!("../../config/samples/minimal.ini");
+const CNC_MILL: &str = include_str!("../../config/samples/cnc-mill.ini");
+
+fn start(config: &str) -> Bench {
+    let bench = Plan::new(config).start();
+    assert!(!bench.greeting().contains("config.ini"), "{}", bench.greeting());
+    bench
+}
+
+fn assert_near(actual: f64, expected: f64, what: &str) {
+    assert!((actual - expected).abs() < 0.0126, "{what}: {actual}, not {expected}");
+}
+
+#[test]
+fn the_minimal_machine_moves_three_motors() {
+    let mut bench = start(MINIMAL);
+    let [x, y, z] = [Alpha, Beta, Gamma].map(|motor| bench.carriage(motor));
+    bench.run(&["G91", "G1 X20 Y10 F6000", "G2 X10 Y10 I10 J0", "G1 Z2 F600", "M400", "M84"]);
+    assert_near(bench.carriage(Alpha) - x, 30.0, "x");
+    assert_near(bench.carriage(Beta) - y, 20.0, "y");
+    assert_near(bench.carriage(Gamma) - z, 2.0, "z");
+}
+
+/// What a GRBL sender does: home, set the work offset, run a pocket, ask for status.
+#[test]
+fn the_mill_homes_up_first_and_cuts_a_pocket_for_a_grbl_sender() {
+    let mut bench = start(CNC_MILL);
+    let refused = bench.say("G1 X10 F600");
+    assert!(refused.starts_with("error") || refused.contains("ALARM"), "no move before homing: {refused}");
+    bench.say("$X");
+    assert_eq!(bench.say("$H"), "ok\n");
+    let job = [
+        "G21 G90 G54",
+        "G53 G0 Z-5",
+        "G0 X50 Y40",
+        "G10 L20 P1 X0 Y0 Z30",
+        "G0 Z5",
+        "M3",
+        "M8",
+        "G1 Z-1 F300",
+        "G1 X20 F600",
+        "G2 X30 Y10 I0 J10",
+        "G1 Y30",
+        "G0 Z5",
+        "M9",
+        "M5",
+        "M400",
+    ];
+    for line in job {
+        let said = bench.say(line);
+        assert_eq!(said, "ok\n", "{line}");
+        if line == "M8" {
+            assert!(bench.say("switch spindle").starts_with("switch spindle is 1"));
+        }
+    }
+    assert!(bench.say("switch spindle").starts_with("switch spindle is 0"));
+    assert_near(bench.carriage(Alpha), 80.0, "machine x");
+    assert_near(bench.carriage(Beta), 70.0, "machine y");
+    let status = bench.status();
+    assert!(
+        status.contains("MPos:80.0000,70.0000,-30.0000") && status.contains("WPos:30.0000,30.0000,5.0000"),
+        "{status}"
+    );
+    assert!(bench.say("M30").ends_with("ok\n"), "the program's end, not a file to delete");
+}
+
+/// The offset of the part outlives the reset, as `save_wcs` promises.
+#[test]
+fn the_mill_keeps_its_work_offset() {
+    let mut bench = start(CNC_MILL);
+    bench.say("$H");
+    bench.say("G10 L2 P2 X12 Y34 Z-5.5");
+    bench.say("M500");
+    let saved = bench.read_card("config-override").unwrap();
+    assert!(saved.contains("G10 L2 P2 X12.0000 Y34.0000 Z-5.5000"), "{saved}");
+}
