@@ -250,8 +250,10 @@ impl Filters {
 
     /// How much longer a trajectory at rest must be followed until the output is at rest too. Zero when it is.
     pub fn still_to_drain(&self) -> TickTime {
-        let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start);
-        TickTime::from_bits(u128::from(self.span.saturating_sub(rested)))
+        // The rest may begin a sliver after the output's end.
+        let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start) as i64;
+        let left = (self.span as i64).saturating_sub(rested);
+        TickTime::from_bits(if left > 0 { left as u128 } else { 0 })
     }
 
     /// Shifts everything in time.
@@ -314,5 +316,24 @@ impl Filters {
             }
         }
         (point, velocity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rest_that_begins_just_after_the_output_has_yet_to_drain() {
+        let shaper = Shaper { kind: ShaperKind::Zv, frequency: 50.0, damping: 0.0 };
+        let mut filters = Filters::new();
+        filters.configure(&FilterConfig { shapers: [Some(shaper), None, None], ..FilterConfig::NONE });
+        let start = tick_time(1.0);
+        filters.settle(PerAxis::default(), start);
+        filters.push(Stretch::rest(start + TickTime::from_bits(1), PerAxis::default()));
+        let whole = filters.still_to_drain();
+        assert_eq!(whole.to_bits(), u128::from(filters.span) + 1, "a shaper's length from the rest on");
+        filters.out += whole;
+        assert_eq!(filters.still_to_drain(), TickTime::ZERO);
     }
 }
