@@ -1,6 +1,6 @@
 //! The reference for step times: slow, obvious, in `f64`, sharing no arithmetic with the fast path.
 //!
-//! It takes the ideal trajectory as pieces (constant acceleration along a line, from [`crate::Motion::last_piece`]) and
+//! It takes the ideal trajectory as pieces (constant jerk along a line, from [`crate::Motion::last_piece`]) and
 //! answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing of its
 //! half step. Input shaping and pressure advance it does by their definitions, from the table of pulses on. What it does not
 //! check is the plan itself (limits, junctions); the planner's laws do.
@@ -121,7 +121,7 @@ impl Ideal {
     }
 
     /// An extruder's advanced position and speed, averaged with a triangular weight around `at` ns: numerically, from the
-    /// definition. Between the ends of pieces the integrand is a cubic, for which three Gauss points are exact.
+    /// definition. Between the ends of pieces the integrand is of degree four at most, for which three Gauss points are exact.
     fn averaged(&self, axis: usize, advance: PressureAdvance, at: f64) -> Option<(f64, f64)> {
         let half = advance.smooth_time / 2.0 * 1e9;
         let (from, to) = (at - half, at + half);
@@ -158,8 +158,9 @@ impl Ideal {
         let seconds = (at - start) * 1e-9;
         let resting = seconds > piece.duration || seconds < 0.0;
         let t = seconds.clamp(0.0, piece.duration);
-        let way = piece.speed * t + piece.acceleration * t * t / 2.0;
-        let speed = if resting { 0.0 } else { piece.speed + piece.acceleration * t };
+        let way = piece.speed * t + piece.acceleration * t.powi(2) / 2.0 + piece.jerk * t.powi(3) / 6.0;
+        let rate = piece.speed + piece.acceleration * t + piece.jerk * t.powi(2) / 2.0;
+        let speed = if resting { 0.0 } else { rate };
         let mut position = piece.origin;
         let mut velocity = piece.direction;
         for axis in units::Axis::ALL {

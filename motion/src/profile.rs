@@ -9,15 +9,17 @@
 //! a pair of speeds that this length cannot join with exactly `a`; then one ramp over the whole length joins them,
 //! and the planner's passes guarantee that its acceleration differs from `a` by rounding only.
 
-/// Constant acceleration for a while.
+/// Constant jerk for a while.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phase {
     /// Seconds.
     pub duration: f64,
     /// Speed at its beginning, mm/s.
     pub speed: f64,
-    /// Signed acceleration, mm/s^2.
+    /// Signed acceleration at its beginning, mm/s^2.
     pub acceleration: f64,
+    /// Signed jerk, mm/s^3: zero in a trapezoid.
+    pub jerk: f64,
     /// Path length of the phase, mm.
     pub length: f64,
 }
@@ -31,6 +33,20 @@ pub struct Profile {
     pub exit: f64,
 }
 
+impl Phase {
+    /// Path distance from its beginning after `t` seconds, mm.
+    #[must_use]
+    pub fn distance(&self, t: f64) -> f64 {
+        (self.speed + (0.5 * self.acceleration + self.jerk / 6.0 * t) * t) * t
+    }
+
+    /// Path speed after `t` seconds, mm/s.
+    #[must_use]
+    pub fn speed_at(&self, t: f64) -> f64 {
+        self.speed + (self.acceleration + 0.5 * self.jerk * t) * t
+    }
+}
+
 /// From speed `from` to speed `to` over `length`.
 fn ramp(from: f64, to: f64, length: f64) -> Phase {
     let sum = from + to;
@@ -38,14 +54,14 @@ fn ramp(from: f64, to: f64, length: f64) -> Phase {
         return Phase::default();
     }
     let duration = 2.0 * length / sum;
-    Phase { duration, speed: from, acceleration: (to - from) / duration, length }
+    Phase { duration, speed: from, acceleration: (to - from) / duration, jerk: 0.0, length }
 }
 
 fn cruise(speed: f64, length: f64) -> Phase {
     if length <= 0.0 || speed <= 0.0 {
         return Phase::default();
     }
-    Phase { duration: length / speed, speed, acceleration: 0.0, length }
+    Phase { duration: length / speed, speed, acceleration: 0.0, jerk: 0.0, length }
 }
 
 impl Profile {

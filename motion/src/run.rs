@@ -58,7 +58,8 @@ const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
 
 /// Greatest distance of knots in a phase.
 fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
-    let end = phase.speed + phase.acceleration * phase.duration;
+    // Within a phase the acceleration keeps its sign: the speed is greatest at an end.
+    let end = phase.speed_at(phase.duration);
     let free = CLEARANCE_SHARE * clearance / greatest(phase.speed, end);
     least(SEGMENT_SECONDS, greatest(free, SHORTEST_SLICE_SECONDS))
 }
@@ -134,6 +135,7 @@ impl Run {
             direction: self.direction,
             speed: phase.speed,
             acceleration: phase.acceleration,
+            jerk: phase.jerk,
         })
     }
 
@@ -149,7 +151,7 @@ impl Run {
         let end = self.phase_start + tick_time(local);
         let entry = self.speed;
         if last {
-            self.speed = phase.speed + phase.acceleration * phase.duration;
+            self.speed = phase.speed_at(phase.duration);
             self.phase_base += phase.length;
             self.travelled = self.phase_base;
             self.phase_start = end;
@@ -157,8 +159,8 @@ impl Run {
             self.taken = 0;
             self.close();
         } else {
-            self.speed = phase.speed + phase.acceleration * local;
-            self.travelled = self.phase_base + (phase.speed + 0.5 * phase.acceleration * local) * local;
+            self.speed = phase.speed_at(local);
+            self.travelled = self.phase_base + phase.distance(local);
         }
         Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), fresh })
     }

@@ -38,7 +38,7 @@ pub const fn at_tick(ticks: Ticks) -> TickTime {
     TickTime::from_bits((ticks.0 as u128) << 32)
 }
 
-/// Constant acceleration along a straight line.
+/// Constant jerk along a straight line: none in a trapezoid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Piece {
     /// When it begins.
@@ -51,21 +51,29 @@ pub struct Piece {
     pub direction: PerAxis<f64>,
     /// Path speed at the beginning, mm/s.
     pub speed: f64,
-    /// Path acceleration, mm/s^2.
+    /// Path acceleration at the beginning, mm/s^2.
     pub acceleration: f64,
+    /// Path jerk, mm/s^3.
+    pub jerk: f64,
 }
 
 impl Piece {
     /// Path distance from the beginning after `t` seconds, mm.
     #[must_use]
     pub fn distance(&self, t: f64) -> f64 {
-        (self.speed + 0.5 * self.acceleration * t) * t
+        (self.speed + (0.5 * self.acceleration + self.jerk / 6.0 * t) * t) * t
     }
 
     /// Path speed after `t` seconds, mm/s.
     #[must_use]
     pub fn speed_at(&self, t: f64) -> f64 {
-        self.speed + self.acceleration * t
+        self.speed + (self.acceleration + 0.5 * self.jerk * t) * t
+    }
+
+    /// Path acceleration after `t` seconds, mm/s^2.
+    #[must_use]
+    pub fn acceleration_at(&self, t: f64) -> f64 {
+        self.acceleration + self.jerk * t
     }
 
     /// Machine position at this path distance from the beginning.

@@ -7,8 +7,8 @@
 //!
 //! With F the second antiderivative of pa, that is the second difference `(F(t + h) - 2 F(t) + F(t - h)) / h^2`: three
 //! evaluations, however many stretches the window covers. F and the first antiderivative are kept at the beginning of each stretch
-//! ([`super::history`]); within one they are polynomials. Where the whole window lies in one stretch, the average of a quadratic
-//! is `pa(t) + a h^2 / 12`, which has no cancellation and is exact at rest.
+//! ([`super::history`]); within one they are polynomials. Where the whole window lies in one stretch, the average of a cubic
+//! is `pa(t) + pa''(t) h^2 / 12`, which has no cancellation and is exact at rest.
 
 use super::{
     Cursor,
@@ -78,12 +78,15 @@ impl Window {
         let square = self.half * self.half;
         if front.count == back.count {
             let stretch = history.stretch(middle.count);
-            let (way, speed) = stretch.along(time.wrapping_sub(middle.delay));
+            let time = time.wrapping_sub(middle.delay);
+            let (way, speed) = stretch.along(time);
             let (origin, direction) = stretch.axis(self.axis);
             let factor = stretch.factor(self.axis, self.factor);
-            let bend = direction * stretch.acceleration;
-            let ahead = factor * (direction * speed) + bend * square / 12.0;
-            return (origin + direction * way + ahead, direction * speed + factor * bend);
+            let bend = direction * stretch.acceleration_at(time);
+            let twist = direction * stretch.jerk;
+            let ahead = factor * (direction * speed) + (bend + factor * twist) * square / 12.0;
+            let rate = direction * speed + factor * bend + twist * square / 12.0;
+            return (origin + direction * way + ahead, rate);
         }
         let ([once_front, twice_front], [once, twice], [once_back, twice_back]) =
             (sums(&front), sums(&middle), sums(&back));

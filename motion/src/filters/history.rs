@@ -1,4 +1,4 @@
-//! What the trajectory did lately: a ring of stretches of constant acceleration, for filters to look back on.
+//! What the trajectory did lately: a ring of stretches of constant jerk, for filters to look back on.
 //!
 //! Times are the low 64 bits of [`TickTime`], compared by wrapping differences: good for ten seconds either way, and
 //! no stretch that a cursor still needs is older than a second or two.
@@ -25,7 +25,7 @@ fn low(time: TickTime) -> u64 {
     time.to_bits() as u64
 }
 
-/// Constant acceleration along a straight line, until the next stretch begins.
+/// Constant jerk along a straight line, until the next stretch begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     pub start: u64,
@@ -33,6 +33,7 @@ pub(crate) struct Stretch {
     pub direction: PerAxis<f64>,
     pub speed: f64,
     pub acceleration: f64,
+    pub jerk: f64,
     /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
 }
@@ -44,6 +45,7 @@ impl Stretch {
         direction: PerAxis([0.0; MAX_AXES]),
         speed: 0.0,
         acceleration: 0.0,
+        jerk: 0.0,
         sums: [[0.0; 2]; MAX_EXTRUDERS],
     };
 
@@ -54,6 +56,7 @@ impl Stretch {
             direction: piece.direction,
             speed: piece.speed,
             acceleration: piece.acceleration,
+            jerk: piece.jerk,
             sums: [[0.0; 2]; MAX_EXTRUDERS],
         }
     }
@@ -64,7 +67,7 @@ impl Stretch {
     }
 
     pub fn is_rest(&self) -> bool {
-        self.speed == 0.0 && self.acceleration == 0.0
+        self.speed == 0.0 && self.acceleration == 0.0 && self.jerk == 0.0
     }
 
     /// Begun so long before `time` that it should be cut.
@@ -75,7 +78,13 @@ impl Stretch {
     /// Path distance and speed at `time`.
     pub fn along(&self, time: u64) -> (f64, f64) {
         let t = seconds(time.wrapping_sub(self.start));
-        ((self.speed + 0.5 * self.acceleration * t) * t, self.speed + self.acceleration * t)
+        let way = (self.speed + (0.5 * self.acceleration + self.jerk / 6.0 * t) * t) * t;
+        (way, self.speed + (self.acceleration + 0.5 * self.jerk * t) * t)
+    }
+
+    /// Path acceleration at `time`.
+    pub fn acceleration_at(&self, time: u64) -> f64 {
+        self.acceleration + self.jerk * seconds(time.wrapping_sub(self.start))
     }
 
     /// Origin and direction of an axis.
@@ -94,14 +103,15 @@ impl Stretch {
         let t = seconds(time.wrapping_sub(self.start));
         let (origin, direction) = self.axis(axis);
         let factor = self.factor(axis, factor);
-        // The advanced position is c0 + c1 t + c2 t^2.
+        // The advanced position is c0 + c1 t + c2 t^2 + c3 t^3.
         let c0 = origin - reference + factor * (direction * self.speed);
         let c1 = direction * self.speed + factor * (direction * self.acceleration);
-        let c2 = 0.5 * direction * self.acceleration;
+        let c2 = 0.5 * direction * (self.acceleration + factor * self.jerk);
+        let c3 = direction * self.jerk / 6.0;
         let [once, twice] = self.sums.get(axis - 3).copied().unwrap_or_default();
         [
-            once + t * (c0 + t * (c1 / 2.0 + t * (c2 / 3.0))),
-            twice + t * (once + t * (c0 / 2.0 + t * (c1 / 6.0 + t * (c2 / 12.0)))),
+            once + t * (c0 + t * (c1 / 2.0 + t * (c2 / 3.0 + t * (c3 / 4.0)))),
+            twice + t * (once + t * (c0 / 2.0 + t * (c1 / 6.0 + t * (c2 / 12.0 + t * (c3 / 20.0))))),
         ]
     }
 }

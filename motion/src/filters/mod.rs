@@ -2,13 +2,13 @@
 //!
 //! They stand between the trajectory and the knots, on Cartesian axes, so they are right for every kinematics. The trajectory
 //! runs ahead of the motors by the [`FilterConfig::latency`]; what it did lately is kept as a [`history`] of stretches of constant
-//! acceleration. At output time t a shaped axis is the weighted sum of its positions at t less the delay of each pulse
+//! jerk. At output time t a shaped axis is the weighted sum of its positions at t less the delay of each pulse
 //! ([`shaper`]); an extruder is its advanced position averaged over a window ([`advance`]); any other axis is its position at t
 //! less the latency. All axes share the latency, so nothing lags behind anything else at constant speed.
 //!
 //! Each delay has a cursor into the history, which only moves forward: the cost of a knot does not depend on how long the
 //! history is. Wherever a cursor passes from one stretch to the next, the output has a kink, and a knot is put there: between two knots
-//! shaped axes are quadratics of time, which a cubic matches exactly, and extruders are quartics, which it matches to
+//! shaped axes are cubics of time at most, which a cubic matches exactly, and extruders are quintics, which it matches to
 //! `T^4 / 384` times the change of acceleration over a quarter of the smoothing time squared (1e-9 mm at most for real machines).
 //! Kinks closer than [`LEAST_SPACING`] share a knot.
 //!

@@ -113,6 +113,7 @@ impl Motion {
                 direction,
                 speed: length / seconds - 0.5 * gain,
                 acceleration: gain / seconds,
+                jerk: 0.0,
                 ..piece
             };
             self.filters.amend(Stretch::of(&chord));
@@ -129,6 +130,7 @@ fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
         duration: piece.duration - t,
         origin: piece.point_after(piece.distance(t)),
         speed: piece.speed_at(t),
+        acceleration: piece.acceleration_at(t),
         ..*piece
     }
 }
