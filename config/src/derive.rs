@@ -2,6 +2,8 @@
 
 use crate::ledger::{Ledger, Path};
 use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind};
+use crate::module::OffModule;
+use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Mm, MmPerSecond};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
@@ -128,6 +130,78 @@ fn drivers(config: &mut MachineConfig, written: Written) {
             });
         }
     }
+}
+
+/// Takes the pins and the switches-on from what stays off, so that nothing of it is wired. Its names and codes stay: its
+/// commands are refused with the reason.
+pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
+    forget_disabled(config, ledger);
+    without_their_timer(config);
+    let off = core::mem::take(&mut config.off);
+    let is_off =
+        |section: &str, name: &str| off.iter().any(|o| o.section == section && (o.name.is_empty() || o.name == name));
+    for heater in config.temperatures.iter_mut().filter(|heater| is_off("temperature control", &heater.name)) {
+        heater.enable = true;
+        heater.heater_pin = None;
+        heater.sensor.thermistor.input = None;
+        heater.sensor.spi_select_pin = None;
+    }
+    for switch in config.switches.iter_mut().filter(|switch| is_off("switch", &switch.name)) {
+        switch.enable = true;
+        (switch.input_pin, switch.output_pin) = (None, None);
+    }
+    for extruder in config.extruders.iter_mut().filter(|extruder| is_off("extruder", &extruder.name)) {
+        extruder.enable = true;
+    }
+    config.voltages.retain(|voltage| !is_off("voltage monitor", &voltage.name));
+    for (frequency, section) in config.pwm_frequency_hz.iter_mut().zip(["pwm1", "pwm2"]) {
+        if is_off(section, "") {
+            *frequency = None;
+        }
+    }
+    if is_off("input shaper", "") {
+        config.input_shapers.iter_mut().for_each(|shaper| shaper.frequency_hz = None);
+    }
+    config.probe.enable &= !is_off("zprobe", "");
+    config.uart.enable &= !is_off("uart console", "");
+    config.player.on_boot_gcode_enable &= !is_off("player", "");
+    config.off = off;
+}
+
+/// A timer that stays off takes the switches on its channels with it.
+fn without_their_timer(config: &mut MachineConfig) {
+    for switch in config.switches.iter().filter(|switch| switch.enable) {
+        let Some(OutputPin::Pwm(pwm)) = switch.output_pin else { continue };
+        let timer = if pwm.timer == 1 { "pwm1" } else { "pwm2" };
+        let known =
+            config.off.iter().any(|off| off.section == "switch" && (off.name.is_empty() || off.name == switch.name));
+        let Some(cause) = config.off.iter().find(|off| off.section == timer).filter(|_| !known) else { continue };
+        let module = OffModule { section: "switch", name: switch.name.clone(), ..cause.clone() };
+        // Without room it is not told apart, but it has no timer all the same.
+        let _ = config.off.push(module);
+    }
+}
+
+/// What the file does not enable is off anyway: nobody has to hear of it again.
+fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
+    let mut off = core::mem::take(&mut config.off);
+    off.retain(|module| {
+        let Some((_, section)) = crate::schema::section(module.section) else { return true };
+        let place = section.instances().and_then(|instances| (instances.find)(config, &module.name));
+        let enable = Path::named(module.section, place.unwrap_or_default(), "enable");
+        let is_live = match (section.instances(), place) {
+            (Some(instances), Some(place)) => (instances.is_live)(config, place),
+            // Every instance, or one that could not be made.
+            (Some(_), None) => true,
+            (None, _) => match module.section {
+                "zprobe" => config.probe.enable,
+                "uart console" => config.uart.enable,
+                _ => true,
+            },
+        };
+        is_live || enable.is_some_and(|enable| ledger.is_unreadable(enable))
+    });
+    config.off = off;
 }
 
 /// Leaves out what is not enabled, and puts the rest in order of name, as Smoothieware visits it.

@@ -8,9 +8,9 @@ use heapless::{String, Vec};
 pub enum Severity {
     /// The machine runs, but probably not as meant.
     Warning,
-    /// The setting cannot be used: nothing may move or heat until it is fixed.
+    /// What the setting belongs to (a heater, a switch, the probe) stays off; the rest of the machine works.
     Error,
-    /// The file cannot be read any further.
+    /// Motion or safety depends on it: nothing moves or heats until it is mended. Consoles and card work.
     Fatal,
 }
 
@@ -43,6 +43,8 @@ pub struct Diagnostic {
     pub reason: String<200>,
     /// What to write instead; may be empty.
     pub fix: String<200>,
+    /// With an error: what stays off, as in `switch fan`; else empty.
+    pub off: String<96>,
 }
 
 impl Diagnostic {
@@ -65,6 +67,9 @@ impl fmt::Display for Diagnostic {
         f.write_str(&self.reason)?;
         if !self.fix.is_empty() {
             write!(f, " ({})", self.fix)?;
+        }
+        if !self.off.is_empty() {
+            write!(f, "; stays off: {}", self.off)?;
         }
         Ok(())
     }

@@ -1,12 +1,10 @@
 //! Where each setting was written, and which pins are asked for: what the checks need after the text is gone.
 
-use crate::diagnostic::{Diagnostic, Severity, Sink};
 use crate::machine::MachineConfig;
+use crate::module::Module;
 use crate::pin::PinName;
-use crate::reader::Summary;
 use crate::schema::{Form, SECTIONS, Section, Setting};
 use crate::text::cut;
-use core::fmt;
 use heapless::{String, Vec};
 
 /// Settings a file can write. A full printer configuration has about 150.
@@ -48,6 +46,13 @@ impl Path {
 
     pub(crate) fn setting(self) -> Option<&'static Setting> {
         self.section()?.settings.get(usize::from(self.setting))
+    }
+
+    /// What stays off when this setting cannot be used.
+    pub(crate) fn module(self, config: &MachineConfig) -> Module<'_> {
+        let Some(section) = self.section() else { return Module::MACHINE };
+        let name = section.instances().filter(|_| self.place != NO_INSTANCE);
+        Module::new(section, name.map_or("", |instances| (instances.name)(config, usize::from(self.place))))
     }
 
     /// `[switch] fan.output_pin`
@@ -148,36 +153,5 @@ impl Ledger {
 
     pub(crate) fn has_section(&self, name: &str) -> bool {
         crate::schema::section(name).is_some_and(|(index, _)| self.sections & (1 << index) != 0)
-    }
-}
-
-/// Counts findings and passes them on.
-pub(crate) struct Reporter<'a> {
-    pub(crate) sink: &'a mut dyn Sink,
-    pub(crate) summary: Summary,
-}
-
-impl Reporter<'_> {
-    pub(crate) fn report(
-        &mut self,
-        severity: Severity,
-        span: Span,
-        key: &str,
-        reason: fmt::Arguments<'_>,
-        fix: fmt::Arguments<'_>,
-    ) {
-        match severity {
-            Severity::Warning => self.summary.warnings += 1,
-            Severity::Error | Severity::Fatal => self.summary.errors += 1,
-        }
-        self.sink.report(&Diagnostic {
-            severity,
-            line: u32::from(span.line),
-            column: u16::from(span.column),
-            length: u16::from(span.length).max(1),
-            key: cut(format_args!("{key}")),
-            reason: cut(reason),
-            fix: cut(fix),
-        });
     }
 }

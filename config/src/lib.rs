@@ -15,10 +15,12 @@ pub mod edit;
 mod flaw;
 mod ledger;
 mod machine;
+mod module;
 mod pin;
 mod reader;
 #[cfg(any(test, feature = "std"))]
 mod render;
+mod report;
 pub mod schema;
 mod suggest;
 mod text;
@@ -26,6 +28,7 @@ mod value;
 
 pub use diagnostic::{Diagnostic, Severity, Sink};
 pub use machine::*;
+pub use module::{MAX_OFF, OffModule, Scope};
 pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
 pub use reader::{Reader, Summary, parse};
 #[cfg(any(test, feature = "std"))]

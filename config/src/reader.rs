@@ -6,8 +6,10 @@
 mod settings;
 
 use crate::diagnostic::{Severity, Sink};
-use crate::ledger::{Ledger, Reporter, Span};
+use crate::ledger::{Ledger, Span};
 use crate::machine::{BoardId, MachineConfig};
+use crate::module::Module;
+use crate::report::{At, Reporter};
 use crate::schema::{Section, section};
 use crate::suggest;
 use crate::{check, derive};
@@ -18,15 +20,29 @@ use heapless::Vec;
 pub struct Summary {
     /// Findings of severity warning.
     pub warnings: u32,
-    /// Findings of severity error or fatal.
+    /// Findings of severity error: something stays off.
     pub errors: u32,
+    /// Fatal findings: the machine does not start.
+    pub fatals: u32,
 }
 
 impl Summary {
-    /// Whether the machine may be started: no error, no fatal.
+    /// Whether the machine may be started, with what works of it.
     #[must_use]
     pub const fn is_usable(self) -> bool {
-        self.errors == 0
+        self.fatals == 0
+    }
+
+    /// Whether everything works as the file says.
+    #[must_use]
+    pub const fn is_complete(self) -> bool {
+        self.errors == 0 && self.fatals == 0
+    }
+
+    /// Findings in all.
+    #[must_use]
+    pub const fn total(self) -> u32 {
+        self.warnings + self.errors + self.fatals
     }
 }
 
@@ -73,7 +89,7 @@ impl<'a> Reader<'a> {
             config,
             board,
             ledger: Ledger::default(),
-            reporter: Reporter { sink, summary: Summary::default() },
+            reporter: Reporter::new(sink),
             line: Vec::new(),
             number: 0,
             state: LineState::Text,
@@ -102,8 +118,11 @@ impl<'a> Reader<'a> {
         }
         derive::fill_in(self.config, &self.ledger);
         check::check(self.config, &self.ledger, &mut self.reporter);
+        let summary = self.reporter.summary;
+        self.config.off = self.reporter.into_off();
+        derive::switch_off(self.config, &self.ledger);
         derive::keep_enabled(self.config);
-        self.reporter.summary
+        summary
     }
 
     fn end_line(&mut self) {
@@ -113,17 +132,28 @@ impl<'a> Reader<'a> {
         let whole = Span { line: self.line_number(), column: 1, length: 1 };
         if self.number == MAX_LINES {
             let reason = format_args!("the file has more than {MAX_LINES} lines");
-            self.reporter.report(Severity::Fatal, whole, "", reason, format_args!("shorten it"));
+            self.reporter.report(
+                Severity::Fatal,
+                At::new(whole, "", Module::MACHINE),
+                reason,
+                format_args!("shorten it"),
+            );
+        } else if let Current::Unknown = self.current
+            && line.first() != Some(&b'[')
+        {
+            // The section's header has been reported.
         } else if state == LineState::TooLong {
             let reason = format_args!("the line has more than {MAX_LINE} characters");
-            self.reporter.report(Severity::Error, whole, "", reason, format_args!("split or shorten it"));
+            let at = At::new(whole, "", self.whole_section());
+            self.reporter.report(Severity::Error, at, reason, format_args!("split or shorten it"));
         } else if self.number < MAX_LINES {
             match core::str::from_utf8(self.without_mark(&line)) {
                 Ok(text) => self.read_line(text),
                 Err(error) => {
                     let span = Span { column: column(error.valid_up_to()), ..whole };
+                    let at = At::new(span, "", self.whole_section());
                     let reason = format_args!("the text is not UTF-8 outside comments");
-                    self.reporter.report(Severity::Error, span, "", reason, format_args!("save the file as UTF-8"));
+                    self.reporter.report(Severity::Error, at, reason, format_args!("save the file as UTF-8"));
                 }
             }
         }
@@ -160,7 +190,20 @@ impl<'a> Reader<'a> {
                 _ => "write key = value, or put # before a comment",
             };
             let reason = format_args!("the line has no =");
-            self.reporter.report(Severity::Error, span, "", reason, format_args!("{fix}"));
+            // `fan.enable true`: the name says whose line it is.
+            let module = match (self.current, text.split_once('.')) {
+                (Current::Known(_, section), Some((name, _))) => Module::new(section, name),
+                _ => self.whole_section(),
+            };
+            self.reporter.report(Severity::Error, At::new(span, "", module), reason, format_args!("{fix}"));
+        }
+    }
+
+    /// What a line that cannot be read might have been about.
+    const fn whole_section(&self) -> Module<'static> {
+        match self.current {
+            Current::Known(_, section) => Module::whole(section),
+            Current::Nothing | Current::Unknown => Module::MACHINE,
         }
     }
 
@@ -169,20 +212,17 @@ impl<'a> Reader<'a> {
         let Some((name, _)) = header.split_once(']') else {
             let span = self.span(line, header);
             let fix = format_args!("write [{}]", header.trim());
-            return self.reporter.report(Severity::Error, span, "", format_args!("the section name has no ]"), fix);
+            let meant = section(header.trim()).or_else(|| section(suggest::section(header)?));
+            let at = At::new(span, "", meant.map_or(Module::MACHINE, |(_, meant)| Module::whole(meant)));
+            return self.reporter.report(Severity::Error, at, format_args!("the section name has no ]"), fix);
         };
         let span = self.span(line, name);
         if let Some((index, found)) = section(name) {
             if self.ledger.sections & (1 << index) != 0 {
                 let reason =
                     format_args!("[{name}] is here again; Smoothieware ignores this second part, Velvet reads it");
-                self.reporter.report(
-                    Severity::Warning,
-                    span,
-                    "",
-                    reason,
-                    format_args!("move its lines to the first one"),
-                );
+                let at = At::new(span, "", Module::whole(found));
+                self.reporter.report(Severity::Warning, at, reason, format_args!("move its lines to the first one"));
             }
             self.ledger.sections |= 1 << index;
             self.current = Current::Known(index, found);
@@ -191,10 +231,13 @@ impl<'a> Reader<'a> {
         let reason = format_args!("there is no section [{name}]");
         match suggest::section(name) {
             Some(meant) => {
-                self.reporter.report(Severity::Error, span, "", reason, format_args!("did you mean [{meant}]?"));
+                let module = section(meant).map_or(Module::MACHINE, |(_, meant)| Module::whole(meant));
+                let fix = format_args!("did you mean [{meant}]?");
+                self.reporter.report(Severity::Error, At::new(span, "", module), reason, fix);
             }
             None => {
-                let mut warn = |fix| self.reporter.report(Severity::Warning, span, "", reason, fix);
+                let at = At::new(span, "", Module::MACHINE);
+                let mut warn = |fix| self.reporter.report(Severity::Warning, at, reason, fix);
                 match suggest::klipper_section(name) {
                     Some(home) => warn(format_args!("it is Klipper's, and its lines are ignored: look under [{home}]")),
                     None => warn(format_args!("its lines are ignored; delete it")),

@@ -8,7 +8,7 @@ use std::string::{String, ToString};
 /// One finding as a compiler would show it: place, source line, underline, help.
 ///
 /// ```text
-/// error: [planner] junction_deviation: 'abc' is not a number
+/// fatal: [planner] junction_deviation: 'abc' is not a number
 ///   --> config.ini:3:22
 ///    |
 ///  3 | junction_deviation = abc
@@ -40,6 +40,9 @@ pub fn render(finding: &Diagnostic, file: &str, text: &str) -> String {
     if !finding.fix.is_empty() {
         let _ = writeln!(out, " {margin} = help: {}", finding.fix);
     }
+    if !finding.off.is_empty() {
+        let _ = writeln!(out, " {margin} = stays off: {}", finding.off);
+    }
     out
 }
 
@@ -56,37 +59,48 @@ fn place(line: &str, finding: &Diagnostic) -> (usize, usize) {
 pub fn render_all(findings: &[Diagnostic], summary: Summary, file: &str, text: &str) -> String {
     let mut out: String = findings.iter().map(|finding| render(finding, file, text) + "\n").collect();
     let plural = |count: u32, word: &str| std::format!("{count} {word}{}", if count == 1 { "" } else { "s" });
-    let _ = match (summary.errors, summary.warnings) {
-        (0, 0) => writeln!(out, "{file}: no findings"),
-        (errors, warnings) => {
-            writeln!(out, "{file}: {}, {}", plural(errors, "error"), plural(warnings, "warning"))
+    let mut counts: std::vec::Vec<String> = std::vec::Vec::new();
+    for (count, word) in [(summary.fatals, "fatal error"), (summary.errors, "error"), (summary.warnings, "warning")] {
+        if count > 0 {
+            counts.push(plural(count, word));
         }
+    }
+    let outcome = match (summary.fatals, summary.errors) {
+        (0, 0) => "",
+        (0, _) => "; the machine starts without what stays off",
+        _ => "; the machine does not start",
+    };
+    let _ = match summary.total() {
+        0 => writeln!(out, "{file}: no findings"),
+        _ => writeln!(out, "{file}: {}{outcome}", counts.join(", ")),
     };
     out
 }
 
-/// The findings as one JSON object: `file`, `usable`, `errors`, `warnings`, `findings`.
+/// The findings as one JSON object: `file`, `usable` (it starts), `fatals`, `errors`, `warnings`, `findings`.
 #[must_use]
 pub fn to_json(findings: &[Diagnostic], summary: Summary, file: &str) -> String {
     let list: std::vec::Vec<String> = findings
         .iter()
         .map(|finding| {
             std::format!(
-                "{{\"severity\":\"{}\",\"line\":{},\"column\":{},\"length\":{},\"key\":{},\"reason\":{},\"fix\":{}}}",
+                "{{\"severity\":\"{}\",\"line\":{},\"column\":{},\"length\":{},\"key\":{},\"reason\":{},\"fix\":{},\"off\":{}}}",
                 finding.severity.word(),
                 finding.line,
                 finding.column,
                 finding.length,
                 quoted(&finding.key),
                 quoted(&finding.reason),
-                quoted(&finding.fix)
+                quoted(&finding.fix),
+                quoted(&finding.off)
             )
         })
         .collect();
     std::format!(
-        "{{\"file\":{},\"usable\":{},\"errors\":{},\"warnings\":{},\"findings\":[{}]}}",
+        "{{\"file\":{},\"usable\":{},\"fatals\":{},\"errors\":{},\"warnings\":{},\"findings\":[{}]}}",
         quoted(file),
         summary.is_usable(),
+        summary.fatals,
         summary.errors,
         summary.warnings,
         list.join(",")
@@ -127,7 +141,7 @@ mod tests {
         let text = "# printer\n[planner]\njunction_deviation = abc # mm\n";
         let (findings, _) = findings(text);
         let expected = "\
-error: [planner] junction_deviation: 'abc' is not a number
+fatal: [planner] junction_deviation: 'abc' is not a number
   --> config.ini:3:22
    |
  3 | junction_deviation = abc # mm
@@ -142,14 +156,17 @@ error: [planner] junction_deviation: 'abc' is not a number
         let (findings, summary) = findings("");
         let missing = findings.iter().find(|finding| finding.line == 0).unwrap();
         assert!(render(missing, "config.ini", "").contains("\n  --> config.ini\n"));
-        assert!(render_all(&findings, summary, "config.ini", "").ends_with("config.ini: 3 errors, 0 warnings\n"));
+        assert!(
+            render_all(&findings, summary, "config.ini", "")
+                .ends_with("config.ini: 3 fatal errors; the machine does not start\n")
+        );
     }
 
     #[test]
     fn json_escapes_what_the_file_may_hold() {
         let (findings, summary) = findings("[planner]\njunction_deviation = \"\\\t\u{1}ü\n");
         let json = to_json(&findings[..1], summary, "a\"b.ini");
-        assert!(json.starts_with("{\"file\":\"a\\\"b.ini\",\"usable\":false,\"errors\":"), "{json}");
+        assert!(json.starts_with("{\"file\":\"a\\\"b.ini\",\"usable\":false,\"fatals\":"), "{json}");
         assert!(json.contains("\"reason\":\"'\\\"\\\\\\u0009\\u0001ü' is not a number\""), "{json}");
     }
 

@@ -184,7 +184,8 @@ fn what_velvet_cannot_do_yet_is_refused_only_when_it_is_used() {
     assert_eq!(
         findings[0].to_string(),
         format!(
-            "line {}, column 10: error: [laser] enable: not supported yet (leave it disabled until Velvet can do it)",
+            "line {}, column 10: error: [laser] enable: not supported yet (leave it disabled until Velvet can do it); \
+             stays off: [laser]",
             SAMPLE.lines().count() + 2
         )
     );

@@ -5,7 +5,7 @@ mod common;
 use common::{Findings, SAMPLE, edited, expect, line_of, read};
 use config::{
     BoardId,
-    Severity::{Error, Warning},
+    Severity::{Error, Fatal, Warning},
     Summary,
 };
 use units::{Actuator, Amps, MmPerSecond};
@@ -196,11 +196,11 @@ fn an_extruder_needs_its_motor() {
 fn a_machine_without_motors_is_not_usable() {
     let mut findings = Findings::new();
     let (_, summary) = config::parse(b"", BoardId::Prime2590, &mut findings);
-    assert_eq!(summary, Summary { warnings: 0, errors: 3 });
+    assert_eq!(summary, Summary { warnings: 0, errors: 0, fatals: 3 });
     assert!(!summary.is_usable());
     assert_eq!(
         findings[0].to_string(),
-        "error: [actuator] alpha.steps_per_mm: there is no motor alpha (describe it: motors are alpha, beta, gamma and up, without a gap)"
+        "fatal: [actuator] alpha.steps_per_mm: there is no motor alpha (describe it: motors are alpha, beta, gamma and up, without a gap)"
     );
 }
 
@@ -351,7 +351,7 @@ fn reversing_a_motor_twice_is_pointed_out() {
 fn a_standstill_current_above_the_ceiling_is_an_error() {
     let (_, findings) =
         read(&edited("beta.max_current = 3000", "beta.max_current = 3000\nbeta.standstill_current = 3500"));
-    let errors: Vec<_> = findings.iter().filter(|finding| finding.severity == Error).collect();
+    let errors: Vec<_> = findings.iter().filter(|finding| finding.severity == Fatal).collect();
     assert_eq!(errors.len(), 1, "{findings:#?}");
     assert_eq!(errors[0].key, "[tmc2590] beta.standstill_current");
     assert!(errors[0].reason.contains("above max_current"));

@@ -15,7 +15,7 @@ pub enum Drivers {
     Tmc2660,
 }
 
-/// Prints the findings; whether the machine may be started.
+/// Prints the findings; whether everything of the machine works.
 pub fn check(path: &Path, json: bool, deny_warnings: bool, board: Drivers) -> Result<bool> {
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let board = match board {
@@ -32,5 +32,5 @@ pub fn check(path: &Path, json: bool, deny_warnings: bool, board: Drivers) -> Re
         let is_seen = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
         print!("{}", if is_seen { colour::findings(&told) } else { told });
     }
-    Ok(summary.is_usable() && !(deny_warnings && summary.warnings > 0))
+    Ok(summary.is_complete() && !(deny_warnings && summary.warnings > 0))
 }

@@ -28,6 +28,9 @@ fn painted(line: &str, mark: &mut &'static str) -> String {
     if let Some(help) = inner.strip_prefix("= help:") {
         return format!("{margin}{BLUE}={PLAIN} {CYAN}help:{PLAIN}{help}{end}");
     }
+    if let Some(off) = inner.strip_prefix("= stays off:") {
+        return format!("{margin}{BLUE}={PLAIN} {RED}stays off:{PLAIN}{off}{end}");
+    }
     if let Some(place) = inner.strip_prefix("-->") {
         return format!("{margin}{BLUE}-->{PLAIN}{place}{end}");
     }

@@ -47,7 +47,7 @@ pub fn migrate(options: &Options) -> Result<bool> {
     }
     let name = options.out.as_deref().unwrap_or(Path::new("config.ini")).display().to_string();
     eprint!("{}", migrated.report(&name));
-    Ok(migrated.summary.is_usable())
+    Ok(migrated.summary.is_complete())
 }
 
 /// The new file, and what the checker says about it.
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_pin_without_a_counterpart_is_asked_for_by_name() {
         let (_, migration) = migrated(&PRINTER.replace("output_pin                       2.6", "output_pin 1.22"));
-        assert!(!migration.summary.is_usable());
+        assert!(!migration.summary.is_complete());
         let list: Vec<String> = migration.to_do.iter().map(told).collect();
         assert!(list.iter().any(|item| item.starts_with("fan.output_pin: choose a pin; v1's 1.22")), "{list:#?}");
     }

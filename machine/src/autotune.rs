@@ -27,6 +27,8 @@ impl<P: Ports> Controller<P> {
         let index = id as usize;
         let swings = block.get('C').unwrap_or(DEFAULT.1).clamp(3.0, 50.0) as u8;
         let target = block.get('S').unwrap_or(DEFAULT.0);
+        let name = self.config.temperatures.get(index).map_or("", |controller| controller.name.as_str());
+        self.needs("temperature control", name)?;
         self.wait_idle().await?;
         let tunable = self.ports.heat(|heat| {
             let heater = heat.heater_mut(index)?;

@@ -1,7 +1,8 @@
 //! From reset to a machine that listens: configuration, motion, heat, wiring, drivers, in this order.
 //!
-//! Whatever is wrong with the configuration is said on every console with its line. If it cannot be used the machine stays
-//! safe: nothing is wired, nothing moves or heats, but consoles and card work, so that the file can be mended over them.
+//! Whatever is wrong with the configuration is said on every console with its line. An error leaves the part it concerns off;
+//! a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but consoles and card work, so that the file
+//! can be mended over them.
 
 use config::{BoardId, Diagnostic, DriverKind, MachineConfig, Reader, Summary};
 use heapless::Vec;
@@ -93,9 +94,12 @@ impl<P: Ports> Controller<P> {
             }
             Ok(summary) => {
                 let told = findings.len() as u32;
-                let more = (summary.errors + summary.warnings).saturating_sub(told);
+                let more = summary.total().saturating_sub(told);
                 if more > 0 {
                     self.say(format_args!("config.ini: and {more} more\n"));
+                }
+                if summary.is_usable() {
+                    self.tell_what_is_off();
                 }
                 summary.is_usable()
             }

@@ -113,6 +113,9 @@ impl<P: Ports> Controller<P> {
             return Err(Failure::Halted);
         }
         let by_switch = self.switch_code(block).await?;
+        if !by_switch {
+            self.needs_for(block)?;
+        }
         let answer = match block.code {
             None => self.motion_words(block).await?,
             Some(code) => match code.letter {

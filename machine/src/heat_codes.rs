@@ -50,6 +50,10 @@ impl<P: Ports> Controller<P> {
         let Some(index) = self.addressed(number, block.get('T')) else {
             return Err(Failure::Refused(message(format_args!("M{number}: no heater answers to that tool"))));
         };
+        if celsius > 0.0 {
+            let name = self.config.temperatures.get(index).map_or("", |controller| controller.name.as_str());
+            self.needs("temperature control", name)?;
+        }
         self.wait_idle().await?;
         if celsius > 0.0 && !self.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
             return Err(Failure::alarm("heater supply is off (vfet below 6 V): switch it on, then M999"));

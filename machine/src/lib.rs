@@ -27,6 +27,7 @@ pub mod motion_config;
 mod motors;
 mod moves;
 mod offsets;
+mod out_of_service;
 mod overrides;
 mod overrides_text;
 mod player;

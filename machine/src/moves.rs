@@ -118,6 +118,9 @@ impl<P: Ports> Controller<P> {
             target[axis] = if self.modal.absolute { word } else { target[axis] + word };
         }
         if let Some(word) = block.get('E') {
+            if let Some(tool) = self.tools.active() {
+                self.needs("extruder", &tool.settings.name)?;
+            }
             let absolute = self.modal.e_absolute;
             let tool = self.tools.active_mut().ok_or_else(|| Failure::refused("no extruder is configured for E"))?;
             let to = if absolute { word } else { tool.e + word };

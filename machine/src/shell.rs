@@ -114,10 +114,14 @@ impl<P: Ports> Controller<P> {
                 return Err(Failure::refused("the configuration has errors: mend config.ini and reset"));
             }
             "play" if self.state == State::Halt => return Err(Failure::Halted),
-            "play" => self.play_command(arguments),
+            "play" => {
+                self.needs("player", "")?;
+                self.play_command(arguments);
+            }
             "progress" => self.progress_command(arguments),
             "abort" => self.abort_command().await,
             "suspend" | "resume" if self.state == State::Halt => return Err(Failure::Halted),
+            "suspend" | "resume" if self.config.off("player", "").is_some() => self.needs("player", "")?,
             "suspend" => return self.suspend(arguments.starts_with(['l', 'h'])).await.map(Some),
             "resume" => return self.resume().await.map(Some),
             _ => return Ok(None),

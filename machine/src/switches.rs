@@ -111,6 +111,9 @@ impl<P: Ports> Controller<P> {
             let Some(config) = self.config.switches.get(index).filter(|config| !config.is_input()) else { continue };
             let Some((on, value)) = asked(config, block) else { continue };
             handled = true;
+            if on {
+                self.needs("switch", &config.name)?;
+            }
             if self.switches.is_on(index) == on && self.switches.value(index) == value {
                 continue;
             }
@@ -152,6 +155,9 @@ impl<P: Ports> Controller<P> {
     pub(crate) fn drive_switch_at_startup(&mut self, index: usize) {
         let Some(config) = self.config.switches.get(index) else { return };
         let (is_input, on) = (config.is_input(), config.startup_state);
+        if self.config.off("switch", &config.name).is_some() {
+            return;
+        }
         if is_input {
             let level = self.ports.inputs().is_active(Input::Switch(index as u8));
             if let Some(status) = self.switches.status.get_mut(index) {
@@ -167,7 +173,7 @@ impl<P: Ports> Controller<P> {
     pub(crate) fn switches_to_halt_state(&mut self) {
         for index in 0..self.config.switches.len() {
             let Some(config) = self.config.switches.get(index) else { return };
-            if config.ignore_on_halt || config.is_input() {
+            if config.ignore_on_halt || config.is_input() || self.config.off("switch", &config.name).is_some() {
                 continue;
             }
             let on = config.halt_set_to;
@@ -239,6 +245,9 @@ impl<P: Ports> Controller<P> {
         let is_input = self.config.switches.get(index).is_some_and(SwitchConfig::is_input);
         if is_input {
             return self.say(format_args!("unknown command set-state.\n"));
+        }
+        if let Err(Failure::Refused(text) | Failure::Alarm(text)) = self.needs("switch", name) {
+            return self.say(format_args!("error:{text}\n"));
         }
         match (value, value.parse::<f32>()) {
             ("on" | "off", _) => self.drive_switch_plainly(index, value == "on"),

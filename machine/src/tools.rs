@@ -134,6 +134,7 @@ impl<P: Ports> Controller<P> {
 
     /// G10: pull the filament back, then lift.
     pub(crate) async fn retract(&mut self) -> Outcome {
+        self.needs_extruder()?;
         let Some(tool) = self.tools.active_mut() else { return Ok(Answer::Unknown) };
         if tool.retracted.is_some() {
             return Ok(Answer::Ok);
@@ -149,6 +150,7 @@ impl<P: Ports> Controller<P> {
 
     /// G11: down again, then push the filament forward.
     pub(crate) async fn recover(&mut self) -> Outcome {
+        self.needs_extruder()?;
         let Some(tool) = self.tools.active_mut() else { return Ok(Answer::Unknown) };
         let Some(lift) = tool.retracted.take() else { return Ok(Answer::Ok) };
         let (axis, settings) = (tool.axis, tool.settings.clone());
@@ -158,6 +160,10 @@ impl<P: Ports> Controller<P> {
         let length = settings.retract_length.0 + settings.recover_length.0;
         self.auxiliary_move(axis, length, settings.recover_rate).await?;
         Ok(Answer::Ok)
+    }
+
+    fn needs_extruder(&self) -> Result<(), Failure> {
+        self.tools.active().map_or(Ok(()), |tool| self.needs("extruder", &tool.settings.name))
     }
 
     async fn auxiliary_move(&mut self, axis: Axis, by: f64, rate: MmPerSecond) -> Result<(), Failure> {

@@ -13,11 +13,16 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         if heater.heater_pin.is_some() {
             safety(checks, place, heater);
         }
-        let earlier = config.temperatures.iter().take(place).filter(|other| other.enable);
-        for other in earlier {
+        let earlier = config.temperatures.iter().enumerate().take(place).filter(|(_, other)| other.enable);
+        for (other_place, other) in earlier {
             if other.tool_id == heater.tool_id {
                 let reason = format_args!("'{}' has tool_id {} as well", other.name, heater.tool_id);
-                checks.error((SECTION, place, "tool_id"), reason, format_args!("give each its own"));
+                checks.error_of_both(
+                    (SECTION, place, "tool_id"),
+                    other_place,
+                    reason,
+                    format_args!("give each its own"),
+                );
             }
             if other.designator == heater.designator {
                 let reason = format_args!("'{}' has the designator {} as well", other.name, heater.designator);

@@ -12,8 +12,9 @@ mod shapers;
 mod tools;
 
 use crate::diagnostic::Severity;
-use crate::ledger::{Ledger, Path, Reporter, Span};
+use crate::ledger::{Ledger, Path};
 use crate::machine::MachineConfig;
+use crate::report::{At, Reporter};
 use crate::schema::Support;
 use core::fmt;
 
@@ -39,14 +40,16 @@ fn wishes(checks: &mut Checks<'_, '_>) {
             continue;
         };
         if pins::is_in_use(checks, path) {
-            not_supported(checks.reporter, severity, span, &path.text(checks.config), advice);
+            let key = path.text(checks.config);
+            let at = At::new(span, &key, path.module(checks.config));
+            not_supported(checks.reporter, severity, at, advice);
         }
     }
 }
 
 /// The finding about a setting that Velvet cannot act on yet.
-pub(crate) fn not_supported(reporter: &mut Reporter<'_>, severity: Severity, span: Span, key: &str, advice: &str) {
-    reporter.report(severity, span, key, format_args!("not supported yet"), format_args!("{advice}"));
+pub(crate) fn not_supported(reporter: &mut Reporter<'_>, severity: Severity, at: At<'_>, advice: &str) {
+    reporter.report(severity, at, format_args!("not supported yet"), format_args!("{advice}"));
 }
 
 fn arcs(checks: &mut Checks<'_, '_>) {
@@ -65,9 +68,25 @@ pub(crate) struct Checks<'a, 'r> {
 }
 
 impl Checks<'_, '_> {
-    /// An error about a setting; the machine may not start.
+    /// An error about a setting: what it belongs to stays off.
     fn error(&mut self, setting: Named<'_>, reason: fmt::Arguments<'_>, fix: fmt::Arguments<'_>) {
         report(self.config, self.ledger, self.reporter, Severity::Error, setting, reason, fix);
+    }
+
+    /// An error about two instances of a section: nobody can tell which of them is wrong.
+    fn error_of_both(&mut self, setting: Named<'_>, other: usize, reason: fmt::Arguments<'_>, fix: fmt::Arguments<'_>) {
+        let (section, place, key) = setting;
+        let (Some(path), Some(other)) = (Path::named(section, place, key), Path::named(section, other, key)) else {
+            return;
+        };
+        if self.ledger.is_unreadable(path) || self.ledger.is_unreadable(other) {
+            return;
+        }
+        let span =
+            self.ledger.span(path).or_else(|| self.ledger.first_of(path.section, path.place)).unwrap_or_default();
+        let text = path.text(self.config);
+        let at = At::new(span, &text, path.module(self.config)).and(other.module(self.config));
+        self.reporter.report(Severity::Error, at, reason, fix);
     }
 
     /// Whether the setting's line could not be understood, which has been said.
@@ -102,5 +121,5 @@ fn report(
     }
     // A default has no line of its own; the instance's first line is the next best place.
     let span = ledger.span(path).or_else(|| ledger.first_of(path.section, path.place)).unwrap_or_default();
-    reporter.report(severity, span, &path.text(config), reason, fix);
+    reporter.report(severity, At::new(span, &path.text(config), path.module(config)), reason, fix);
 }

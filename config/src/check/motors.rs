@@ -3,8 +3,9 @@
 use super::{Checks, report};
 use crate::board::{TMC2590_SENSE_VOLTS, TMC2660_SENSE_VOLTS};
 use crate::diagnostic::Severity;
-use crate::ledger::{Ledger, Reporter};
+use crate::ledger::Ledger;
 use crate::machine::{ActuatorConfig, DriverKind, MachineConfig, TmcConfig};
+use crate::report::Reporter;
 use core::fmt;
 use units::{Actuator, Amps, MmPerSecond};
 

@@ -6,6 +6,7 @@ use crate::diagnostic::Severity;
 use crate::ledger::{Path, Span};
 use crate::machine::{DriverKind, EndstopConfig, HomingDirection, SensorKind};
 use crate::pin::{Pin, PinName, Pull};
+use crate::report::At;
 use crate::schema::{Kind, PinRole, SECTIONS};
 use heapless::Vec;
 use units::Axis;
@@ -118,7 +119,8 @@ fn claim(checks: &mut Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>, path:
     let pin = name.without_modifiers();
     if let Some(purpose) = board::reserved_for(pad) {
         let reason = format_args!("{pin} belongs to {purpose}");
-        checks.reporter.report(Severity::Error, at, &key, reason, format_args!("use another pin"));
+        let at = At::new(at, &key, path.module(checks.config));
+        checks.reporter.report(Severity::Error, at, reason, format_args!("use another pin"));
     }
     match claims.iter().find(|claim| claim.pad == pad).map(|claim| claim.owner) {
         None => {
@@ -127,7 +129,8 @@ fn claim(checks: &mut Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>, path:
         }
         Some(Owner::Bus(name)) => {
             let reason = format_args!("{pin} is used by {name} already");
-            checks.reporter.report(Severity::Error, at, &key, reason, format_args!("use another pin"));
+            let at = At::new(at, &key, path.module(checks.config));
+            checks.reporter.report(Severity::Error, at, reason, format_args!("use another pin"));
         }
         Some(Owner::Setting(first)) => {
             two_owners(checks, first, path, pin);
@@ -142,7 +145,9 @@ fn two_owners(checks: &mut Checks<'_, '_>, one: Path, other: Path, pin: PinName)
     let (owner, line) = (first.text(checks.config), line(first));
     let (key, at) = (second.text(checks.config), span(checks, second));
     let fix = format_args!("use another pin for one of them, or nc");
-    let mut say = |reason| checks.reporter.report(Severity::Error, at, &key, reason, fix);
+    // Nobody can tell which of the two is wrong, so neither is driven.
+    let at = At::new(at, &key, first.module(checks.config)).and(second.module(checks.config));
+    let mut say = |reason| checks.reporter.report(Severity::Error, at, reason, fix);
     match line {
         0 => say(format_args!("{pin} is used by {owner} already, by default")),
         _ => say(format_args!("{pin} is used by {owner} already, in line {line}")),
@@ -156,10 +161,11 @@ fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
     };
     let key = path.text(checks.config);
     let at = span(checks, path);
+    let at = At::new(at, &key, path.module(checks.config));
     let is_output = matches!(role, PinRole::Output | PinRole::OutputOrPwm);
     let pad = (pin.port, pin.number);
     let mut say = |severity, reason: &str, fix: &str| {
-        checks.reporter.report(severity, at, &key, format_args!("{pin}: {reason}"), format_args!("{fix}"));
+        checks.reporter.report(severity, at, format_args!("{pin}: {reason}"), format_args!("{fix}"));
     };
     if is_output && pin.pull != Pull::Default {
         say(Severity::Warning, "an output has no pull resistor", "delete ^, v or -");

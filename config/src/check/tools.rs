@@ -25,10 +25,11 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             }
             _ => {}
         }
-        let twin = config.extruders.iter().take(place).find(|other| other.enable && other.tool_id == extruder.tool_id);
-        if let Some(other) = twin {
+        let mut earlier = config.extruders.iter().enumerate().take(place);
+        if let Some((twin, other)) = earlier.find(|(_, other)| other.enable && other.tool_id == extruder.tool_id) {
             let reason = format_args!("'{}' has tool_id {} as well", other.name, extruder.tool_id);
-            checks.error((EXTRUDER, place, "tool_id"), reason, format_args!("give each its own, 0 to 2"));
+            let fix = format_args!("give each its own, 0 to 2");
+            checks.error_of_both((EXTRUDER, place, "tool_id"), twin, reason, fix);
         }
     }
 }

@@ -19,6 +19,7 @@ pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, Pla
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
 pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
 
+use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};
 use units::{Actuator, Axis, PerActuator};
 
@@ -81,6 +82,8 @@ pub struct MachineConfig {
     pub kill_button: KillButton,
     /// `[player]`
     pub player: PlayerConfig,
+    /// What stays off because of an error in the file; see [`MachineConfig::off`].
+    pub off: Vec<OffModule, MAX_OFF>,
 }
 
 impl MachineConfig {

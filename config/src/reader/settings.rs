@@ -6,6 +6,8 @@ use crate::diagnostic::Severity;
 use crate::flaw::{Flaw, List};
 use crate::ledger::{MAX_WRITTEN, Path, Span};
 use crate::machine::BoardId;
+use crate::module::Module;
+use crate::report::At;
 use crate::schema::{CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support};
 use crate::suggest;
 use crate::text::nearest;
@@ -22,7 +24,7 @@ impl Reader<'_> {
             Current::Nothing => {
                 let reason = format_args!("'{key}' stands before any [section]");
                 let fix = format_args!("{}", suggest::Home(key));
-                self.reporter.report(Severity::Error, at, key, reason, fix);
+                self.reporter.report(Severity::Error, At::new(at, key, Module::MACHINE), reason, fix);
             }
             Current::Known(index, section) => {
                 let Some((setting, place)) = self.resolve(index, section, line, key) else { return };
@@ -48,7 +50,7 @@ impl Reader<'_> {
                         "common" => format_args!("write common.{key} = ..."),
                         _ => format_args!("write name.{key} = ..., with the name of the {}", instances.noun),
                     };
-                    self.reporter.report(Severity::Error, at, key, reason, fix);
+                    self.reporter.report(Severity::Error, At::new(at, key, Module::whole(section)), reason, fix);
                     return None;
                 };
                 let is_common = name == "common";
@@ -61,12 +63,21 @@ impl Reader<'_> {
         }
     }
 
-    fn find_key(&mut self, section: &Section, at: Span, whole: &str, key: &str, is_common: bool) -> Option<usize> {
+    fn find_key(
+        &mut self,
+        section: &'static Section,
+        at: Span,
+        whole: &str,
+        key: &str,
+        is_common: bool,
+    ) -> Option<usize> {
         let found = section.position(key, is_common);
         if found.is_none() {
             let reason = format_args!("[{}] has no setting '{key}'", section.name);
             let (severity, fix) = suggest::key(section, key, is_common);
-            self.reporter.report(severity, at, whole, reason, format_args!("{fix}"));
+            let name = whole.split_once('.').map_or("", |(name, _)| name);
+            let at = At::new(at, whole, Module::new(section, name));
+            self.reporter.report(severity, at, reason, format_args!("{fix}"));
         }
         found
     }
@@ -83,6 +94,7 @@ impl Reader<'_> {
             return Some(place);
         }
         let noun = instances.noun;
+        let found_at = At::new(at, name, Module::new(section, name));
         match (instances.create)(self.config, name) {
             Ok(place) => {
                 self.default_instance(index, section, place, name);
@@ -90,28 +102,23 @@ impl Reader<'_> {
             }
             Err(CannotCreate::Full(most)) => {
                 let reason = format_args!("there is no room for {noun} '{name}': Velvet takes {most}");
-                self.reporter.report(
-                    Severity::Error,
-                    at,
-                    name,
-                    reason,
-                    format_args!("delete those that are not enabled"),
-                );
+                let fix = format_args!("delete those that are not enabled");
+                self.reporter.report(Severity::Error, found_at, reason, fix);
             }
             Err(CannotCreate::UnknownName(names)) => {
                 let reason = format_args!("there is no {noun} '{name}'");
                 match nearest(name, names.iter().copied()) {
                     Some(meant) => {
-                        self.reporter.report(Severity::Error, at, name, reason, format_args!("did you mean {meant}?"));
+                        self.reporter.report(Severity::Error, found_at, reason, format_args!("did you mean {meant}?"));
                     }
                     None => {
-                        self.reporter.report(Severity::Error, at, name, reason, format_args!("write {}", List(names)));
+                        self.reporter.report(Severity::Error, found_at, reason, format_args!("write {}", List(names)));
                     }
                 }
             }
             Err(CannotCreate::NameTooLong) => {
                 let reason = format_args!("the name '{name}' is longer than 24 characters");
-                self.reporter.report(Severity::Error, at, name, reason, format_args!("shorten it"));
+                self.reporter.report(Severity::Error, found_at, reason, format_args!("shorten it"));
             }
         }
         None
@@ -123,14 +130,15 @@ impl Reader<'_> {
             Err(flaw) => {
                 self.ledger.mark_unreadable(path);
                 let reason = format_args!("{}", flaw.reason());
+                let at = At::new(value_span, &key, path.module(self.config));
                 match (flaw, row.typical) {
                     (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high => {
                         let fix = suggest::OtherUnit { unit: row.unit, value, is_low: false };
-                        self.reporter.report(Severity::Error, value_span, &key, reason, format_args!("{fix}"));
+                        self.reporter.report(Severity::Error, at, reason, format_args!("{fix}"));
                     }
                     _ => {
                         let fix = format_args!("{}", flaw.fix());
-                        self.reporter.report(Severity::Error, value_span, &key, reason, fix);
+                        self.reporter.report(Severity::Error, at, reason, fix);
                     }
                 }
             }
@@ -148,17 +156,13 @@ impl Reader<'_> {
                 match self.ledger.write(path, value_span) {
                     Ok(Some(before)) => {
                         let reason = format_args!("is set before, in line {}; this one counts", before.line);
-                        self.reporter.report(Severity::Warning, at, &key, reason, format_args!("delete one of them"));
+                        let at = At::new(at, &key, Module::MACHINE);
+                        self.reporter.report(Severity::Warning, at, reason, format_args!("delete one of them"));
                     }
                     Err(_) => {
                         let reason = format_args!("the file sets more than {MAX_WRITTEN} settings");
-                        self.reporter.report(
-                            Severity::Error,
-                            at,
-                            &key,
-                            reason,
-                            format_args!("delete what is not enabled"),
-                        );
+                        let at = At::new(at, &key, Module::MACHINE);
+                        self.reporter.report(Severity::Error, at, reason, format_args!("delete what is not enabled"));
                     }
                     Ok(None) => {}
                 }
@@ -180,7 +184,8 @@ impl Reader<'_> {
             Support::NotYet { severity, advice } => {
                 // Whether it is asked for in earnest, the whole file shows: its function may be disabled.
                 if !self.ledger.wish(path, span) {
-                    check::not_supported(&mut self.reporter, severity, span, key, advice);
+                    let at = At::new(span, key, path.module(self.config));
+                    check::not_supported(&mut self.reporter, severity, at, advice);
                 }
             }
         }
@@ -203,7 +208,7 @@ impl Reader<'_> {
         let extreme = if value < low { "at least" } else { "at most" };
         let reason = format_args!("{value} {unit} is much {much} than usual, which is {extreme} {bound} {unit}");
         self.ledger.doubt(path);
-        self.reporter.report(Severity::Warning, span, key, reason, format_args!("{fix}"));
+        self.reporter.report(Severity::Warning, At::new(span, key, Module::MACHINE), reason, format_args!("{fix}"));
     }
 
     fn keep(&mut self, path: Path, row: &Setting, value: &Value<'_>) {

@@ -1,0 +1,180 @@
+//! Parts of the machine that can stay off alone: which there are, and what an error in the file puts out of service.
+
+use crate::machine::{MachineConfig, Name};
+use crate::schema::Section;
+use crate::text::cut;
+use core::fmt;
+use heapless::String;
+
+/// Parts that can be out of service at once; one more, and the machine does not start.
+pub const MAX_OFF: usize = 24;
+
+/// What an error in a section costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// The machine does not start: motion or safety depends on the section.
+    Machine,
+    /// What the section is about stays off.
+    Section,
+    /// The instance stays off; all of them, when nobody can tell which is meant.
+    Instance,
+}
+
+/// Sections that the rest of the machine can do without. Every other one is vital: kinematics, speeds, motors and their
+/// drivers, endstops (homing and limits), the kill button, the dialect of G-code.
+const SCOPES: &[(&str, Scope)] = &[
+    ("temperature control", Scope::Instance),
+    ("switch", Scope::Instance),
+    ("extruder", Scope::Instance),
+    ("voltage monitor", Scope::Instance),
+    ("temperature switch", Scope::Section),
+    ("button box", Scope::Section),
+    ("mpg", Scope::Section),
+    ("uart console", Scope::Section),
+    ("consoles", Scope::Section),
+    ("input shaper", Scope::Section),
+    ("pwm1", Scope::Section),
+    ("pwm2", Scope::Section),
+    ("zprobe", Scope::Section),
+    ("three point leveling strategy", Scope::Section),
+    ("cartesian grid leveling strategy", Scope::Section),
+    ("delta grid leveling strategy", Scope::Section),
+    ("delta calibration strategy", Scope::Section),
+    ("player", Scope::Section),
+    ("laser", Scope::Section),
+    ("drillingcycles", Scope::Section),
+    ("filament detector", Scope::Section),
+    ("lathe", Scope::Section),
+    ("els", Scope::Section),
+    ("st7920", Scope::Section),
+    ("tm1638", Scope::Section),
+    ("network", Scope::Section),
+];
+
+impl Section {
+    /// What an error in this section costs.
+    #[must_use]
+    pub fn scope(&self) -> Scope {
+        SCOPES.iter().find(|(name, _)| *name == self.name).map_or(Scope::Machine, |&(_, scope)| scope)
+    }
+}
+
+/// A part of the machine that a finding is about.
+#[derive(Clone, Copy)]
+pub(crate) struct Module<'n> {
+    section: Option<&'static Section>,
+    /// The instance; empty for the section as a whole.
+    name: &'n str,
+}
+
+impl PartialEq for Module<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.section_name() == other.section_name() && self.name == other.name
+    }
+}
+
+impl<'n> Module<'n> {
+    /// The machine as a whole.
+    pub(crate) const MACHINE: Module<'static> = Module { section: None, name: "" };
+
+    /// All of a section.
+    pub(crate) const fn whole(section: &'static Section) -> Module<'static> {
+        Module { section: Some(section), name: "" }
+    }
+
+    /// The instance of this name, or the section as a whole when there is no name or it has none that can be off alone.
+    pub(crate) fn new(section: &'static Section, name: &'n str) -> Self {
+        let name = if section.scope() == Scope::Instance && name != "common" { name } else { "" };
+        Self { section: Some(section), name }
+    }
+
+    /// Whether the machine cannot do without it.
+    pub(crate) fn is_vital(self) -> bool {
+        self.section.is_none_or(|section| section.scope() == Scope::Machine)
+    }
+
+    fn section_name(self) -> &'static str {
+        self.section.map_or("", |section| section.name)
+    }
+
+    /// This module out of service, for the finding at this line.
+    pub(crate) fn off(self, line: u16, key: &str) -> OffModule {
+        OffModule {
+            section: self.section_name(),
+            name: cut(format_args!("{}", self.name)),
+            line,
+            key: cut(format_args!("{key}")),
+        }
+    }
+}
+
+impl fmt::Display for Module<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let noun = self.section.and_then(Section::instances).map_or("", |instances| instances.noun);
+        write_label(f, self.section_name(), noun, self.name)
+    }
+}
+
+/// `switch fan`, `every switch` or `[zprobe]`
+fn write_label(f: &mut fmt::Formatter<'_>, section: &str, noun: &str, name: &str) -> fmt::Result {
+    match (noun, name) {
+        ("", _) | ("entry", "") => write!(f, "[{section}]"),
+        (_, "") => write!(f, "every {noun}"),
+        _ => write!(f, "{noun} {name}"),
+    }
+}
+
+/// A part of the machine that stays off until the file is mended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OffModule {
+    /// Its section.
+    pub section: &'static str,
+    /// Its instance; empty for the section as a whole.
+    pub name: Name,
+    /// Line of the finding; 0 when it concerns something the file does not say.
+    pub line: u16,
+    /// The setting, as `[switch] fan.output_pin`; empty when the finding is about none.
+    pub key: String<56>,
+}
+
+impl OffModule {
+    pub(crate) fn is(&self, module: Module<'_>) -> bool {
+        self.section == module.section_name() && self.name == module.name
+    }
+}
+
+impl fmt::Display for OffModule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let section = crate::schema::section(self.section).and_then(|(_, section)| section.instances());
+        write_label(f, self.section, section.map_or("", |instances| instances.noun), &self.name)
+    }
+}
+
+impl MachineConfig {
+    /// Why this part stays off; none when it works. `name` is the instance's, empty where there are none.
+    #[must_use]
+    pub fn off(&self, section: &str, name: &str) -> Option<&OffModule> {
+        self.off.iter().find(|off| off.section == section && (off.name.is_empty() || off.name == name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::SECTIONS;
+
+    #[test]
+    fn every_scope_is_of_a_section_that_exists() {
+        for (name, scope) in SCOPES {
+            let section = SECTIONS.iter().find(|section| section.name == *name).unwrap_or_else(|| panic!("[{name}]"));
+            assert!(*scope != Scope::Instance || section.instances().is_some(), "[{name}]");
+        }
+    }
+
+    #[test]
+    fn what_motion_and_safety_depend_on_is_vital() {
+        for name in ["motion control", "actuator", "tmc2590", "current control", "endstops", "kill button", "system"] {
+            assert_eq!(crate::schema::section(name).unwrap().1.scope(), Scope::Machine, "[{name}]");
+        }
+    }
+}
