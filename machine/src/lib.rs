@@ -8,6 +8,7 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+mod arcs;
 mod arms;
 mod autotune;
 mod boot;

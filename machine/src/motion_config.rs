@@ -157,13 +157,12 @@ pub fn line_settings(config: &MachineConfig) -> LineSettings {
     }
 }
 
-/// How arcs are cut.
+/// How arcs are cut, if they are to be.
 #[must_use]
 pub fn arc_settings(config: &MachineConfig) -> ArcSettings {
     ArcSettings {
         segment_length: config.motion.mm_per_arc_segment.map_or(0.0, |mm| mm.0),
-        max_error: config.motion.mm_max_arc_error.0,
-        correction: u32::from(config.motion.arc_correction),
+        max_error: config.motion.mm_max_arc_error.map_or(0.0, |mm| mm.0),
     }
 }
 

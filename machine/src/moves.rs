@@ -1,14 +1,15 @@
 //! G0 to G3 and G4: from words to moves in machine space.
 
 use gcode::Block;
-use motion::geometry::{Arc, ArcShape, Line};
+use motion::geometry::Line;
+use motion::path::Curve;
 use motion::{Mode, Move, Refusal};
 use units::{Axis, Micros, MmPerSecond, PerAxis};
 
 use crate::controller::Controller;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::modal::MotionMode;
-use crate::motion_config::{arc_settings, line_settings};
+use crate::motion_config::line_settings;
 use crate::ports::Ports;
 use crate::state::Event;
 
@@ -59,32 +60,8 @@ impl<P: Ports> Controller<P> {
         Ok(Answer::Ok)
     }
 
-    async fn arc(&mut self, block: &Block<'_>, target: PerAxis<f64>, clockwise: bool) -> Outcome {
-        if block.has('R') {
-            return Err(Failure::alarm("Radius mode not supported by G2 or G3"));
-        }
-        let (first, second) = self.modal.plane.axes();
-        let centre = |axis: Axis| {
-            let word = match axis {
-                Axis::X => 'I',
-                Axis::Y => 'J',
-                _ => 'K',
-            };
-            self.modal.to_mm(block.get(word).unwrap_or(0.0))
-        };
-        let plane = self.modal.plane;
-        let shape = ArcShape { plane, to_centre_first: centre(first), to_centre_second: centre(second), clockwise };
-        let arc = Arc::new(self.position, target, &shape, &arc_settings(&self.config))
-            .map_err(|error| Failure::Alarm(message(format_args!("{error}"))))?;
-        for point in arc {
-            self.go(point, self.modal.feed_rate, Mode::Feed).await?;
-        }
-        self.tools.moved(block.has('Z'));
-        Ok(Answer::Ok)
-    }
-
     /// F and S words.
-    fn take_rates(&mut self, block: &Block<'_>) -> Result<(), Failure> {
+    pub(crate) fn take_rates(&mut self, block: &Block<'_>) -> Result<(), Failure> {
         if let Some(power) = block.get('S') {
             self.modal.power = power as f32;
         }
@@ -102,7 +79,7 @@ impl<P: Ports> Controller<P> {
     }
 
     /// Where a motion block leads, in machine space. The E position of the tool is moved on.
-    fn target_of(&mut self, block: &Block<'_>) -> Result<PerAxis<f64>, Failure> {
+    pub(crate) fn target_of(&mut self, block: &Block<'_>) -> Result<PerAxis<f64>, Failure> {
         let mut target = self.position;
         for axis in Axis::PRIMARY {
             if let Some(word) = block.get(axis.letter()) {
@@ -132,8 +109,19 @@ impl<P: Ports> Controller<P> {
 
     /// Submits one straight move, waiting while the look-ahead queue is full.
     pub(crate) async fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+        self.go_along(Curve::Line, target, rate, mode).await
+    }
+
+    /// Submits one move along a curve, waiting while the look-ahead queue is full.
+    pub(crate) async fn go_along(
+        &mut self,
+        curve: Curve,
+        target: PerAxis<f64>,
+        rate: MmPerSecond,
+        mode: Mode,
+    ) -> Result<(), Failure> {
         self.enable_motors()?;
-        let request = Move { target, feed_rate: rate, mode, power: self.modal.power };
+        let request = Move { target, feed_rate: rate, mode, power: self.modal.power, curve };
         loop {
             match self.ports.motion(|motion| motion.submit(&request)) {
                 Ok(()) => break,

@@ -1,4 +1,4 @@
-//! From moves to step events: straight lines and arcs, look-ahead, the trajectory in time, kinematics, step times.
+//! From moves to step events: lines, arcs, look-ahead, the trajectory in time, kinematics, step times.
 //!
 //! One move, followed through: [`Motion::submit`] turns it into a block with its limits ([`planner`]); the reverse pass
 //! of [`Motion::plan`] settles the speed at each junction; when the block's turn comes, [`profile`] gives it a
@@ -30,6 +30,7 @@ mod motor;
 mod moves;
 #[cfg(any(test, feature = "oracle"))]
 pub mod oracle;
+pub mod path;
 pub mod planner;
 pub mod profile;
 pub mod queue;

@@ -2,6 +2,8 @@
 
 use units::{Axis, MmPerSecond, PerAxis};
 
+use crate::path::Curve;
+
 /// Which speed limit of the program a move obeys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -12,7 +14,7 @@ pub enum Mode {
     Feed,
 }
 
-/// A straight move from wherever the previous one ends.
+/// A move from wherever the previous one ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Move {
     /// Where it ends, in machine space: X Y Z in mm, A B C in mm (filament) or degrees.
@@ -23,19 +25,22 @@ pub struct Move {
     pub mode: Mode,
     /// The program's S value, for a laser.
     pub power: f32,
+    /// What X, Y and Z do on the way, seen from where the previous move ends; a line for a straight move. The target is where
+    /// it ends in any case: what the two differ by is spread over the whole way.
+    pub curve: Curve,
 }
 
 impl Move {
     /// A working move without power.
     #[must_use]
     pub const fn feed(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Feed, power: 0.0 }
+        Self { target, feed_rate, mode: Mode::Feed, power: 0.0, curve: Curve::Line }
     }
 
     /// A positioning move.
     #[must_use]
     pub const fn rapid(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Rapid, power: 0.0 }
+        Self { target, feed_rate, mode: Mode::Rapid, power: 0.0, curve: Curve::Line }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The reference for step times: slow, obvious, in `f64`, sharing no arithmetic with the fast path.
 //!
-//! It takes the ideal trajectory as pieces (constant jerk along a line, from [`crate::Motion::last_piece`]) and
+//! It takes the ideal trajectory as pieces (constant jerk along a path, from [`crate::Motion::last_piece`]) and
 //! answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing of its
 //! half step. Input shaping and pressure advance it does by their definitions, from the table of pulses on. What it does not
 //! check is the plan itself (limits, junctions); the planner's laws do.
@@ -8,6 +8,7 @@
 use std::vec::Vec;
 
 mod arms;
+mod ways;
 
 use units::{Actuator, PerAxis};
 
@@ -161,10 +162,8 @@ impl Ideal {
         let way = piece.speed * t + piece.acceleration * t.powi(2) / 2.0 + piece.jerk * t.powi(3) / 6.0;
         let rate = piece.speed + piece.acceleration * t + piece.jerk * t.powi(2) / 2.0;
         let speed = if resting { 0.0 } else { rate };
-        let mut position = piece.origin;
-        let mut velocity = piece.direction;
+        let (position, mut velocity) = ways::place(&piece.path, piece.base + way);
         for axis in units::Axis::ALL {
-            position[axis] += piece.direction[axis] * way;
             velocity[axis] *= speed;
         }
         Some((position, velocity))

@@ -1,35 +1,34 @@
 //! The block in execution: where it is, how fast, and its next slice of trajectory.
 
-use units::{Axis, PerActuator, PerAxis};
+use units::{PerActuator, PerAxis};
 
 use crate::{
     greatest,
     knots::SEGMENT_SECONDS,
     least,
+    path::{Curve, Path},
     planner::Block,
     profile::{Phase, Profile},
-    trajectory::{Piece, TickTime, along, tick_time},
+    trajectory::{Piece, TickTime, tick_time},
 };
 
 /// A block that has begun. The cursor stands at the end of the last slice taken.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub block: Block,
-    /// Where the block begins.
-    pub origin: PerAxis<f64>,
+    /// Its way through space.
+    pub path: Path,
     /// What each motor does for a millimetre of path at the cursor, once it is known.
     pub rates: Option<PerActuator<f64>>,
-    /// What one millimetre of path adds to each axis.
-    pub direction: PerAxis<f64>,
     profile: Profile,
     /// Phase the cursor is in, and how many of its slices are taken.
     phase: usize,
     taken: u32,
     /// When that phase begins.
     phase_start: TickTime,
-    /// Path distance from `origin` at which that phase begins, mm.
+    /// Path distance from the beginning of the block at which that phase begins, mm.
     phase_base: f64,
-    /// Path distance from `origin` at the cursor, mm.
+    /// Path distance from the beginning of the block at the cursor, mm.
     pub travelled: f64,
     /// Path speed at the cursor, mm/s.
     pub speed: f64,
@@ -66,16 +65,11 @@ fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
 
 impl Run {
     /// Begins a block at `origin` and time `start`, moving with `speed`.
-    pub fn new(block: Block, origin: PerAxis<f64>, start: TickTime, speed: f64) -> Self {
-        let mut direction = PerAxis::default();
-        for axis in Axis::ALL {
-            direction[axis] = (block.target[axis] - origin[axis]) / block.length;
-        }
+    pub fn new(block: Block, curve: Curve, origin: PerAxis<f64>, start: TickTime, speed: f64) -> Self {
         Self {
             block,
-            origin,
+            path: Path::new(origin, &block.target, block.length, curve),
             rates: None,
-            direction,
             profile: Profile::default(),
             phase: 0,
             taken: 0,
@@ -107,7 +101,7 @@ impl Run {
 
     /// Machine position at the cursor.
     pub fn point(&self) -> PerAxis<f64> {
-        if self.remaining() > 0.0 { along(&self.origin, &self.direction, self.travelled) } else { self.block.target }
+        if self.remaining() > 0.0 { self.path.point(self.travelled) } else { self.block.target }
     }
 
     /// The phase the cursor is in; phases too short to matter are passed over.
@@ -131,8 +125,8 @@ impl Run {
         Some(Piece {
             start: self.phase_start,
             duration: phase.duration,
-            origin: along(&self.origin, &self.direction, self.phase_base),
-            direction: self.direction,
+            path: self.path,
+            base: self.phase_base,
             speed: phase.speed,
             acceleration: phase.acceleration,
             jerk: phase.jerk,

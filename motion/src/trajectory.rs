@@ -1,11 +1,13 @@
 //! The trajectory: pieces of position over time.
 //!
 //! Time is absolute, in step ticks with 32 bits of fraction: exact to add, never wrapping, equal on every machine. A
-//! piece is the path position as a polynomial of local time along a straight direction. Filters (input shaping,
+//! piece is the distance along a path as a polynomial of local time. Filters (input shaping,
 //! pressure advance) stand between here and [`crate::knots`].
 
 use fixed::types::U96F32;
 use units::{Axis, PerAxis, STEP_CLOCK_HZ, Ticks};
+
+use crate::path::Path;
 
 /// A point on, or a length of, the step clock, finer than a tick: 96 bits of ticks, 32 of fraction.
 pub type TickTime = U96F32;
@@ -38,17 +40,17 @@ pub const fn at_tick(ticks: Ticks) -> TickTime {
     TickTime::from_bits((ticks.0 as u128) << 32)
 }
 
-/// Constant jerk along a straight line: none in a trapezoid.
+/// Constant jerk along a path: none in a trapezoid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Piece {
     /// When it begins.
     pub start: TickTime,
     /// How long it lasts, in seconds.
     pub duration: f64,
-    /// Where it begins, in machine space.
-    pub origin: PerAxis<f64>,
-    /// What one millimetre of path adds to each axis.
-    pub direction: PerAxis<f64>,
+    /// The way of the whole block.
+    pub path: Path,
+    /// Path distance at which the piece begins, mm.
+    pub base: f64,
     /// Path speed at the beginning, mm/s.
     pub speed: f64,
     /// Path acceleration at the beginning, mm/s^2.
@@ -79,7 +81,13 @@ impl Piece {
     /// Machine position at this path distance from the beginning.
     #[must_use]
     pub fn point_after(&self, distance: f64) -> PerAxis<f64> {
-        along(&self.origin, &self.direction, distance)
+        self.path.point(self.base + distance)
+    }
+
+    /// What one millimetre of path adds to each axis at this path distance from the beginning.
+    #[must_use]
+    pub fn tangent_after(&self, distance: f64) -> PerAxis<f64> {
+        self.path.tangent(self.base + distance)
     }
 }
 

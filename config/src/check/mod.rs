@@ -23,7 +23,6 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     motors::limit(config, ledger, reporter);
     let mut checks = Checks { config, ledger, reporter };
     wishes(&mut checks);
-    arcs(&mut checks);
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);
@@ -50,14 +49,6 @@ fn wishes(checks: &mut Checks<'_, '_>) {
 /// The finding about a setting that Velvet cannot act on yet.
 pub(crate) fn not_supported(reporter: &mut Reporter<'_>, severity: Severity, at: At<'_>, advice: &str) {
     reporter.report(severity, at, format_args!("not supported yet"), format_args!("{advice}"));
-}
-
-fn arcs(checks: &mut Checks<'_, '_>) {
-    let motion = &checks.config.motion;
-    if motion.mm_max_arc_error.get() <= 0.0 && motion.mm_per_arc_segment.is_none() {
-        let reason = format_args!("neither this nor mm_per_arc_segment limits the chords of an arc");
-        checks.error(("motion control", 0, "mm_max_arc_error"), reason, format_args!("write 0.01"));
-    }
 }
 
 /// What a check looks at, and where it speaks.

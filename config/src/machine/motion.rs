@@ -48,10 +48,10 @@ pub struct MotionControl {
     pub mm_per_line_segment: Option<Mm>,
     /// Pieces per second of motion; none: not cut by time.
     pub segments_per_second: Option<f64>,
-    /// Fixed chord length of arcs; none: by error.
+    /// Least chord length of arcs; none: by error.
     pub mm_per_arc_segment: Option<Mm>,
-    /// Largest distance between chord and arc.
-    pub mm_max_arc_error: Mm,
+    /// Largest distance between chord and arc; with neither, arcs stay arcs.
+    pub mm_max_arc_error: Option<Mm>,
     /// Small-angle rotations between exact arc points (Velvet computes every arc point exactly).
     pub arc_correction: u16,
     /// Speed limit of X, Y and Z; none: no limit.

@@ -104,17 +104,19 @@ pub const MOTION_CONTROL: Section = Section {
             "0",
             NOT_NEGATIVE,
             |c, _, v| c.motion.mm_per_arc_segment = (v > 0.0).then_some(Mm(v)),
-            "Chord length of arcs; the longer of this and the chord of mm_max_arc_error is used.",
+            "Above zero: arcs are cut into chords of this length, or of that of mm_max_arc_error if it is longer.",
         )
+        .klipper("[gcode_arcs] resolution")
         .unit("mm")
         .v1("mm_per_arc_segment"),
         number(
             "mm_max_arc_error",
-            "0.01",
+            "0",
             NOT_NEGATIVE,
-            |c, _, v| c.motion.mm_max_arc_error = Mm(v),
-            "Largest distance between an arc and its chords; 0 leaves it to mm_per_arc_segment.",
-        ).klipper("[gcode_arcs] resolution")
+            |c, _, v| c.motion.mm_max_arc_error = (v > 0.0).then_some(Mm(v)),
+            "Above zero: arcs are cut into chords that leave them by this at most. With 0 here and in mm_per_arc_segment arcs are \
+             exact.",
+        )
         .unit("mm").typical(0.0001, 1.0)
         .v1("mm_max_arc_error"),
         integer(
@@ -122,7 +124,7 @@ pub const MOTION_CONTROL: Section = Section {
             "5",
             (0, 1_000),
             |c, _, v| c.motion.arc_correction = v as u16,
-            "Points of an arc found by rotation before one is computed anew.",
+            "Kept for old configurations: every corner of an arc that is cut is computed exactly.",
         )
         .v1("arc_correction"),
         axis_limit("x_axis_max_speed", "60000", |c, _, v| c.motion.axis_max_speed[0] = limit(v), "X")

@@ -6,7 +6,10 @@
 use units::{MAX_AXES, PerAxis};
 
 use super::MAX_EXTRUDERS;
-use crate::trajectory::{Piece, TickTime};
+use crate::{
+    path::{Curve, Path},
+    trajectory::{Piece, TickTime},
+};
 
 /// Stretches kept, a power of two.
 pub(super) const CAPACITY: usize = 128;
@@ -25,7 +28,10 @@ fn low(time: TickTime) -> u64 {
     time.to_bits() as u64
 }
 
-/// Constant jerk along a straight line, until the next stretch begins.
+/// Curves kept; a stretch for which there is no room is straight ([`super::Filters::has_room_for`]).
+const CURVES: usize = 16;
+
+/// Constant jerk along a path, until the next stretch begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     pub start: u64,
@@ -34,6 +40,10 @@ pub(crate) struct Stretch {
     pub speed: f64,
     pub acceleration: f64,
     pub jerk: f64,
+    /// How far along its curve the stretch begins, mm; `None` when it is straight.
+    curved: Option<f64>,
+    /// Count of the curves there were when it came, its own included, which is the last.
+    curves: u32,
     /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
 }
@@ -46,24 +56,35 @@ impl Stretch {
         speed: 0.0,
         acceleration: 0.0,
         jerk: 0.0,
+        curved: None,
+        curves: 0,
         sums: [[0.0; 2]; MAX_EXTRUDERS],
     };
 
-    pub fn of(piece: &Piece) -> Self {
-        Self {
+    pub fn of(piece: &Piece) -> (Self, Curve) {
+        let (path, is_line) = (&piece.path, piece.path.curve.is_line());
+        let stretch = Self {
             start: low(piece.start),
-            origin: piece.origin,
-            direction: piece.direction,
+            origin: Path::line(path.origin, path.direction).point(piece.base),
+            direction: path.direction,
             speed: piece.speed,
             acceleration: piece.acceleration,
             jerk: piece.jerk,
-            sums: [[0.0; 2]; MAX_EXTRUDERS],
-        }
+            curved: if is_line { None } else { Some(piece.base) },
+            ..Self::EMPTY
+        };
+        (stretch, path.curve)
+    }
+
+    /// Straight on where a piece begins.
+    pub fn straight(piece: &Piece) -> (Self, Curve) {
+        let line = Path::line(piece.point_after(0.0), piece.tangent_after(0.0));
+        Self::of(&Piece { path: line, base: 0.0, ..*piece })
     }
 
     /// Standing still.
-    pub fn rest(start: TickTime, place: PerAxis<f64>) -> Self {
-        Self { start: low(start), origin: place, ..Self::EMPTY }
+    pub fn rest(start: TickTime, place: PerAxis<f64>) -> (Self, Curve) {
+        (Self { start: low(start), origin: place, ..Self::EMPTY }, Curve::Line)
     }
 
     pub fn is_rest(&self) -> bool {
@@ -95,7 +116,8 @@ impl Stretch {
     /// The factor of pressure advance that holds here: none unless filament is pushed while X or Y move.
     pub(super) fn factor(&self, axis: usize, factor: f64) -> f64 {
         let [x, y, ..] = self.direction.0;
-        if self.axis(axis).1 > 0.0 && (x != 0.0 || y != 0.0) { factor } else { 0.0 }
+        let moves = self.curved.is_some() || x != 0.0 || y != 0.0;
+        if self.axis(axis).1 > 0.0 && moves { factor } else { 0.0 }
     }
 
     /// First and second antiderivative of an extruder's advanced position less `reference`, at `time`.
@@ -122,6 +144,8 @@ pub(super) struct History {
     stretches: [Stretch; CAPACITY],
     /// Count of the newest stretch.
     newest: u32,
+    /// The curves of stretches that have one.
+    curves: [Curve; CURVES],
     /// Factors of pressure advance; zero where there is none.
     factors: [f64; MAX_EXTRUDERS],
     /// Positions that the sums are relative to, and since when.
@@ -134,6 +158,7 @@ impl History {
         Self {
             stretches: [Stretch::EMPTY; CAPACITY],
             newest: 0,
+            curves: [Curve::Line; CURVES],
             factors: [0.0; MAX_EXTRUDERS],
             references: [0.0; MAX_EXTRUDERS],
             since: 0,
@@ -157,10 +182,29 @@ impl History {
         self.stretch(self.newest)
     }
 
-    /// Replaces the newest stretch by one with the same beginning.
+    /// Replaces the newest stretch by a straight one with the same beginning.
     pub fn amend(&mut self, stretch: Stretch) {
         let newest = self.stretch_mut(self.newest);
-        *newest = Stretch { sums: newest.sums, ..stretch };
+        *newest = Stretch { sums: newest.sums, curves: newest.curves, ..stretch };
+    }
+
+    /// What the curve of a stretch adds to X, Y and Z `way` mm after its beginning, and to the direction there.
+    pub fn bent(&self, stretch: &Stretch, way: f64) -> Option<([f64; 3], [f64; 3])> {
+        let s = stretch.curved? + way;
+        // The remainder is always in range: the check disappears.
+        let curve = &self.curves[stretch.curves as usize % CURVES];
+        Some((curve.offset(s), curve.slope(s)))
+    }
+
+    /// Whether a stretch with this curve can be kept. `oldest` is the count of the oldest that anything still looks at.
+    pub fn has_room_for(&self, curve: &Curve, oldest: u32) -> bool {
+        let newest = self.newest().curves;
+        let used = newest.wrapping_sub(self.stretch(oldest).curves) as usize;
+        curve.is_line() || self.is_newest(curve) || used + 1 < CURVES
+    }
+
+    fn is_newest(&self, curve: &Curve) -> bool {
+        self.curves[self.newest().curves as usize % CURVES] == *curve
     }
 
     /// How many stretches are newer.
@@ -183,8 +227,13 @@ impl History {
     }
 
     /// Appends a stretch. `oldest` is the count of the oldest that anything still looks at.
-    pub fn push(&mut self, stretch: Stretch, oldest: Option<u32>) {
+    pub fn push(&mut self, stretch: Stretch, curve: &Curve, oldest: Option<u32>) {
         let mut stretch = stretch;
+        stretch.curves = self.newest().curves;
+        if stretch.curved.is_some() && !self.is_newest(curve) {
+            stretch.curves = stretch.curves.wrapping_add(1);
+            self.curves[stretch.curves as usize % CURVES] = *curve;
+        }
         for (index, factor) in self.factors.into_iter().enumerate() {
             if factor > 0.0 {
                 let axis = 3 + index;

@@ -28,6 +28,7 @@ pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
 use crate::{
     greatest,
     knots::SEGMENT_SECONDS,
+    path::Curve,
     trajectory::{Piece, TickTime, tick_time},
 };
 use advance::Window;
@@ -212,7 +213,7 @@ impl Filters {
 
     /// Stands at `place` and has always stood there.
     pub fn settle(&mut self, place: PerAxis<f64>, at: TickTime) {
-        let count = self.history.restart(Stretch::rest(at, place));
+        let count = self.history.restart(Stretch::rest(at, place).0);
         let (_, cursors) = self.cursors_mut();
         for cursor in cursors {
             cursor.count = count;
@@ -225,10 +226,19 @@ impl Filters {
     }
 
     /// The trajectory goes on with this stretch. Stretches come in order of time.
-    pub fn push(&mut self, stretch: Stretch) {
-        let oldest =
-            self.cursors().map(|cursor| cursor.count).reduce(|a, b| if (b.wrapping_sub(a) as i32) < 0 { b } else { a });
-        self.history.push(stretch, oldest);
+    pub fn push(&mut self, (stretch, curve): (Stretch, Curve)) {
+        let oldest = self.oldest();
+        self.history.push(stretch, &curve, oldest);
+    }
+
+    /// Count of the oldest stretch that is still looked at.
+    fn oldest(&self) -> Option<u32> {
+        self.cursors().map(|cursor| cursor.count).reduce(|a, b| if (b.wrapping_sub(a) as i32) < 0 { b } else { a })
+    }
+
+    /// Whether a stretch along this curve can be kept.
+    pub fn has_room_for(&self, curve: &Curve) -> bool {
+        self.oldest().is_none_or(|oldest| self.history.has_room_for(curve, oldest))
     }
 
     /// The newest stretch of trajectory.
@@ -236,8 +246,8 @@ impl Filters {
         self.history.newest()
     }
 
-    /// Replaces the newest stretch by one with the same beginning. Only before any output from it.
-    pub fn amend(&mut self, stretch: Stretch) {
+    /// Replaces the newest stretch by a straight one with the same beginning. Only before any output from it.
+    pub fn amend(&mut self, (stretch, _): (Stretch, Curve)) {
         self.history.amend(stretch);
     }
 
@@ -307,6 +317,12 @@ impl Filters {
                     point[axis] += weight * (stretch.origin[axis] - near[axis] + stretch.direction[axis] * way);
                     velocity[axis] += weight * (stretch.direction[axis] * speed);
                 }
+            }
+            let Some((offset, slope)) = self.history.bent(stretch, way) else { continue };
+            for (axis, (offset, slope)) in Axis::PRIMARY.into_iter().zip(offset.into_iter().zip(slope)) {
+                let weight = tap.weights[axis as usize];
+                point[axis] += weight * offset;
+                velocity[axis] += weight * (slope * speed);
             }
         }
         for window in self.windows.iter().flatten() {

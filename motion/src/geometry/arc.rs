@@ -1,10 +1,12 @@
-//! Arcs (G2, G3) as chords, in any of the three planes, with the third axis and A B C following evenly (helix).
+//! Arcs (G2, G3) as the program means them: in any of the three planes, of any number of turns, with the third axis and A B C following
+//! evenly (helix). By default an arc stays one ([`Arc::parts`]); where a configuration asks for chords, it is cut ([`Chords`]).
 //!
-//! The chord length is the longer of `mm_per_arc_segment` and the chord that leaves the arc by `mm_max_arc_error` = e:
-//! for radius r, `2 sqrt(e (2 r - e))`. Points follow by an exact rotation of the radius vector; every `arc_correction` chords it
-//! is taken from the angle anew, so that rounding cannot add up.
+//! An end that is not quite on the circle (programs round to three digits) is reached all the same: what is missing is spread over
+//! the whole arc. What is off by more than [`off_allowed`] is a mistake.
 
 use units::{Axis, PerAxis};
+
+use crate::path::{self, Curve, Vector};
 
 /// The plane of an arc; the axis that is left out is the helix axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,23 +33,6 @@ impl Plane {
     }
 }
 
-/// How finely arcs are cut.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArcSettings {
-    /// Least chord length, mm (`mm_per_arc_segment`); zero: not given.
-    pub segment_length: f64,
-    /// Greatest distance between chord and arc, mm (`mm_max_arc_error`); zero: not given.
-    pub max_error: f64,
-    /// Chords between exact recomputations (`arc_correction`).
-    pub correction: u32,
-}
-
-impl Default for ArcSettings {
-    fn default() -> Self {
-        Self { segment_length: 0.0, max_error: 0.01, correction: 5 }
-    }
-}
-
 /// What the program says about the arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcShape {
@@ -59,24 +44,78 @@ pub struct ArcShape {
     pub to_centre_second: f64,
     /// G2 rather than G3.
     pub clockwise: bool,
+    /// Turns begun (P): with 1 the end is reached at once, each more is a whole turn before that.
+    pub turns: u32,
+}
+
+impl ArcShape {
+    /// From a radius (R) in place of a centre: the arc of at most half a turn, or with a negative radius the other one.
+    ///
+    /// # Errors
+    /// When start and end are one place in the plane, or too far apart for the radius.
+    pub fn by_radius(
+        from: &PerAxis<f64>,
+        to: &PerAxis<f64>,
+        plane: Plane,
+        radius: f64,
+        clockwise: bool,
+    ) -> Result<Self, ArcError> {
+        let (first, second) = plane.axes();
+        let (dx, dy) = (to[first] - from[first], to[second] - from[second]);
+        let apart = libm::sqrt(dx * dx + dy * dy);
+        if !(apart.is_finite() && radius.is_finite()) || apart < LEAST_RADIUS {
+            return Err(ArcError::NoWay);
+        }
+        let size = libm::fabs(radius);
+        let half = 0.5 * apart;
+        if half - size > off_allowed(size) {
+            return Err(ArcError::TooFar { apart });
+        }
+        // From the middle to the centre, to the left of the way where the arc is short and counter-clockwise.
+        let height = libm::sqrt(crate::greatest(size * size - half * half, 0.0));
+        let to_left = clockwise == (radius < 0.0);
+        let aside = if to_left { height / apart } else { -height / apart };
+        Ok(Self {
+            plane,
+            to_centre_first: 0.5 * dx - aside * dy,
+            to_centre_second: 0.5 * dy + aside * dx,
+            clockwise,
+            turns: 1,
+        })
+    }
 }
 
 /// Why there is no such arc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub enum ArcError {
     /// The centre is the start: the radius is zero, or something is not a number.
     NoRadius,
+    /// The end is not on the circle.
+    OffCircle {
+        /// By how much, mm.
+        off: f64,
+    },
+    /// A radius does not say where the centre of a full circle is.
+    NoWay,
+    /// Start and end are farther apart than the circle is wide.
+    TooFar {
+        /// Their distance, mm.
+        apart: f64,
+    },
     /// Neither a chord length nor an error is configured.
     NoChord,
 }
 
 impl core::fmt::Display for ArcError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::NoRadius => "the arc has no radius",
-            Self::NoChord => "set mm_per_arc_segment or mm_max_arc_error above zero to cut arcs",
-        })
+        match self {
+            Self::NoRadius => f.write_str("the arc has no radius"),
+            Self::OffCircle { off } => write!(f, "the end of the arc is {off:.3} mm off its circle"),
+            Self::NoWay => f.write_str("an arc by R must end elsewhere: write a full circle with I J K"),
+            Self::TooFar { apart } => write!(f, "the ends of the arc are {apart:.3} mm apart, more than twice R"),
+            Self::NoChord => f.write_str("set mm_per_arc_segment or mm_max_arc_error above zero to cut arcs"),
+        }
     }
 }
 
@@ -84,41 +123,41 @@ impl core::fmt::Display for ArcError {
 const FULL_TURN: f64 = 5e-7;
 /// Radii below this, mm, are none.
 const LEAST_RADIUS: f64 = 1e-6;
-/// A bound for nonsense settings.
-const MOST_CHORDS: f64 = 1e6;
 const TURN: f64 = 2.0 * core::f64::consts::PI;
+/// No program has more turns.
+pub const MOST_TURNS: u32 = 10_000;
 
-/// The end points of the chords of an arc, the last being its exact target.
+/// By how much the end may be off the circle, mm: 0.05, for large circles a thousandth of the radius, at most 0.5.
+fn off_allowed(radius: f64) -> f64 {
+    crate::least(crate::greatest(0.05, 0.001 * radius), 0.5)
+}
+
+/// An arc between two places.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
     from: PerAxis<f64>,
-    to: PerAxis<f64>,
+    pub(super) to: PerAxis<f64>,
     plane: Plane,
     centre: (f64, f64),
     /// From the centre to the start.
     start: (f64, f64),
-    /// From the centre to the last point taken.
-    arm: (f64, f64),
-    /// Sine and cosine of one chord's angle.
-    rotation: (f64, f64),
+    /// From the circle to the end.
+    off: (f64, f64),
+    /// Angle, counter-clockwise, rad.
     sweep: f64,
-    chords: u32,
-    taken: u32,
-    correction: u32,
-    since_exact: u32,
+}
+
+fn turned((x, y): (f64, f64), angle: f64) -> (f64, f64) {
+    let (sin, cos) = libm::sincos(angle);
+    (x * cos - y * sin, x * sin + y * cos)
 }
 
 impl Arc {
     /// An arc from one point to another.
     ///
     /// # Errors
-    /// When the shape has no radius or the settings give no chord.
-    pub fn new(
-        from: PerAxis<f64>,
-        to: PerAxis<f64>,
-        shape: &ArcShape,
-        settings: &ArcSettings,
-    ) -> Result<Self, ArcError> {
+    /// When the shape has no radius, or the end is not on the circle.
+    pub fn new(from: PerAxis<f64>, to: PerAxis<f64>, shape: &ArcShape) -> Result<Self, ArcError> {
         let (first, second) = shape.plane.axes();
         let start = (-shape.to_centre_first, -shape.to_centre_second);
         let centre = (from[first] + shape.to_centre_first, from[second] + shape.to_centre_second);
@@ -127,46 +166,76 @@ impl Arc {
             return Err(ArcError::NoRadius);
         }
         let end = (to[first] - centre.0, to[second] - centre.1);
-        let sweep = sweep(start, end, shape.clockwise);
-        let rise = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second);
-        let rise = rise.map_or(0.0, |axis| to[axis] - from[axis]);
-        let along = sweep * radius;
-        let wanted = libm::ceil(libm::sqrt(along * along + rise * rise) / chord(radius, settings)?);
-        let chords = if wanted >= 1.0 { crate::least(wanted, MOST_CHORDS) as u32 } else { 1 };
-        let angle = sweep / f64::from(chords);
-        Ok(Self {
-            from,
-            to,
-            plane: shape.plane,
-            centre,
-            start,
-            arm: start,
-            rotation: (libm::sin(angle), libm::cos(angle)),
-            sweep,
-            chords,
-            taken: 0,
-            correction: settings.correction,
-            since_exact: 0,
-        })
-    }
-
-    /// How many chords there are in all.
-    #[must_use]
-    pub const fn chords(&self) -> u32 {
-        self.chords
-    }
-
-    fn turn_arm(&mut self) {
-        if self.since_exact < self.correction {
-            let ((sin, cos), (x, y)) = (self.rotation, self.arm);
-            self.arm = (x * cos - y * sin, x * sin + y * cos);
-            self.since_exact += 1;
-        } else {
-            let angle = self.sweep * f64::from(self.taken) / f64::from(self.chords);
-            let ((sin, cos), (x, y)) = ((libm::sin(angle), libm::cos(angle)), self.start);
-            self.arm = (x * cos - y * sin, x * sin + y * cos);
-            self.since_exact = 0;
+        let more = shape.turns.clamp(1, MOST_TURNS) - 1;
+        let one_way = if shape.clockwise { -TURN } else { TURN };
+        let sweep = sweep(start, end, shape.clockwise) + one_way * f64::from(more);
+        let reached = turned(start, sweep);
+        let off = (end.0 - reached.0, end.1 - reached.1);
+        let distance = libm::sqrt(off.0 * off.0 + off.1 * off.1);
+        if !distance.is_finite() || distance > off_allowed(radius) {
+            return Err(ArcError::OffCircle { off: distance });
         }
+        Ok(Self { from, to, plane: shape.plane, centre, start, off, sweep })
+    }
+
+    pub(super) fn radius(&self) -> f64 {
+        libm::sqrt(self.start.0 * self.start.0 + self.start.1 * self.start.1)
+    }
+
+    /// How far the axis rises that is not in the plane.
+    fn rise(&self) -> f64 {
+        let (first, second) = self.plane.axes();
+        let rises = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second);
+        rises.map_or(0.0, |axis| self.to[axis] - self.from[axis])
+    }
+
+    /// Length of the path, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        let (along, rise) = (self.sweep * self.radius(), self.rise());
+        libm::sqrt(along * along + rise * rise)
+    }
+
+    /// Turns, whole and begun.
+    #[must_use]
+    pub fn turns(&self) -> f64 {
+        libm::fabs(self.sweep) / TURN
+    }
+
+    /// The place at a share of the way, 0 to 1.
+    pub(super) fn place(&self, share: f64) -> PerAxis<f64> {
+        let mut place = self.from;
+        for axis in Axis::ALL {
+            place[axis] += (self.to[axis] - self.from[axis]) * share;
+        }
+        let (x, y) = turned(self.start, self.sweep * share);
+        let (first, second) = self.plane.axes();
+        place[first] = self.centre.0 + x + self.off.0 * share;
+        place[second] = self.centre.1 + y + self.off.1 * share;
+        place
+    }
+
+    /// A vector in the plane.
+    fn in_plane(&self, (x, y): (f64, f64)) -> Vector {
+        match self.plane {
+            Plane::Xy => [x, y, 0.0],
+            Plane::Xz => [x, 0.0, y],
+            Plane::Yz => [0.0, x, y],
+        }
+    }
+
+    /// The arc in `count` equal parts: where each ends, and its curve.
+    pub fn parts(self, count: u32) -> impl Iterator<Item = (PerAxis<f64>, Curve)> {
+        let count = count.max(1);
+        let share = 1.0 / f64::from(count);
+        (0..count).map(move |index| {
+            let (x, y) = turned(self.start, self.sweep * share * f64::from(index));
+            let ahead = if self.sweep < 0.0 { (y, -x) } else { (-y, x) };
+            let angle = libm::fabs(self.sweep) * share;
+            let curve = path::Arc::new(self.in_plane((x, y)), self.in_plane(ahead), angle, self.rise() * share);
+            let end = if index + 1 == count { self.to } else { self.place(share * f64::from(index + 1)) };
+            (end, Curve::Arc(curve))
+        })
     }
 }
 
@@ -180,83 +249,42 @@ fn sweep(start: (f64, f64), end: (f64, f64), clockwise: bool) -> f64 {
     }
 }
 
-fn chord(radius: f64, settings: &ArcSettings) -> Result<f64, ArcError> {
-    let error = settings.max_error;
-    let by_error =
-        if error > 0.0 && 2.0 * radius > error { 2.0 * libm::sqrt(error * (2.0 * radius - error)) } else { 0.0 };
-    let chord = crate::greatest(by_error, settings.segment_length);
-    if chord > 0.0 { Ok(chord) } else { fallback_chord(radius, error) }
-}
-
-/// An arc smaller than the allowed error may be any polygon; without an allowed error there is no answer.
-fn fallback_chord(radius: f64, error: f64) -> Result<f64, ArcError> {
-    if error > 0.0 { Ok(radius) } else { Err(ArcError::NoChord) }
-}
-
-impl Iterator for Arc {
-    type Item = PerAxis<f64>;
-
-    fn next(&mut self) -> Option<PerAxis<f64>> {
-        if self.taken >= self.chords {
-            return None;
-        }
-        self.taken += 1;
-        if self.taken == self.chords {
-            return Some(self.to);
-        }
-        self.turn_arm();
-        let share = f64::from(self.taken) / f64::from(self.chords);
-        let mut point = self.from;
-        for axis in Axis::ALL {
-            point[axis] += (self.to[axis] - self.from[axis]) * share;
-        }
-        let (first, second) = self.plane.axes();
-        point[first] = self.centre.0 + self.arm.0;
-        point[second] = self.centre.1 + self.arm.1;
-        Some(point)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const HALF: ArcShape = ArcShape { plane: Plane::Xy, to_centre_first: 10.0, to_centre_second: 0.0, clockwise: true };
+    const HALF: ArcShape =
+        ArcShape { plane: Plane::Xy, to_centre_first: 10.0, to_centre_second: 0.0, clockwise: true, turns: 1 };
 
     fn point(x: f64, y: f64, z: f64) -> PerAxis<f64> {
         PerAxis([x, y, z, 0.0, 0.0, 0.0])
     }
 
-    fn points(from: PerAxis<f64>, to: PerAxis<f64>, shape: &ArcShape, settings: &ArcSettings) -> Vec<PerAxis<f64>> {
-        Arc::new(from, to, shape, settings).expect("an arc").collect()
+    fn arc(from: PerAxis<f64>, to: PerAxis<f64>, shape: &ArcShape) -> Arc {
+        Arc::new(from, to, shape).expect("an arc")
     }
 
     #[test]
     fn clockwise_goes_over_the_top_from_left_to_right() {
         let (from, to) = (point(0.0, 0.0, 0.0), point(20.0, 0.0, 4.0));
-        let over = points(from, to, &HALF, &ArcSettings::default());
-        let middle = over[over.len() / 2 - 1].0;
+        let middle = arc(from, to, &HALF).place(0.5).0;
         assert!(middle[1] > 9.9 && (middle[2] - 2.0).abs() < 1e-9, "{middle:?}");
-        let under = points(from, to, &ArcShape { clockwise: false, ..HALF }, &ArcSettings::default());
-        assert!(under[under.len() / 2 - 1].0[1] < -9.9);
-        assert_eq!((over.last(), under.last()), (Some(&to), Some(&to)));
+        let under = arc(from, to, &ArcShape { clockwise: false, ..HALF });
+        assert!(under.place(0.5).0[1] < -9.9);
     }
 
     #[test]
-    fn an_arc_back_to_its_start_is_a_full_turn() {
+    fn an_arc_back_to_its_start_is_a_full_turn_and_p_adds_more() {
         let from = point(5.0, 5.0, 0.0);
-        for clockwise in [true, false] {
-            let shape = ArcShape { clockwise, ..HALF };
-            let length: f64 = std::iter::once(from)
-                .chain(points(from, from, &shape, &ArcSettings::default()))
-                .collect::<Vec<_>>()
-                .windows(2)
-                .map(|pair| (pair[1].0[0] - pair[0].0[0]).hypot(pair[1].0[1] - pair[0].0[1]))
-                .sum();
-            assert!((length - TURN * 10.0).abs() < 0.05, "{length} mm");
+        for (clockwise, turns) in [(true, 1), (false, 1), (true, 3), (false, 7)] {
+            let circle = arc(from, from, &ArcShape { clockwise, turns, ..HALF });
+            assert!((circle.turns() - f64::from(turns)).abs() < 1e-12);
+            assert!((circle.length() - TURN * 10.0 * f64::from(turns)).abs() < 1e-9);
         }
+        let quarter = arc(from, point(15.0, 15.0, 0.0), &ArcShape { turns: 2, ..HALF });
+        assert!((quarter.turns() - 1.25).abs() < 1e-12);
     }
 
     #[test]
@@ -266,45 +294,78 @@ mod tests {
             from.0[first] = 10.0;
             let mut to = point(0.0, 0.0, 0.0);
             to.0[second] = 10.0;
-            let shape = ArcShape { plane, to_centre_first: -10.0, to_centre_second: 0.0, clockwise: false };
-            let arc = Arc::new(from, to, &shape, &ArcSettings::default()).expect("an arc");
+            let shape = ArcShape { plane, to_centre_first: -10.0, clockwise: false, ..HALF };
+            let arc = arc(from, to, &shape);
             assert!((arc.sweep - TURN / 4.0).abs() < 1e-12, "{plane:?} sweeps {}", arc.sweep);
         }
     }
 
     #[test]
-    fn arcs_without_radius_or_chord_are_refused() {
+    fn arcs_without_radius_and_ends_off_the_circle_are_refused() {
         let (from, to) = (point(0.0, 0.0, 0.0), point(20.0, 0.0, 0.0));
         let nowhere = ArcShape { to_centre_first: 0.0, ..HALF };
-        assert_eq!(Arc::new(from, to, &nowhere, &ArcSettings::default()).err(), Some(ArcError::NoRadius));
+        assert_eq!(Arc::new(from, to, &nowhere).err(), Some(ArcError::NoRadius));
         let bad = ArcShape { to_centre_first: f64::NAN, ..HALF };
-        assert_eq!(Arc::new(from, to, &bad, &ArcSettings::default()).err(), Some(ArcError::NoRadius));
-        let none = ArcSettings { max_error: 0.0, ..ArcSettings::default() };
-        assert_eq!(Arc::new(from, to, &HALF, &none).err(), Some(ArcError::NoChord));
+        assert_eq!(Arc::new(from, to, &bad).err(), Some(ArcError::NoRadius));
+        assert!(matches!(Arc::new(from, point(20.1, 0.0, 0.0), &HALF), Err(ArcError::OffCircle { .. })));
+        assert!(matches!(Arc::new(from, point(f64::NAN, 0.0, 0.0), &HALF), Err(ArcError::OffCircle { .. })));
+        assert!(Arc::new(from, point(20.04, 0.0, 0.0), &HALF).is_ok());
+        assert_eq!(ArcShape::by_radius(&from, &from, Plane::Xy, 5.0, true).err(), Some(ArcError::NoWay));
+        let far = ArcShape::by_radius(&from, &to, Plane::Xy, 9.0, true);
+        assert_eq!(far.err(), Some(ArcError::TooFar { apart: 20.0 }));
     }
 
     proptest! {
         #[test]
-        fn chords_stay_within_the_error_and_on_the_circle(
-            radius in 0.01_f64..200.0, start in 0.0..TURN, sweep in 0.01_f64..6.2, clockwise in any::<bool>(),
-            max_error in 0.001_f64..0.1, correction in 0_u32..50,
+        fn a_radius_gives_the_shorter_arc_or_with_a_minus_the_longer_one(
+            radius in 0.1..50.0_f64, start in 0.0..TURN, sweep in 0.1..6.1_f64, clockwise in any::<bool>(),
         ) {
+            prop_assume!((sweep - TURN / 2.0).abs() > 1e-3);
             let signed = if clockwise { -sweep } else { sweep };
-            let from = point(radius * start.cos(), radius * start.sin(), 0.0);
-            let to = point(radius * (start + signed).cos(), radius * (start + signed).sin(), 1.0);
-            let shape = ArcShape {
-                plane: Plane::Xy, to_centre_first: -from.0[0], to_centre_second: -from.0[1], clockwise,
+            let on = |angle: f64| point(3.0 + radius * angle.cos(), radius * angle.sin() - 2.0, 0.0);
+            let (from, to) = (on(start), on(start + signed));
+            let written = if sweep > TURN / 2.0 { -radius } else { radius };
+            let shape = ArcShape::by_radius(&from, &to, Plane::Xy, written, clockwise).expect("a shape");
+            prop_assert!((arc(from, to, &shape).sweep - signed).abs() < 1e-5);
+        }
+
+        #[test]
+        fn parts_join_and_lie_on_the_helix(
+            radius in 0.01_f64..200.0, start in 0.0..TURN, sweep in 0.01_f64..6.2, clockwise in any::<bool>(),
+            plane in prop::sample::select(&[Plane::Xy, Plane::Xz, Plane::Yz][..]), turns in 1_u32..4, count in 1_u32..9,
+        ) {
+            let (first, second) = plane.axes();
+            let rises = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second).expect("the third");
+            let signed = if clockwise { -sweep } else { sweep };
+            let on = |angle: f64, rise: f64| {
+                let mut place = PerAxis([0.0, 0.0, 0.0, rise, 0.0, 0.0]);
+                (place[first], place[second]) = (radius * angle.cos(), radius * angle.sin());
+                place[rises] = rise;
+                place
             };
-            let settings = ArcSettings { segment_length: 0.0, max_error, correction };
-            let mut before = from;
-            for after in points(from, to, &shape, &settings) {
-                let ([x0, y0, ..], [x1, y1, ..]) = (before.0, after.0);
-                prop_assert!((x1.hypot(y1) - radius).abs() < 1e-9, "off the circle");
-                let sagitta = radius - (0.5 * (x0 + x1)).hypot(0.5 * (y0 + y1));
-                prop_assert!(sagitta <= max_error * 1.000_001, "leaves the arc by {sagitta} mm");
-                before = after;
+            let (from, to) = (on(start, 0.0), on(start + signed, 5.0));
+            let shape = ArcShape {
+                plane, to_centre_first: -from[first], to_centre_second: -from[second], clockwise, turns,
+            };
+            let arc = arc(from, to, &shape);
+            let whole = arc.length();
+            let (mut here, mut length) = (from, 0.0);
+            let ends: Vec<_> = arc.parts(count).collect();
+            prop_assert_eq!(ends.len(), count as usize);
+            for (end, curve) in ends {
+                let path = path::Path::new(here, &end, curve.length(), curve);
+                for share in [0.0, 0.3, 1.0] {
+                    let place = path.point(share * curve.length());
+                    let off = place[first].hypot(place[second]) - radius;
+                    prop_assert!(off.abs() < 1e-9, "{off} mm off the circle");
+                    prop_assert!((place[rises] - 5.0 * (length + share * curve.length()) / whole).abs() < 1e-9);
+                    prop_assert!((path.tangent(share * curve.length()).0[..3].iter().map(|part| part * part).sum::<f64>() - 1.0).abs() < 1e-9);
+                }
+                length += curve.length();
+                here = end;
             }
-            prop_assert_eq!(before, to);
+            prop_assert_eq!(here, to);
+            prop_assert!((length - whole).abs() < 1e-9 * whole);
         }
     }
 }

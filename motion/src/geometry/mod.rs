@@ -1,10 +1,12 @@
-//! From what a program draws to straight moves: cutting of lines, and arcs.
+//! From what a program draws to moves: lines, cut where that is asked for, and arcs, whole or as chords.
 //!
-//! Both are iterators of target points that end at the exact target, so a dispatcher can stop between two points
-//! when the queue is full. They know positions only; feed rates and queues are the caller's.
+//! All are iterators that end at the exact target, so a dispatcher can stop between two points when the queue is full.
+//! They know positions only; feed rates and queues are the caller's.
 
 mod arc;
+mod chords;
 mod line;
 
-pub use arc::{Arc, ArcError, ArcSettings, ArcShape, Plane};
+pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS, Plane};
+pub use chords::{ArcSettings, Chords};
 pub use line::{Line, LineSettings};

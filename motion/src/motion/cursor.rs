@@ -8,6 +8,8 @@ use crate::{
     greatest,
     knots::{Segment, Span, step_positions_after, steps_per_mm},
     least,
+    path::Curve,
+    planner::Block,
     profile::Profile,
     run::{Run, Slice},
     trajectory::{at_tick, whole_ticks},
@@ -89,7 +91,8 @@ impl Motion {
             self.resting = true;
             return None;
         };
-        self.run = Some(Run::new(block, self.place, self.clock, speed));
+        let curve = self.curve_of(&block);
+        self.run = Some(Run::new(block, curve, self.place, self.clock, speed));
         match self.state {
             State::Running => self.follow_plan(),
             _ => self.brake(),
@@ -120,16 +123,25 @@ impl Motion {
         let entry = least(minimum, front.cruise(&self.overrides));
         self.planner.plan();
         let block = self.planner.release()?;
-        self.run = Some(Run::new(block, self.place, self.clock, entry));
+        let curve = self.curve_of(&block);
+        self.run = Some(Run::new(block, curve, self.place, self.clock, entry));
         self.follow_plan();
         Some(())
+    }
+
+    /// The curve of the block just released.
+    fn curve_of(&mut self, block: &Block) -> Curve {
+        if block.curved { self.curves.pop() } else { Curve::Line }
     }
 
     /// A plan may only be used when what follows cannot depend on when the next block arrives.
     fn may_release(&self, now: Ticks) -> bool {
         let Some(config) = &self.config else { return false };
         let flushed = self.flushed.wrapping_sub(self.planner.released()) as i32 > 0;
-        flushed || self.planner.len() >= config.queue_size || now.since(self.seen.1) >= config.queue_delay
+        flushed
+            || self.planner.len() >= config.queue_size
+            || self.curves.is_full()
+            || now.since(self.seen.1) >= config.queue_delay
     }
 
     /// Gives the running block the planned profile from the cursor on.
@@ -169,6 +181,7 @@ impl Motion {
             self.place = run.point();
         }
         self.planner.clear();
+        self.curves.clear();
         self.planned = self.place;
         self.last = None;
         self.resting = true;
@@ -181,9 +194,10 @@ impl Motion {
             Segment { start: self.clock, duration: slice.end.saturating_sub(self.clock), ..Segment::default() };
         if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
             let ends = step_positions_after(config, &slice.point, &self.knots);
-            let velocities = |point| config.kinematics.velocities(point, &run.direction);
-            let entry = run.rates.unwrap_or_else(|| velocities(&run.origin));
-            let exit = if config.kinematics.is_linear() { entry } else { velocities(&slice.point) };
+            let velocities = |point, s| config.kinematics.velocities(point, &run.path.tangent(s));
+            let entry = run.rates.unwrap_or_else(|| velocities(&run.path.origin, 0.0));
+            let is_straight = config.kinematics.is_linear() && run.path.curve.is_line();
+            let exit = if is_straight { entry } else { velocities(&slice.point, run.travelled) };
             for actuator in units::Actuator::ALL {
                 let steps = steps_per_mm(config, actuator);
                 segment.motors[actuator] = Span {

@@ -1,12 +1,13 @@
 //! The trajectory through the filters: it runs ahead and is remembered; segments are cut from what comes out.
 
-use units::{Actuator, Axis, PerActuator, StepPosition, Ticks};
+use units::{Actuator, PerActuator, StepPosition, Ticks};
 
 use super::{Motion, State};
 use crate::{
     config::MotionConfig,
     filters::{Knot, LEAST_SPACING, Stretch},
     knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
+    path::{Curve, Path},
     run::Slice,
     trajectory::{Piece, TickTime, seconds_between, tick_time},
 };
@@ -59,14 +60,20 @@ impl Motion {
         if let Some(cut) = cut {
             self.piece = Some(rest_of(&cut, begin));
         }
+        let mut crowded = false;
         if let Some(piece) = &self.piece
             && (slice.fresh || cut.is_some() || self.filters.newest().is_older_than(begin))
         {
-            self.filters.push(Stretch::of(&rest_of(piece, begin)));
+            let rest = rest_of(piece, begin);
+            crowded = !self.filters.has_room_for(&rest.path.curve);
+            self.filters.push(if crowded { Stretch::straight(&rest) } else { Stretch::of(&rest) });
+            if crowded {
+                self.piece = Some(rest);
+            }
         }
         self.clock = slice.end;
-        if slice.fresh {
-            self.lump(&slice, begin, now);
+        if slice.fresh || crowded {
+            self.lump(&slice, begin, now, crowded);
         }
         Some(())
     }
@@ -85,8 +92,9 @@ impl Motion {
         Some(())
     }
 
-    /// When very short pieces fill the history, several become one: their chord, with their speeds at its ends.
-    fn lump(&mut self, first: &Slice, begin: TickTime, now: Ticks) {
+    /// When very short pieces fill the history, several become one: their chord, with their speeds at its ends. When there is no
+    /// room for a curve, a single slice of it becomes its chord.
+    fn lump(&mut self, first: &Slice, begin: TickTime, now: Ticks, crowded: bool) {
         let least = self.filters.least_stretch();
         let Some(piece) = self.piece else { return };
         let mean = |slice: &Slice| 0.5 * (slice.entry + slice.exit) * slice.seconds;
@@ -100,17 +108,14 @@ impl Motion {
             last = slice;
             slices += 1;
         }
-        if slices > 1 && length > 0.0 {
+        if (slices > 1 || crowded) && length > 0.0 {
             self.counters.lumped = self.counters.lumped.saturating_add(1);
             self.filters.cut_piece = self.piece;
             let gain = last.exit - first.entry;
-            let mut direction = last.point;
-            for axis in Axis::ALL {
-                direction[axis] = (direction[axis] - piece.origin[axis]) / length;
-            }
             let chord = Piece {
                 duration: seconds,
-                direction,
+                path: Path::new(piece.point_after(0.0), &last.point, length, Curve::Line),
+                base: 0.0,
                 speed: length / seconds - 0.5 * gain,
                 acceleration: gain / seconds,
                 jerk: 0.0,
@@ -128,7 +133,7 @@ fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
     Piece {
         start: begin,
         duration: piece.duration - t,
-        origin: piece.point_after(piece.distance(t)),
+        base: piece.base + piece.distance(t),
         speed: piece.speed_at(t),
         acceleration: piece.acceleration_at(t),
         ..*piece

@@ -29,6 +29,7 @@ use crate::{
     least,
     motor::MotorSetup,
     moves::Refusal,
+    path::CurveRing,
     planner::{Block, Overrides, Planner},
     run::Run,
     trajectory::{Piece, TickTime},
@@ -82,6 +83,7 @@ const LEAD: Ticks = Ticks::from_micros(500);
 pub struct Motion {
     pub(crate) config: Option<MotionConfig>,
     planner: Planner,
+    curves: CurveRing,
     overrides: Overrides,
     state: State,
     run: Option<Run>,
@@ -112,7 +114,7 @@ pub struct Motion {
 
 #[derive(Clone, Copy, Debug)]
 struct Last {
-    /// Unit direction of X Y Z, if any of them moves.
+    /// Unit direction of X Y Z at its end, if any of them moves.
     direction: Option<[f64; 3]>,
     block: Block,
 }
@@ -130,6 +132,7 @@ impl Motion {
         Self {
             config: None,
             planner: Planner::new(),
+            curves: CurveRing::new(),
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
             state: State::Running,
             run: None,
@@ -261,6 +264,7 @@ impl Motion {
         self.state = State::Aborting;
         self.orders.cut = true;
         self.planner.clear();
+        self.curves.clear();
         self.run = None;
         self.resting = true;
     }

@@ -5,14 +5,16 @@ use units::{Actuator, Axis, PerActuator, PerAxis};
 use super::{Last, Motion, State};
 use crate::{
     config::{Limits, MotionConfig},
+    greatest,
     knots::{MAX_STEPS, steps_per_mm},
     least,
     moves::{Move, Refusal},
+    path::{self, Curve, Path},
     planner::{Envelope, SMALLEST, corner_sq},
 };
 
 impl Motion {
-    /// Appends a straight move to the look-ahead queue.
+    /// Appends a move to the look-ahead queue.
     ///
     /// A move too short to count (every axis below 0.1 um) is accepted and left to be made up for by the next one.
     ///
@@ -24,21 +26,34 @@ impl Motion {
         if matches!(self.state, State::Stopping | State::Aborting) {
             return Err(Refusal::Stopping);
         }
-        if self.planner.len() >= config.queue_size {
+        let is_curved = !request.curve.is_line();
+        if self.planner.len() >= config.queue_size || (is_curved && self.curves.is_full()) {
             return Err(Refusal::Full);
         }
         let mut delta = request.target;
         for axis in Axis::ALL {
             delta[axis] -= self.planned[axis];
         }
+        let length = request.curve.length();
+        if is_curved && length >= SMALLEST {
+            let path = Path::new(self.planned, &request.target, length, request.curve);
+            no_orphan(config, &ways_of_curve(&path, &delta))?;
+            let envelope = path::envelope(config, &path, length, request.feed_rate.get())?;
+            let (limits, exit) = (config.limits, Some(path::unit(&path, length)));
+            self.push(&envelope, exit, request, &limits);
+            self.curves.push(request.curve);
+            return Ok(());
+        }
         no_orphan(config, &delta)?;
         let Some(envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
         let limits = config.limits;
-        self.push(&envelope, request, &limits);
+        let straight = Move { curve: Curve::Line, ..*request };
+        self.push(&envelope, envelope.primary, &straight, &limits);
         Ok(())
     }
 
-    fn push(&mut self, envelope: &Envelope, request: &Move, limits: &Limits) {
+    /// `exit` is the direction in which it ends.
+    fn push(&mut self, envelope: &Envelope, exit: Option<[f64; 3]>, request: &Move, limits: &Limits) {
         let mut block = envelope.block(request);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
@@ -55,11 +70,24 @@ impl Motion {
         // The queue was found to have room.
         let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
         self.planned = request.target;
-        self.last = Some(Last { direction: envelope.primary, block });
+        self.last = Some(Last { direction: exit, block });
     }
 }
 
-/// The limits of a move; `None` when nothing moves enough to count.
+/// Which axes a curve moves, and by how much at least one of them.
+fn ways_of_curve(path: &Path, delta: &PerAxis<f64>) -> PerAxis<f64> {
+    let mut ways = *delta;
+    let length = path.curve.length();
+    for share in [0.25, 0.5, 0.75] {
+        let offset = path.curve.offset(share * length);
+        for (axis, part) in Axis::PRIMARY.into_iter().zip(offset) {
+            ways[axis] = greatest(libm::fabs(ways[axis]), libm::fabs(part));
+        }
+    }
+    ways
+}
+
+/// The limits of a straight move; `None` when nothing moves enough to count.
 fn envelope(
     config: &MotionConfig,
     from: &PerAxis<f64>,
@@ -92,6 +120,9 @@ fn envelope(
 
 fn check_request(config: &MotionConfig, request: &Move) -> Result<(), Refusal> {
     if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
+        return Err(Refusal::NotFinite);
+    }
+    if !request.curve.is_sound() {
         return Err(Refusal::NotFinite);
     }
     if request.feed_rate.get() <= 0.0 {

@@ -1,4 +1,4 @@
-//! What look-ahead knows of one straight move, and the limits that follow from its direction.
+//! What look-ahead knows of one move, and the limits that follow from its direction.
 //!
 //! All limits of a block are found here, once, when it is submitted: [`Envelope`] holds the greatest path speed and
 //! acceleration that no axis and no motor exceeds.
@@ -15,7 +15,7 @@ use crate::{
 /// Changes smaller than this (mm or degrees) do not count as movement of an axis or motor.
 pub(crate) const SMALLEST: f64 = 0.000_1;
 
-/// One straight move, waiting.
+/// One move, waiting.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
     /// Where it ends, in machine space.
@@ -40,6 +40,8 @@ pub struct Block {
     pub power: f32,
     /// Rapid or feed.
     pub mode: Mode,
+    /// It follows a curve, which waits in the ring of curves.
+    pub(crate) curved: bool,
 }
 
 impl Block {
@@ -55,6 +57,7 @@ impl Block {
         clearance: f64::INFINITY,
         power: 0.0,
         mode: Mode::Feed,
+        curved: false,
     };
 
     /// Cruise speed under these overrides, mm/s.
@@ -77,7 +80,7 @@ pub struct Overrides {
     pub rapid: f64,
 }
 
-/// Direction and limits of a straight move.
+/// Direction and limits of a move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Envelope {
     /// Path length, mm.
@@ -86,7 +89,7 @@ pub(crate) struct Envelope {
     pub speed_limit: f64,
     /// Path acceleration, mm/s^2.
     pub acceleration: f64,
-    /// Unit direction of X Y Z; `None` when only auxiliary axes move.
+    /// Unit direction of X Y Z at the beginning; `None` when only auxiliary axes move.
     pub primary: Option<[f64; 3]>,
     /// As in [`Block`].
     pub clearance: f64,
@@ -149,7 +152,7 @@ impl Envelope {
         envelope
     }
 
-    fn limit_cartesian(&mut self, unit: &[f64; 3], limits: &Limits) {
+    pub fn limit_cartesian(&mut self, unit: &[f64; 3], limits: &Limits) {
         for (part, limit) in unit.iter().zip(limits.axis_speed) {
             if let (Some(limit), true) = (limit, *part != 0.0) {
                 self.speed_limit = least(self.speed_limit, limit.get() / libm::fabs(*part));
@@ -160,14 +163,14 @@ impl Envelope {
         }
     }
 
-    fn limit_rate(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
+    pub fn limit_rate(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
         let share = libm::fabs(motors[actuator]) / self.length;
         if share > 0.0 {
             self.speed_limit = least(self.speed_limit, limits.actuator_rate[actuator].get() / share);
         }
     }
 
-    fn limit_acceleration(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
+    pub fn limit_acceleration(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
         let share = libm::fabs(motors[actuator]) / self.length;
         if let (Some(own), true) = (limits.actuator_acceleration[actuator], share > 0.0) {
             self.acceleration = least(self.acceleration, own.get() / share);
@@ -207,6 +210,7 @@ impl Envelope {
             clearance: self.clearance,
             power: request.power,
             mode: request.mode,
+            curved: !request.curve.is_line(),
             ..Block::EMPTY
         }
     }

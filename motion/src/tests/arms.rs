@@ -11,13 +11,13 @@ use super::{
 };
 use crate::{
     Kinematics, MotionConfig, Move, Refusal,
-    geometry::{Arc, ArcSettings, ArcShape, Plane},
+    geometry::{Arc, ArcSettings, ArcShape, Chords, Plane},
     kinematics::{LinearDelta, Morgan, tests::machines},
     oracle::StepError,
 };
 
 /// A machine of this kind with brisk limits: mm or degrees per second.
-fn machine(kinematics: Kinematics) -> MotionConfig {
+pub fn machine(kinematics: Kinematics) -> MotionConfig {
     let mut config = printer();
     config.kinematics = kinematics;
     for motor in config.actuators.0.iter_mut().flatten() {
@@ -48,7 +48,7 @@ fn draw(config: MotionConfig, points: &[PerAxis<f64>], feed: f64) -> Rig {
 }
 
 /// Steps add up to where the machine says it is.
-fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
+pub fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     let target = rig.motion().commanded_position();
     let motors = config.kinematics.actuators(&target);
     for actuator in Actuator::ALL {
@@ -62,13 +62,14 @@ fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
 }
 
 /// No motor beyond its limits anywhere along the trajectory.
-fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
+pub fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     for piece in &rig.access.pieces {
         for share in 0..=20 {
             let t = piece.duration * f64::from(share) / 20.0;
             let point = piece.point_after(piece.distance(t));
             let speeds = |t: f64| {
-                let way = PerAxis(piece.direction.0.map(|part| part * piece.speed_at(t)));
+                let tangent = piece.tangent_after(piece.distance(t));
+                let way = PerAxis(tangent.0.map(|part| part * piece.speed_at(t)));
                 config.kinematics.velocities(&piece.point_after(piece.distance(t)), &way)
             };
             prop_assert!(config.kinematics.reaches(&point), "{point:?} is out of reach");
@@ -114,13 +115,14 @@ proptest! {
     }
 }
 
-/// The points of a circle around the origin, as the dispatcher cuts it.
+/// The points of a circle around the origin, cut into chords.
 fn circle(radius: f64, z: f64) -> Vec<PerAxis<f64>> {
     let start = at(radius, 0.0, z, 0.0);
-    let shape = ArcShape { plane: Plane::Xy, to_centre_first: -radius, to_centre_second: 0.0, clockwise: false };
-    let settings = ArcSettings { segment_length: 0.0, max_error: 0.01, correction: 5 };
-    let arc = Arc::new(start, start, &shape, &settings).expect("a circle");
-    core::iter::once(start).chain(arc).collect()
+    let shape =
+        ArcShape { plane: Plane::Xy, to_centre_first: -radius, to_centre_second: 0.0, clockwise: false, turns: 1 };
+    let settings = ArcSettings { segment_length: 0.0, max_error: 0.01 };
+    let arc = Arc::new(start, start, &shape).expect("a circle");
+    core::iter::once(start).chain(Chords::new(arc, &settings).expect("chords")).collect()
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn typical() -> MotionConfig {
 }
 
 /// The goal is 1 us at most and 100 ns RMS.
-fn within_goal(error: &StepError) -> Result<(), TestCaseError> {
+pub fn within_filtered_goal(error: &StepError) -> Result<(), TestCaseError> {
     prop_assert!(error.max < 1_000.0 && error.rms() < 100.0, "{error:?}, rms {}", error.rms());
     Ok(())
 }
@@ -54,7 +54,7 @@ proptest! {
     fn every_filtered_edge_is_where_the_reference_puts_it(moves in program(), config in machines()) {
         let rig = run(config, &moves);
         let error = step_error(&rig, config)?;
-        within_goal(&error)?;
+        within_filtered_goal(&error)?;
         prop_assert_eq!(rig.access.motion.counters().late, 0);
     }
 
@@ -117,7 +117,7 @@ proptest! {
         rig.motion().resume();
         rig.finish();
         prop_assert_eq!(rig.counts.0, [3_200, 960, 0, 1_600, 0, 0]);
-        within_goal(&step_error(&rig, config)?)?;
+        within_filtered_goal(&step_error(&rig, config)?)?;
         prop_assert_eq!(rig.access.motion.counters().late, 0);
     }
 
@@ -141,7 +141,7 @@ proptest! {
             let off = f64::from(rig.counts[actuator]) - motors[actuator] * scale;
             prop_assert!(off.abs() <= 0.500_001, "{actuator:?} is {off} steps off");
         }
-        within_goal(&step_error(&rig, config)?)?;
+        within_filtered_goal(&step_error(&rig, config)?)?;
         rig.submit(&Move::feed(at(0.0, 0.0, 0.0, 0.0), MmPerSecond(100.0)));
         rig.finish();
         prop_assert_eq!(rig.counts, PerActuator([0; 6]));

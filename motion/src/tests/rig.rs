@@ -2,6 +2,7 @@
 
 use std::{boxed::Box, vec::Vec};
 
+use proptest::test_runner::Config as ProptestConfig;
 use units::{Actuator, MmPerSecond, MmPerSecond2, PerActuator, PerAxis, Ticks};
 
 use crate::{
@@ -13,6 +14,12 @@ use crate::{
 
 /// Period of the feed task.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
+
+/// How often a property is tried: so often, or as PROPTEST_CASES says.
+pub fn cases(usual: u32) -> ProptestConfig {
+    let wanted = ProptestConfig::default();
+    if std::env::var_os("PROPTEST_CASES").is_some() { wanted } else { ProptestConfig { cases: usual, ..wanted } }
+}
 
 /// One step as played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,162 @@
+//! The way of a block through space, exact at every place: a straight line, an arc or helix, a spline.
+//!
+//! A path is what every axis does for each millimetre (`direction`) plus a curve of X, Y and Z. So a helix is a circle and a
+//! direction that rises, an extruder goes along evenly with any curve, and what an end point is off its circle by is
+//! spread over the whole arc instead of being jumped. Distances are those along the curve, in mm of X, Y and Z.
+
+mod arc;
+mod limits;
+mod ring;
+
+pub use arc::Arc;
+pub(crate) use limits::{envelope, unit};
+pub(crate) use ring::CurveRing;
+
+use units::{Axis, PerAxis};
+
+/// X, Y and Z of something.
+pub(crate) type Vector = [f64; 3];
+
+/// How X, Y and Z leave the straight line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Curve {
+    /// They do not.
+    #[default]
+    Line,
+    /// A part of a circle, or several turns of it.
+    Arc(Arc),
+}
+
+impl Curve {
+    /// A straight line.
+    #[must_use]
+    pub const fn is_line(&self) -> bool {
+        matches!(self, Self::Line)
+    }
+
+    /// Length of the path it was made for, mm; zero for a line, which fits any.
+    #[must_use]
+    pub const fn length(&self) -> f64 {
+        match self {
+            Self::Line => 0.0,
+            Self::Arc(arc) => arc.length(),
+        }
+    }
+
+    /// Every number of it is one, and its length is that of something.
+    #[must_use]
+    pub(crate) fn is_sound(&self) -> bool {
+        self.is_line() || (self.length().is_finite() && size(self.offset(0.5 * self.length())).is_finite())
+    }
+
+    /// What it adds to X, Y and Z after `s` mm of path.
+    #[must_use]
+    pub fn offset(&self, s: f64) -> [f64; 3] {
+        match self {
+            Self::Line => [0.0; 3],
+            Self::Arc(arc) => arc.offset(s),
+        }
+    }
+
+    /// What the next millimetre of path adds, after `s` mm.
+    #[must_use]
+    pub fn slope(&self, s: f64) -> [f64; 3] {
+        match self {
+            Self::Line => [0.0; 3],
+            Self::Arc(arc) => arc.slope(s),
+        }
+    }
+
+    /// The change of [`Self::slope`] for each millimetre of path: towards the centre, and one by the radius in size.
+    #[must_use]
+    pub fn bend(&self, s: f64) -> [f64; 3] {
+        match self {
+            Self::Line => [0.0; 3],
+            Self::Arc(arc) => arc.bend(s),
+        }
+    }
+}
+
+/// The way of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Path {
+    /// Where it begins, in machine space.
+    pub origin: PerAxis<f64>,
+    /// What one millimetre of path adds to each axis, the curve aside.
+    pub direction: PerAxis<f64>,
+    /// What X, Y and Z do beside that.
+    pub curve: Curve,
+}
+
+impl Path {
+    /// From `origin` to `target` in `length` mm, along this curve.
+    #[must_use]
+    pub fn new(origin: PerAxis<f64>, target: &PerAxis<f64>, length: f64, curve: Curve) -> Self {
+        let mut direction = PerAxis::default();
+        let [x, y, z] = curve.offset(length);
+        for (axis, curved) in Axis::ALL.into_iter().zip([x, y, z, 0.0, 0.0, 0.0]) {
+            direction[axis] = (target[axis] - origin[axis] - curved) / length;
+        }
+        Self { origin, direction, curve }
+    }
+
+    /// A straight one.
+    #[must_use]
+    pub const fn line(origin: PerAxis<f64>, direction: PerAxis<f64>) -> Self {
+        Self { origin, direction, curve: Curve::Line }
+    }
+
+    /// Where it is after `s` mm.
+    #[must_use]
+    pub fn point(&self, s: f64) -> PerAxis<f64> {
+        let mut point = self.origin;
+        for axis in Axis::ALL {
+            point[axis] += self.direction[axis] * s;
+        }
+        if !self.curve.is_line() {
+            add(&mut point, self.curve.offset(s));
+        }
+        point
+    }
+
+    /// What one millimetre of path adds to each axis after `s` mm: of length one in X, Y and Z.
+    #[must_use]
+    pub fn tangent(&self, s: f64) -> PerAxis<f64> {
+        let mut tangent = self.direction;
+        if !self.curve.is_line() {
+            add(&mut tangent, self.curve.slope(s));
+        }
+        tangent
+    }
+
+    /// One by the radius of curvature after `s` mm, 1/mm: zero where it is straight.
+    #[must_use]
+    pub fn curvature(&self, s: f64) -> f64 {
+        size(self.curve.bend(s))
+    }
+}
+
+fn add(point: &mut PerAxis<f64>, [x, y, z]: Vector) {
+    point[Axis::X] += x;
+    point[Axis::Y] += y;
+    point[Axis::Z] += z;
+}
+
+pub(crate) fn dot([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> f64 {
+    ax * bx + ay * by + az * bz
+}
+
+pub(crate) fn size(a: Vector) -> f64 {
+    libm::sqrt(dot(a, a))
+}
+
+/// `a x + b y` for vectors x and y.
+pub(crate) fn mix(a: f64, [px, py, pz]: Vector, b: f64, [qx, qy, qz]: Vector) -> Vector {
+    [a * px + b * qx, a * py + b * qy, a * pz + b * qz]
+}
+
+/// X, Y and Z of a point or direction.
+pub(crate) const fn primary(of: &PerAxis<f64>) -> Vector {
+    let [x, y, z, ..] = of.0;
+    [x, y, z]
+}

@@ -1,0 +1,45 @@
+//! The curves of the blocks that wait, first in first out. Apart from the blocks, so that lines need no room for them.
+
+use super::Curve;
+
+/// Curves that may wait at once; a block for which there is no room waits outside.
+pub const MOST_CURVES: usize = 32;
+
+/// The ring; counts wrap.
+#[derive(Debug)]
+pub(crate) struct CurveRing {
+    curves: [Curve; MOST_CURVES],
+    first: u32,
+    end: u32,
+}
+
+impl CurveRing {
+    pub const fn new() -> Self {
+        Self { curves: [Curve::Line; MOST_CURVES], first: 0, end: 0 }
+    }
+
+    pub const fn is_full(&self) -> bool {
+        self.end.wrapping_sub(self.first) as usize >= MOST_CURVES
+    }
+
+    /// Appends a curve. Not when full.
+    pub fn push(&mut self, curve: Curve) {
+        // The remainder is always in range: the check disappears.
+        self.curves[self.end as usize % MOST_CURVES] = curve;
+        self.end = self.end.wrapping_add(1);
+    }
+
+    /// Takes the oldest out.
+    pub fn pop(&mut self) -> Curve {
+        if self.first == self.end {
+            return Curve::Line;
+        }
+        let curve = self.curves[self.first as usize % MOST_CURVES];
+        self.first = self.first.wrapping_add(1);
+        curve
+    }
+
+    pub const fn clear(&mut self) {
+        self.first = self.end;
+    }
+}
