@@ -11,9 +11,11 @@ mod colour;
 mod flash;
 mod migrate;
 mod plot;
+mod progress;
 mod report;
 mod run;
 mod send;
+mod verify;
 
 #[derive(Parser)]
 #[command(name = "velvet", version, about, arg_required_else_help = true)]
@@ -44,6 +46,8 @@ enum Command {
     Migrate(migrate::Options),
     /// Execute a job on this computer in virtual time, and write down what the machine did
     Run(run::Options),
+    /// Compare every step edge of a run with the ideal trajectory of its job, whichever board made them
+    Verify(verify::Options),
     /// Draw the page about a run: OUT/report.html
     Report {
         /// The run's folder
@@ -111,6 +115,7 @@ fn run(command: Command) -> Result<ExitCode> {
         }
         Command::Migrate(options) => Ok(success(migrate::migrate(&options)?)),
         Command::Run(options) => Ok(success(run::run(&options)?)),
+        Command::Verify(options) => Ok(success(verify::verify(&options)?)),
         Command::Report { out, sources } => {
             let page = report::Report::read(&out, &sources)?.write_page(&out)?;
             println!("{}", page.display());

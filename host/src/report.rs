@@ -6,6 +6,7 @@ mod machine;
 mod page;
 mod path;
 mod program;
+pub mod rows;
 mod run;
 
 use std::path::{Path, PathBuf};

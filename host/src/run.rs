@@ -1,14 +1,15 @@
 //! `velvet run`: a job on this computer, in virtual time, without an emulator. The same machine code as on the board;
 //! what the image does is shown by the virtual board.
 
-use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use clap::ValueEnum;
 use sim::models::tmc26x;
 use sim::runner::{self, Job};
 use sim::world::TimedFault;
+
+use crate::progress::Progress;
 
 /// Which driver chips the board carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -17,6 +18,24 @@ pub enum Chip {
     Tmc2590,
     /// TMC2660
     Tmc2660,
+}
+
+impl Chip {
+    /// The chip's model.
+    pub const fn model(self) -> tmc26x::Chip {
+        match self {
+            Self::Tmc2590 => tmc26x::Chip::Tmc2590,
+            Self::Tmc2660 => tmc26x::Chip::Tmc2660,
+        }
+    }
+}
+
+/// A time in seconds, as nanoseconds.
+pub fn seconds(text: &str) -> Result<u64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok((seconds * 1e9) as u64),
+        _ => Err("a time above 0 s is needed".to_owned()),
+    }
 }
 
 /// What `velvet run` takes.
@@ -32,8 +51,8 @@ pub struct Options {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Give up after this much virtual time
-    #[arg(long, value_name = "SECONDS")]
-    until: Option<f64>,
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    until: Option<u64>,
     /// Driver chips of the board
     #[arg(long, value_enum, default_value = "tmc2590")]
     drivers: Chip,
@@ -47,20 +66,12 @@ pub struct Options {
 
 /// Runs the job; whether it ended without halt and error. The reason is printed when it did not.
 pub fn run(options: &Options) -> Result<bool> {
-    let until_ns = match options.until {
-        Some(seconds) if seconds > 0.0 && seconds.is_finite() => Some((seconds * 1e9) as u64),
-        Some(seconds) => bail!("--until {seconds}: a time above 0 s is needed"),
-        None => None,
-    };
     let job = Job {
         config: options.config.clone(),
         gcode: options.gcode.clone(),
         out: options.out.clone(),
-        until_ns,
-        chip: match options.drivers {
-            Chip::Tmc2590 => tmc26x::Chip::Tmc2590,
-            Chip::Tmc2660 => tmc26x::Chip::Tmc2660,
-        },
+        until_ns: options.until,
+        chip: options.drivers.model(),
         faults: options.fault.clone(),
         verify: options.verify,
     };
@@ -81,32 +92,4 @@ pub fn run(options: &Options) -> Result<bool> {
         println!("{} lines done", outcome.lines);
     }
     Ok(outcome.succeeded())
-}
-
-/// Percentage on a terminal; nothing in a log file.
-struct Progress {
-    shown: Option<u32>,
-    terminal: bool,
-}
-
-impl Progress {
-    fn new() -> Self {
-        Self { shown: None, terminal: std::io::stderr().is_terminal() }
-    }
-
-    fn show(&mut self, share: f64) {
-        let percent = (100.0 * share) as u32;
-        if self.terminal && self.shown != Some(percent) {
-            eprint!("\r{percent:3} %");
-            // A terminal that does not take it shows it later; nothing depends on it.
-            let _ = std::io::stderr().flush();
-            self.shown = Some(percent);
-        }
-    }
-
-    fn clear(&self) {
-        if self.shown.is_some() {
-            eprint!("\r      \r");
-        }
-    }
 }

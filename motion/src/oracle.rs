@@ -72,6 +72,11 @@ impl Ideal {
         Self { config, filters: config.filters, pieces: Vec::new() }
     }
 
+    /// The machine has changed, at rest: steps per millimetre, geometry.
+    pub fn configure(&mut self, config: MotionConfig) {
+        self.config = config;
+    }
+
     /// The filters in force from the next piece on ([`crate::Motion::filters_in_force`]); at first those of the configuration.
     pub fn set_filters(&mut self, filters: FilterConfig) {
         self.filters = filters;
@@ -202,11 +207,17 @@ impl Ideal {
     /// ideal crossing of that half step. `None` when there is no such crossing within a millisecond.
     #[must_use]
     pub fn edge_error(&self, actuator: Actuator, at: f64, count: i32, sign: i32) -> Option<f64> {
+        self.crossing(actuator, at, count, sign).map(|crossing| (crossing - at).abs())
+    }
+
+    /// When the ideal crossing of that half step is, as near `at` as can be said.
+    #[must_use]
+    pub fn crossing(&self, actuator: Actuator, at: f64, count: i32, sign: i32) -> Option<f64> {
         let threshold = f64::from(count) - 0.5 * f64::from(sign);
         let beyond =
             |t: f64| self.steps_near(actuator, t, threshold).map(|steps| (steps - threshold) * f64::from(sign));
         if beyond(at)?.abs() <= ON_CROSSING_STEPS {
-            return Some(0.0);
+            return Some(at);
         }
         let mut window = 1.0;
         while window < 1e6 {
@@ -221,11 +232,13 @@ impl Ideal {
                         after = middle;
                     }
                 }
-                return Some((after - at).abs());
+                return Some(after);
             }
             // A turn right at the crossing: near enough is there, crossing there is none.
-            if beyond(before)?.abs() <= ON_CROSSING_STEPS || beyond(after)?.abs() <= ON_CROSSING_STEPS {
-                return Some(window);
+            for near in [before, after] {
+                if beyond(near)?.abs() <= ON_CROSSING_STEPS {
+                    return Some(near);
+                }
             }
             window *= 1.5;
         }

@@ -104,6 +104,19 @@ impl Recorder {
     }
 }
 
+/// Writes the result of a verification that came after the run into its summary: the distances, or one more error.
+///
+/// # Errors
+/// What the file system says, with the path; or that the file is no summary of ours.
+pub fn add_verification(directory: &Path, result: &Result<StepError, String>) -> Result<(), String> {
+    let path = directory.join("summary.json");
+    let fail = |error: io::Error| format!("{}: {error}", path.display());
+    let text = fs::read_to_string(&path).map_err(fail)?;
+    let text = summary::with_verification(&text, result)
+        .ok_or_else(|| format!("{}: not a summary that a run has left", path.display()))?;
+    fs::write(&path, text).map_err(fail)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,6 +146,13 @@ mod tests {
         for part in ["\"lines\": 7", "\"halted\": \"a \\\"reason\\\"\"", "\"beta\": {\"steps\": 3,"] {
             assert!(summary.contains(part), "{part} is not in {summary}");
         }
+        for result in [Err("a \"step\"".to_owned()), Ok(StepError { max_ns: 7.0, rms_ns: 2.5 })] {
+            add_verification(&directory, &result).expect("a summary");
+        }
+        let verified = read("summary.json");
+        let without = verified.replace("[\"a \\\"step\\\"\"]", "[]");
+        assert_eq!(without.replace(",\n  \"step_error_ns\": {\"max\": 7.0, \"rms\": 2.50}", ""), summary);
+        assert_ne!(without, verified);
         fs::remove_dir_all(directory).expect("ours to remove");
     }
 }

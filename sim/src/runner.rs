@@ -6,6 +6,7 @@
 //! ticks. So step times are those of the board; only the moment at which the dispatcher sees something differs.
 
 mod bank;
+mod job;
 mod ports;
 mod storage;
 mod tasks;
@@ -13,23 +14,26 @@ mod verify;
 
 use std::cell::{Cell, RefCell};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
 use config::{BoardId, MachineConfig};
 use machine::Controller;
+use machine::motion_config::motion_config;
 use machine::ports::ConsoleId;
 
 use crate::models::tmc26x::Chip;
-use crate::output::{Outcome, Recorder, StepError};
-use crate::session::Session;
+use crate::output::StepError;
 use crate::world::{TimedFault, World, WorldConfig};
+pub use job::{Job, plan, run, verify};
 pub use ports::HostPorts;
 pub use storage::CardState;
+pub use tasks::FeedPhase;
 use tasks::{Inputs, SLOT_NS, Tasks};
-use verify::Verifier;
+use verify::Watch;
+pub use verify::against::Mismatch;
+pub use verify::plan::{Plan, PlannedMotion};
 
 /// How often the dispatcher is polled in a slot: on the board it runs whenever nothing else does.
 const POLLS_PER_SLOT: u32 = 16;
@@ -166,17 +170,43 @@ impl Runner {
     /// # Errors
     /// When the configuration describes no machine that can move.
     pub fn verify(&mut self) -> Result<(), String> {
-        let verifier = Verifier::new(&self.machine).ok_or("the configuration describes nothing that can move")?;
-        self.tasks.verifier = Some(verifier);
+        self.tasks.watch = Some(Watch::comparing(self.motion_config()?));
         Ok(())
+    }
+
+    /// From now on the ideal motion is recorded, to hold another board's edges against it; with the feed in these phases while
+    /// switches are searched for.
+    ///
+    /// # Errors
+    /// When the configuration describes no machine that can move.
+    pub fn record(&mut self, phases: &[FeedPhase]) -> Result<(), String> {
+        self.tasks.phases = phases.to_vec();
+        self.tasks.watch = Some(Watch::recording(self.motion_config()?));
+        Ok(())
+    }
+
+    fn motion_config(&self) -> Result<motion::MotionConfig, String> {
+        motion_config(&self.machine).map_err(|_| "the configuration describes nothing that can move".to_owned())
+    }
+
+    /// Motions recorded so far.
+    #[must_use]
+    pub fn recorded_motions(&self) -> usize {
+        self.tasks.watch.as_ref().and_then(Watch::plan).map_or(0, |plan| plan.motions().count())
+    }
+
+    /// What was recorded since [`Self::record`].
+    #[must_use]
+    pub fn take_plan(&mut self) -> Option<Plan> {
+        self.tasks.watch.take()?.into_plan()
     }
 
     /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is an error.
     #[must_use]
     pub fn step_error(&self) -> Option<Result<StepError, String>> {
-        let (max_ns, rms_ns, strays) = self.tasks.verifier.as_ref()?.result();
+        let (error, strays) = self.tasks.watch.as_ref()?.result()?;
         Some(if strays == 0 {
-            Ok(StepError { max_ns, rms_ns })
+            Ok(error.into())
         } else {
             Err(format!("{strays} step edges are more than a millisecond from where they belong"))
         })
@@ -220,82 +250,6 @@ fn describe(setup: &Setup) -> (MachineConfig, BoardId) {
     // What is wrong with it is the machine's to say.
     let (machine, _) = config::parse(&text, board_id, &mut ());
     (machine, board_id)
-}
-
-/// A whole job, as `make run BOARD=native` does it.
-#[derive(Clone, Debug)]
-pub struct Job {
-    /// Configuration file.
-    pub config: PathBuf,
-    /// G-code file.
-    pub gcode: PathBuf,
-    /// Where the run's files go.
-    pub out: PathBuf,
-    /// Give up after this much virtual time.
-    pub until_ns: Option<u64>,
-    /// Which driver chips the board carries.
-    pub chip: Chip,
-    /// Faults, and when they happen.
-    pub faults: Vec<TimedFault>,
-    /// Compare every step edge with the oracle.
-    pub verify: bool,
-}
-
-/// Runs a job and writes its files. `progress` hears the share done, 0 to 1, as it grows.
-///
-/// # Errors
-/// When files cannot be read or written, or a fault names something the machine does not have. How the job itself went is
-/// in the [`Outcome`].
-pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> {
-    let explain = |path: &Path| {
-        let path = path.display().to_string();
-        move |error: io::Error| format!("{path}: {error}")
-    };
-    let card = job.out.join("card");
-    fs::create_dir_all(&card).map_err(explain(&card))?;
-    fs::copy(&job.config, card.join("config.ini")).map_err(explain(&job.config))?;
-    fs::copy(&job.gcode, card.join("job.gcode")).map_err(explain(&job.gcode))?;
-    let text = fs::read(&job.gcode).map_err(explain(&job.gcode))?;
-    let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count() as u64;
-
-    let setup = Setup { chip: job.chip, faults: job.faults.clone(), ..Setup::new(&card) };
-    let mut runner = Runner::new(&setup)?;
-    if job.verify {
-        runner.verify()?;
-    }
-    let mut recorder = runner.world(|world| Recorder::create(&job.out, world)).map_err(explain(&job.out))?;
-    let mut session = Session::new("job.gcode");
-    let mut errors = Vec::new();
-    while !session.is_over() {
-        if job.until_ns.is_some_and(|until| runner.now_ns() >= until) {
-            errors.push(format!("the job had not ended after {:.1} s", runner.now_ns() as f64 * 1e-9));
-            break;
-        }
-        serve(&mut runner, &mut session, &mut recorder).map_err(explain(&job.out))?;
-        if let Some(done) = session.progress() {
-            progress(done);
-        }
-    }
-    errors.splice(0..0, session.errors().iter().cloned());
-    let step_error = runner.step_error().and_then(|result| result.map_err(|stray| errors.push(stray)).ok());
-    let halted = session.halted().map(str::to_owned);
-    let outcome = Outcome { lines, halted, errors, step_error, ..Outcome::default() };
-    runner.world(|world| recorder.finish(world, &outcome)).map_err(explain(&job.out))?;
-    Ok(outcome)
-}
-
-/// One slot of the machine, and the operator's part in it.
-fn serve(runner: &mut Runner, session: &mut Session, recorder: &mut Recorder) -> io::Result<()> {
-    let console = ConsoleId(0);
-    runner.step();
-    let sent = runner.read_from(console);
-    session.hear(runner.now_ns(), &sent);
-    if let Some(line) = session.say(runner.now_ns()) {
-        runner.type_on(console, &line);
-    }
-    recorder.console(&sent)?;
-    // There is no processor whose load could be measured.
-    runner.world(|world| recorder.observe(world, f64::NAN))
 }
 
 /// A value that the controller and the runner look at in turns; neither holds it while the other runs.

@@ -7,9 +7,11 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
-use sim::trace::Fnv1a;
+use anyhow::{Context, Result};
+use sim::trace::{Fnv1a, StepEdge};
 use units::{Actuator, MAX_ACTUATORS};
+
+use super::rows::{self, Rows};
 
 /// X, Y and Z motors standing still for this long is a stop.
 const STOP_NS: u64 = 4_000_000;
@@ -99,13 +101,11 @@ pub struct Executed {
 impl Executed {
     /// Reads `steps.csv`, keeping corners no closer than `slot_ns`.
     pub fn read(path: &Path, slot_ns: u64) -> Result<Self> {
-        let file = std::fs::File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-        Self::parse(std::io::BufReader::with_capacity(1 << 20, file), slot_ns)
-            .with_context(|| format!("cannot read {}", path.display()))
+        Self::parse(rows::open(path)?, slot_ns).with_context(|| format!("cannot read {}", path.display()))
     }
 
     /// Reads a text; see [`Self::read`].
-    pub fn parse(mut csv: impl BufRead, slot_ns: u64) -> Result<Self> {
+    pub fn parse(csv: impl BufRead, slot_ns: u64) -> Result<Self> {
         let mut executed = Self {
             tracks: Default::default(),
             net_steps: [0; MAX_ACTUATORS],
@@ -116,18 +116,9 @@ impl Executed {
         };
         let mut hash = Fnv1a::default();
         let mut last_primary_ns = None;
-        let mut line = Vec::new();
-        for number in 1.. {
-            line.clear();
-            if csv.read_until(b'\n', &mut line)? == 0 {
-                break;
-            }
-            if number == 1 && line.starts_with(b"time_ns") {
-                continue;
-            }
-            let Some((time_ns, actuator, direction)) = parse_row(&line) else {
-                bail!("line {number} is not time_ns,actuator,direction: {}", String::from_utf8_lossy(&line).trim_end());
-            };
+        for edge in Rows::of(csv) {
+            let StepEdge { time_ns, actuator, direction } = edge?;
+            let direction = direction.sign() as i8;
             hash.update(&time_ns.to_le_bytes());
             hash.update(&[actuator as u8, direction as u8]);
             executed.take(time_ns, actuator, direction, slot_ns, &mut last_primary_ns);
@@ -158,23 +149,6 @@ impl Executed {
         self.edges[index] += 1;
         self.end_ns = time_ns;
     }
-}
-
-fn parse_row(line: &[u8]) -> Option<(u64, Actuator, i8)> {
-    let text = std::str::from_utf8(line).ok()?.trim_end();
-    let mut fields = text.split(',');
-    let time_ns = fields.next()?.parse().ok()?;
-    let motor = fields.next()?;
-    let actuator = match motor.parse::<usize>() {
-        Ok(index) => Actuator::from_index(index)?,
-        Err(_) => Actuator::from_name(motor)?,
-    };
-    let direction = match fields.next()? {
-        "1" => 1,
-        "-1" => -1,
-        _ => return None,
-    };
-    fields.next().is_none().then_some((time_ns, actuator, direction))
 }
 
 #[cfg(test)]

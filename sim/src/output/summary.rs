@@ -12,6 +12,13 @@ pub struct StepError {
     pub rms_ns: f64,
 }
 
+#[cfg(feature = "runner")]
+impl From<motion::oracle::StepError> for StepError {
+    fn from(error: motion::oracle::StepError) -> Self {
+        Self { max_ns: error.max, rms_ns: error.rms() }
+    }
+}
+
 /// What a run's driver knows besides the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
@@ -33,6 +40,37 @@ impl Outcome {
     pub const fn succeeded(&self) -> bool {
         self.halted.is_none() && self.errors.is_empty()
     }
+}
+
+/// The member with the distances from the oracle.
+const STEP_ERROR: &str = "step_error_ns";
+
+fn distances(error: StepError) -> String {
+    object(&[("max", number(error.max_ns, 1)), ("rms", number(error.rms_ns, 2))])
+}
+
+/// A summary that [`render`] wrote, with the result of a verification that came later; `None` when it is not such a text.
+pub(super) fn with_verification(text: &str, result: &Result<StepError, String>) -> Option<String> {
+    let member = format!("  {}: ", string(STEP_ERROR));
+    let mut members: Vec<String> =
+        text.strip_prefix("{\n")?.strip_suffix("\n}\n")?.lines().map(str::to_owned).collect();
+    members.retain(|line| !line.starts_with(&member));
+    match result {
+        Ok(error) => {
+            let last = members.last_mut()?;
+            *last = format!("{},", last.trim_end_matches(','));
+            members.push(format!("{member}{}", distances(*error)));
+        }
+        Err(reason) => {
+            let errors = members.iter_mut().find(|line| line.starts_with("  \"errors\": ["))?;
+            let head = errors.trim_end_matches(',').strip_suffix(']')?;
+            let comma = if head.ends_with('[') { "" } else { ", " };
+            *errors = format!("{head}{comma}{}],", string(reason));
+            let last = members.last_mut()?;
+            *last = last.trim_end_matches(',').to_owned();
+        }
+    }
+    Some(format!("{{\n{}\n}}\n", members.join("\n")))
 }
 
 /// The summary as JSON text.
@@ -76,8 +114,7 @@ pub(super) fn render(world: &World, outcome: &Outcome) -> String {
         ("board".into(), strings(&outcome.board)),
     ];
     if let Some(error) = outcome.step_error {
-        let distances = [("max", number(error.max_ns, 1)), ("rms", number(error.rms_ns, 2))];
-        members.push(("step_error_ns".into(), object(&distances)));
+        members.push((STEP_ERROR.into(), distances(error)));
     }
     lines(&members, "") + "\n"
 }

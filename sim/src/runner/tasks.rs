@@ -8,7 +8,7 @@ use motion::StepFeed;
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::ports::Shared;
-use super::verify::{Verifier, Watched};
+use super::verify::{Watch, Watched};
 use crate::world::World;
 
 /// The period of the board's fastest periodic tasks.
@@ -50,6 +50,25 @@ impl Inputs {
     }
 }
 
+/// Where in time the feed runs while a switch is searched for.
+///
+/// A switch that fires within microseconds of a run of the feed is seen by it or by the next one; a segment that ends within
+/// microseconds of where the feed stops writing is taken or left. The brake begins accordingly, a segment sooner or later. Here the
+/// feed runs exactly on its grid; on the board interrupts have their entry and jitter, so all of that may happen there and is right.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FeedPhase {
+    /// On the grid.
+    #[default]
+    Exact,
+    /// [`PHASE_NS`] before it.
+    Before,
+    /// [`PHASE_NS`] after it.
+    After,
+}
+
+/// See [`FeedPhase`].
+const PHASE_NS: u64 = 20_000;
+
 /// All task state.
 pub struct Tasks {
     feed: StepFeed,
@@ -57,20 +76,67 @@ pub struct Tasks {
     modulation: u32,
     control: u32,
     present: OutputLevels,
-    /// Compares every edge with the oracle, when asked to.
-    pub verifier: Option<Verifier>,
+    /// Looks at every piece of trajectory and every edge, when asked to.
+    pub watch: Option<Watch>,
+    /// By the number of the search for a switch: the feed's phase meanwhile.
+    pub phases: Vec<FeedPhase>,
+    /// Searches begun so far, and whether one is under way.
+    searches: (usize, bool),
+    /// Triggers that the next run of the feed has yet to miss: input and tick.
+    withheld: Vec<(u8, u32)>,
 }
 
 impl Tasks {
     pub fn new(inputs: Inputs) -> Self {
         let present = OutputLevels::default();
-        Self { feed: StepFeed::new(), inputs, modulation: 0, control: 0, present, verifier: None }
+        Self {
+            feed: StepFeed::new(),
+            inputs,
+            modulation: 0,
+            control: 0,
+            present,
+            watch: None,
+            phases: Vec::new(),
+            searches: (0, false),
+            withheld: Vec::new(),
+        }
     }
 
     /// One slot's tasks, in the order of their priorities.
     pub fn periodic(&mut self, shared: &Shared) {
         self.heat(shared);
-        self.step_feed(shared);
+        self.count_searches(shared);
+        let now_ns = shared.now_ns.get();
+        // A motion begins on the grid: only what is between its beginning and the present matters.
+        let moving = shared.motion.borrow().current_block().is_some();
+        match self.phase() {
+            FeedPhase::After if moving => {
+                self.play_events(shared, now_ns + PHASE_NS);
+                self.step_feed(shared, now_ns + PHASE_NS);
+            }
+            FeedPhase::Before if moving => self.step_feed(shared, now_ns - PHASE_NS),
+            _ => self.step_feed(shared, now_ns),
+        }
+        for (input, tick) in std::mem::take(&mut self.withheld) {
+            shared.latch.report(input, tick);
+        }
+    }
+
+    fn count_searches(&mut self, shared: &Shared) {
+        let armed = shared.latch.armed() != 0;
+        if armed && !self.searches.1 {
+            self.searches.0 += 1;
+            if let Some(watch) = &mut self.watch {
+                watch.search_begins();
+            }
+        }
+        self.searches.1 = armed;
+    }
+
+    /// The phase of the search under way, or of the last one: its brake belongs to it.
+    fn phase(&self) -> FeedPhase {
+        let search = self.searches.0.checked_sub(1);
+        search.and_then(|search| self.phases.get(search)).copied().unwrap_or_default()
     }
 
     fn heat(&mut self, shared: &Shared) {
@@ -117,8 +183,8 @@ impl Tasks {
         self.present = levels;
     }
 
-    fn step_feed(&mut self, shared: &Shared) {
-        let now = ticks(shared.now_ns.get());
+    fn step_feed(&mut self, shared: &Shared, now_ns: u64) {
+        let now = ticks(now_ns);
         let armed = shared.latch.armed();
         if armed != 0 {
             let levels = self.levels(shared);
@@ -129,13 +195,13 @@ impl Tasks {
             }
         }
         let mut motion = shared.motion.borrow_mut();
-        if let Some(verifier) = &mut self.verifier {
-            verifier.look(&motion);
+        if let Some(watch) = &mut self.watch {
+            watch.look(&motion);
         }
-        let mut watched = Watched { motion: &mut motion, verifier: self.verifier.as_mut() };
+        let mut watched = Watched { motion: &mut motion, watch: self.watch.as_mut() };
         self.feed.run(now, &mut watched, &shared.queue, &shared.latch);
-        if let Some(verifier) = &mut self.verifier {
-            verifier.look(&motion);
+        if let Some(watch) = &mut self.watch {
+            watch.look(&motion);
         }
     }
 
@@ -155,6 +221,15 @@ impl Tasks {
 
     /// Plays every step event due up to here, each at its tick.
     pub fn play_until(&mut self, shared: &Shared, until_ns: u64) {
+        self.play_events(shared, until_ns);
+        let mut world = shared.world.borrow_mut();
+        world.advance(until_ns);
+        shared.levels.set(machine::ports::InputLevels(0));
+        drop(world);
+        shared.levels.set(machine::ports::InputLevels(self.levels(shared)));
+    }
+
+    fn play_events(&mut self, shared: &Shared, until_ns: u64) {
         let start = ticks(shared.now_ns.get());
         while let Some(event) = shared.queue.front() {
             // The queue holds the low half of the clock; what is due lies at most a horizon away from now.
@@ -164,20 +239,15 @@ impl Tasks {
             if at_ns > until_ns {
                 break;
             }
-            if let Some(verifier) = &mut self.verifier {
-                verifier.played(event, at_ns);
+            if let Some(watch) = &mut self.watch {
+                watch.played(event, at_ns);
             }
             self.play(shared, event, at_ns);
             shared.queue.advance();
         }
-        let mut world = shared.world.borrow_mut();
-        world.advance(until_ns);
-        shared.levels.set(machine::ports::InputLevels(0));
-        drop(world);
-        shared.levels.set(machine::ports::InputLevels(self.levels(shared)));
     }
 
-    fn play(&self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
+    fn play(&mut self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
         let mut world = shared.world.borrow_mut();
         for actuator in Actuator::ALL {
             if event.turning_forward() & actuator.bit() != 0 {
@@ -196,7 +266,12 @@ impl Tasks {
                 if let Some(Some(input)) = self.inputs.inputs.get(change.switch)
                     && operated
                 {
-                    shared.latch.report(input.bit().trailing_zeros() as u8, event.at);
+                    let number = input.bit().trailing_zeros() as u8;
+                    if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
+                        self.withheld.push((number, event.at));
+                    } else {
+                        shared.latch.report(number, event.at);
+                    }
                 }
             }
         }

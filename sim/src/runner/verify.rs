@@ -1,60 +1,132 @@
-//! Compares every step edge with the oracle: the ideal trajectory in `f64`, which shares no arithmetic with the step solver.
+//! Holds step edges against the oracle: the ideal trajectory in `f64`, which shares no arithmetic with the step solver.
+//!
+//! The native runner's own edges are compared as they are played ([`Watch::comparing`]). Edges of another board come without
+//! their trajectory; they are compared with the one that the native runner plans for the same job ([`plan`], [`against`]).
 
-use machine::motion_config::motion_config;
+pub mod against;
+pub mod plan;
+
 use motion::oracle::{Ideal, StepError};
 use motion::queue::StepEvent;
 use motion::trajectory::Piece;
-use motion::{Access, Motion, MotionConfig};
+use motion::{Access, FilterConfig, Motion, MotionConfig};
 use units::{Actuator, PerActuator, StepCount};
+
+use plan::Plan;
 
 /// Pieces that ended this long before the present edge are forgotten.
 const MEMORY_NS: f64 = 1e7;
 /// Steps between two times of forgetting.
 const FORGET_EVERY: u64 = 4_096;
+/// Trajectory that goes on this long after its last piece has ended, seconds, has rested in between.
+const REST_SECONDS: f64 = 1e-6;
 
-/// Watches one run.
-pub struct Verifier {
+/// One step of one motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    pub actuator: Actuator,
+    /// Nanoseconds from boot.
+    pub at: f64,
+    /// Where the motor stands after it.
+    pub count: StepCount,
+    /// Which way it turned, 1 or -1.
+    pub sign: StepCount,
+}
+
+/// Watches one run: keeps count of where the motors stand, and tells apart the motions from rest to rest.
+pub struct Watch {
     config: MotionConfig,
-    ideal: Ideal,
     last: Option<Piece>,
     /// Where each motor stands, and which way it turns.
     counts: PerActuator<StepCount>,
     signs: PerActuator<StepCount>,
     /// Nothing has been played since the motors rested.
     resting: bool,
+    /// The next piece begins from rest.
+    fresh: bool,
+    task: Task,
+}
+
+/// What is done with what is seen.
+enum Task {
+    Compare(Box<Comparison>),
+    Record(Plan),
+}
+
+struct Comparison {
+    ideal: Ideal,
     error: StepError,
     /// Edges without an ideal crossing within a millisecond.
     strays: u64,
 }
 
-impl Verifier {
-    /// For the machine of this configuration; `None` when it cannot move.
-    pub fn new(machine: &config::MachineConfig) -> Option<Self> {
-        let config = motion_config(machine).ok()?;
-        Some(Self {
+impl Watch {
+    const fn new(config: MotionConfig, task: Task) -> Self {
+        Self {
             config,
-            ideal: Ideal::new(config),
             last: None,
-            counts: PerActuator::default(),
+            counts: PerActuator([0; units::MAX_ACTUATORS]),
             signs: PerActuator([1; units::MAX_ACTUATORS]),
             resting: true,
-            error: StepError::default(),
-            strays: 0,
-        })
+            fresh: true,
+            task,
+        }
+    }
+
+    /// Compares every edge of the machine with this configuration.
+    pub fn comparing(config: MotionConfig) -> Self {
+        let (ideal, error) = (Ideal::new(config), StepError::default());
+        Self::new(config, Task::Compare(Box::new(Comparison { ideal, error, strays: 0 })))
+    }
+
+    /// Records what is ideal, to hold another board's edges against it.
+    pub const fn recording(config: MotionConfig) -> Self {
+        Self::new(config, Task::Record(Plan::new()))
     }
 
     /// Before and after each run of the feed: it may find the motors at rest, and from then on until the next step where
     /// they stand may be declared anew.
     pub fn look(&mut self, motion: &Motion) {
-        self.resting |= motion.is_idle();
+        if motion.is_idle() {
+            self.resting = true;
+            self.fresh = true;
+        }
         if self.resting {
             self.counts = motion.steps();
         }
     }
 
+    fn piece(&mut self, piece: &Piece, motion: &Motion) {
+        if self.last.as_ref() == Some(piece) {
+            return;
+        }
+        let filters = motion.filters_in_force();
+        // While filters run out, what follows a rest still overlaps what was before it.
+        let rested = filters == FilterConfig::NONE
+            && self.last.is_some_and(|last| {
+                let seconds =
+                    piece.start.saturating_sub(last.start).to_num::<f64>() * f64::from(units::TICK_NANOSECONDS);
+                seconds * 1e-9 > last.duration + REST_SECONDS
+            });
+        let begins = std::mem::take(&mut self.fresh) || rested;
+        self.last = Some(*piece);
+        if begins && let Some(config) = motion.config() {
+            self.config = *config;
+        }
+        match &mut self.task {
+            Task::Compare(comparison) => {
+                if begins {
+                    comparison.ideal.configure(self.config);
+                }
+                comparison.ideal.set_filters(filters);
+                comparison.ideal.push(piece);
+            }
+            Task::Record(plan) => plan.push(begins.then_some(self.config), piece, filters),
+        }
+    }
+
     /// An event is played at this time.
     pub fn played(&mut self, event: StepEvent, at_ns: u64) {
-        let at = at_ns as f64;
         self.resting = false;
         for actuator in Actuator::ALL {
             let bit = actuator.bit();
@@ -68,38 +140,72 @@ impl Verifier {
             if event.stepping() & bit == 0 || !is_master {
                 continue;
             }
-            self.counts[actuator] += self.signs[actuator];
-            match self.ideal.edge_error(actuator, at, self.counts[actuator], self.signs[actuator]) {
-                Some(error) => self.error.add(error),
-                None => self.strays += 1,
-            }
-            if self.error.edges.is_multiple_of(FORGET_EVERY) {
-                self.ideal.forget_before(at - MEMORY_NS);
+            let before = self.counts;
+            let sign = self.signs[actuator];
+            self.counts[actuator] += sign;
+            let step = Step { actuator, at: at_ns as f64, count: self.counts[actuator], sign };
+            match &mut self.task {
+                Task::Compare(comparison) => comparison.take(&step),
+                Task::Record(plan) => plan.take(&step, &before),
             }
         }
     }
 
-    /// Largest and root mean square distance in nanoseconds, and how many edges had no ideal crossing at all.
-    pub fn result(&self) -> (f64, f64, u64) {
-        (self.error.max, self.error.rms(), self.strays)
+    /// When comparing: how far the edges were off, and how many had no ideal crossing at all.
+    pub fn result(&self) -> Option<(StepError, u64)> {
+        match &self.task {
+            Task::Compare(comparison) => Some((comparison.error, comparison.strays)),
+            Task::Record(_) => None,
+        }
+    }
+
+    /// The machine begins to search for a switch.
+    pub const fn search_begins(&mut self) {
+        if let Task::Record(plan) = &mut self.task {
+            plan.search_begins();
+        }
+    }
+
+    /// When recording: what was recorded so far.
+    pub const fn plan(&self) -> Option<&Plan> {
+        match &self.task {
+            Task::Record(plan) => Some(plan),
+            Task::Compare(_) => None,
+        }
+    }
+
+    /// When recording: what was recorded.
+    pub fn into_plan(self) -> Option<Plan> {
+        match self.task {
+            Task::Record(plan) => Some(plan),
+            Task::Compare(_) => None,
+        }
+    }
+}
+
+impl Comparison {
+    fn take(&mut self, step: &Step) {
+        match self.ideal.edge_error(step.actuator, step.at, step.count, step.sign) {
+            Some(error) => self.error.add(error),
+            None => self.strays += 1,
+        }
+        if self.error.edges.is_multiple_of(FORGET_EVERY) {
+            self.ideal.forget_before(step.at - MEMORY_NS);
+        }
     }
 }
 
 /// The motion object, watched for new pieces of trajectory.
 pub struct Watched<'a> {
     pub motion: &'a mut Motion,
-    pub verifier: Option<&'a mut Verifier>,
+    pub watch: Option<&'a mut Watch>,
 }
 
 impl Access for Watched<'_> {
     fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         let result = f(self.motion);
-        if let (Some(verifier), Some(piece)) = (self.verifier.as_deref_mut(), self.motion.last_piece())
-            && verifier.last.as_ref() != Some(piece)
-        {
-            verifier.ideal.set_filters(self.motion.filters_in_force());
-            verifier.ideal.push(piece);
-            verifier.last = Some(*piece);
+        if let (Some(watch), Some(piece)) = (self.watch.as_deref_mut(), self.motion.last_piece()) {
+            watch.piece(piece, self.motion);
         }
         result
     }

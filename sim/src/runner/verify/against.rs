@@ -1,0 +1,173 @@
+//! Another board's step edges against the plan of the same job.
+//!
+//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so when it begins is the
+//! board's own business; what follows is not. For each motion from rest, the moment at which it began is measured once, from its
+//! first steps; every step is then compared with the oracle shifted by that. The measure is a median: no single wrong edge
+//! moves it. What it takes out is a delay that all steps of a motion share, such as the entry of the step interrupt.
+
+use motion::oracle::{self, Ideal};
+use units::{Actuator, Direction, PerActuator, StepCount};
+
+use super::Step;
+use super::plan::{Plan, PlannedMotion};
+use crate::output::StepError;
+use crate::trace::StepEdge;
+
+/// The beginning of a motion is measured from as many steps.
+const MEASURED: usize = 31;
+
+/// Where a board did something else than what was planned.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mismatch {
+    /// In which motion, counted from 1.
+    pub motion: usize,
+    /// What it did.
+    pub reason: String,
+}
+
+impl Plan {
+    /// Compares these edges, which another board made of the same job.
+    ///
+    /// # Errors
+    /// The first place where the board did something else than what was planned, or what reading the edges says.
+    pub fn compare(&self, edges: impl Iterator<Item = Result<StepEdge, String>>) -> Result<StepError, Mismatch> {
+        let mut edges = edges;
+        let mut error = oracle::StepError::default();
+        let mut motion = 0;
+        for planned in self.motions() {
+            motion += 1;
+            let mut follower = Follower::new(planned, motion);
+            follower.follow(&mut edges, &mut error).map_err(|reason| Mismatch { motion, reason })?;
+        }
+        let reason = match edges.next() {
+            None => return Ok(error.into()),
+            Some(Err(reason)) => reason,
+            Some(Ok(edge)) => format!(
+                "the board's {} steps at {:.6} s although all planned motion is done",
+                edge.actuator.name(),
+                edge.time_ns as f64 * 1e-9
+            ),
+        };
+        Err(Mismatch { motion: motion + 1, reason })
+    }
+}
+
+/// Follows a board through one motion.
+struct Follower<'a> {
+    motion: &'a PlannedMotion,
+    /// Which one, counted from 1.
+    number: usize,
+    ideal: Ideal,
+    counts: PerActuator<StepCount>,
+    /// Steps that each motor has yet to make, slaves included, and all together.
+    left: PerActuator<u64>,
+    expected: u64,
+    /// How much later than planned the board began, nanoseconds.
+    offset: f64,
+}
+
+impl<'a> Follower<'a> {
+    fn new(motion: &'a PlannedMotion, number: usize) -> Self {
+        let of_master = |actuator: Actuator| Actuator::ALL[master(motion, actuator) as usize];
+        let left = PerActuator(Actuator::ALL.map(|actuator| motion.steps[of_master(actuator)]));
+        let counts = PerActuator(Actuator::ALL.map(|actuator| motion.counts[of_master(actuator)]));
+        Self { motion, number, ideal: motion.ideal(), counts, left, expected: left.0.iter().sum(), offset: 0.0 }
+    }
+
+    /// All steps of the motion.
+    fn follow(
+        &mut self,
+        edges: &mut impl Iterator<Item = Result<StepEdge, String>>,
+        error: &mut oracle::StepError,
+    ) -> Result<(), String> {
+        let mut first = Vec::new();
+        while self.expected > 0 && first.len() < MEASURED {
+            first.push(self.step(&edges.next().ok_or_else(|| self.missing())??)?);
+        }
+        self.measure_beginning(&first);
+        for step in &first {
+            error.add(self.error(step)?);
+        }
+        while self.expected > 0 {
+            let step = self.step(&edges.next().ok_or_else(|| self.missing())??)?;
+            error.add(self.error(&step)?);
+        }
+        Ok(())
+    }
+
+    fn planned_at(&self) -> f64 {
+        self.motion.start * 1e-9
+    }
+
+    fn missing(&self) -> String {
+        let (number, expected) = (self.number, self.expected);
+        format!(
+            "the board's steps end {expected} steps before motion {number} does (planned at {:.3} s)",
+            self.planned_at()
+        )
+    }
+
+    /// The edge as the next step of its motor.
+    fn step(&mut self, edge: &StepEdge) -> Result<Step, String> {
+        let actuator = edge.actuator;
+        if self.left[actuator] == 0 {
+            return Err(format!(
+                "{} at {:.6} s makes a step more than motion {} has for it (planned at {:.3} s): the board moves otherwise than planned",
+                actuator.name(),
+                edge.time_ns as f64 * 1e-9,
+                self.number,
+                self.planned_at()
+            ));
+        }
+        self.left[actuator] -= 1;
+        self.expected -= 1;
+        let sign = match edge.direction {
+            Direction::Forward => 1,
+            Direction::Backward => -1,
+        };
+        self.counts[actuator] += sign;
+        Ok(Step {
+            actuator: master(self.motion, actuator),
+            at: edge.time_ns as f64,
+            count: self.counts[actuator],
+            sign,
+        })
+    }
+
+    /// From the first steps: when the board began.
+    fn measure_beginning(&mut self, first: &[Step]) {
+        let mut offsets: Vec<f64> = first
+            .iter()
+            .filter_map(|step| {
+                let same = |planned: &&Step| {
+                    (planned.actuator, planned.count, planned.sign) == (step.actuator, step.count, step.sign)
+                };
+                let planned = self.motion.first.iter().find(same)?;
+                let crossing = self.ideal.crossing(step.actuator, planned.at, step.count, step.sign)?;
+                Some(step.at - crossing)
+            })
+            .collect();
+        offsets.sort_by(f64::total_cmp);
+        // None: nothing fits, and the first comparison says so.
+        self.offset = offsets.get(offsets.len().saturating_sub(1) / 2).copied().unwrap_or(0.0);
+    }
+
+    fn error(&self, step: &Step) -> Result<f64, String> {
+        let at = step.at - self.offset;
+        self.ideal.edge_error(step.actuator, at, step.count, step.sign).ok_or_else(|| {
+            format!(
+                "{} steps {} at {:.6} s, more than a millisecond from where it belongs in motion {} (planned at {:.3} s): the board moves otherwise than planned",
+                step.actuator.name(),
+                if step.sign > 0 { "forward" } else { "backward" },
+                step.at * 1e-9,
+                self.number,
+                self.planned_at()
+            )
+        })
+    }
+}
+
+/// The motor whose steps this one makes.
+fn master(motion: &PlannedMotion, actuator: Actuator) -> Actuator {
+    motion.config.actuators[actuator].and_then(|motor| motor.slaved_to).unwrap_or(actuator)
+}

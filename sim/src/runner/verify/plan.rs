@@ -1,0 +1,98 @@
+//! The ideal motion of a job, recorded from a native run: pieces of trajectory, and how many steps belong to them.
+
+use motion::oracle::Ideal;
+use motion::trajectory::Piece;
+use motion::{FilterConfig, MotionConfig};
+use units::{PerActuator, StepCount};
+
+use super::Step;
+
+/// As many first steps of each motion are remembered, to find out when another board began it.
+pub const FIRST_STEPS: usize = 64;
+
+/// What a job moves, from one rest to the next.
+#[derive(Clone, Debug)]
+pub struct PlannedMotion {
+    /// The machine then: commands may change it at rest.
+    pub config: MotionConfig,
+    pieces: Vec<(Piece, FilterConfig)>,
+    /// When the first piece begins, nanoseconds from boot.
+    pub start: f64,
+    /// Where the motors stood before the first step.
+    pub counts: PerActuator<StepCount>,
+    /// Steps of each motor; those of slaves are their masters'.
+    pub steps: PerActuator<u64>,
+    /// The first of them, in order of time.
+    pub first: Vec<Step>,
+    /// Searches for a switch that had begun when it ended.
+    pub searches: usize,
+}
+
+impl PlannedMotion {
+    fn new(config: MotionConfig, piece: &Piece) -> Self {
+        Self {
+            config,
+            pieces: Vec::new(),
+            start: piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS),
+            counts: PerActuator::default(),
+            steps: PerActuator::default(),
+            first: Vec::new(),
+            searches: 0,
+        }
+    }
+
+    /// The trajectory.
+    #[must_use]
+    pub fn ideal(&self) -> Ideal {
+        let mut ideal = Ideal::new(self.config);
+        for (piece, filters) in &self.pieces {
+            ideal.set_filters(*filters);
+            ideal.push(piece);
+        }
+        ideal
+    }
+}
+
+/// All motion of a job in order.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    motions: Vec<PlannedMotion>,
+    searches: usize,
+}
+
+impl Plan {
+    pub(super) const fn new() -> Self {
+        Self { motions: Vec::new(), searches: 0 }
+    }
+
+    /// Those motions that have steps.
+    pub fn motions(&self) -> impl Iterator<Item = &PlannedMotion> {
+        self.motions.iter().filter(|motion| !motion.first.is_empty())
+    }
+
+    pub(super) const fn search_begins(&mut self) {
+        self.searches += 1;
+    }
+
+    /// The next piece; with a machine, it begins a motion.
+    pub(super) fn push(&mut self, begins: Option<MotionConfig>, piece: &Piece, filters: FilterConfig) {
+        self.motions.extend(begins.map(|config| PlannedMotion::new(config, piece)));
+        if let Some(motion) = self.motions.last_mut() {
+            motion.pieces.push((*piece, filters));
+            motion.searches = self.searches;
+        }
+    }
+
+    /// The next step; `before`: where the motors stood.
+    pub(super) fn take(&mut self, step: &Step, before: &PerActuator<StepCount>) {
+        // The feed works ahead of the motors: the newest motion need not have begun to move.
+        let Some(motion) = self.motions.iter_mut().rev().find(|motion| motion.start <= step.at) else { return };
+        if motion.first.is_empty() {
+            motion.counts = *before;
+        }
+        if motion.first.len() < FIRST_STEPS {
+            motion.first.push(*step);
+        }
+        motion.steps[step.actuator] += 1;
+    }
+}
