@@ -98,12 +98,7 @@ mod app {
         };
         let identity = &board.identity;
         let reset_cause = defmt::Display2Format(&identity.reset_cause);
-        defmt::info!(
-            "velvet {=str}, board id {=u8}, reset: {}",
-            env!("CARGO_PKG_VERSION"),
-            identity.board,
-            reset_cause
-        );
+        defmt::info!("velvet {=str}, board id {=u8}, reset: {}", env!("VELVET_VERSION"), identity.board, reset_cause);
         let (mut feed_tick, mut heat_tick) = (board.feed_tick, board.heat_tick);
         feed_tick.start(FEED_PERIOD_US);
         heat_tick.start(HEAT_PERIOD_US);

@@ -257,7 +257,7 @@ where
             mcu: "STM32H745",
             board_id: self.owned.board_id,
             core_mhz: bsp_prime::clocks::CORE_HZ / 1_000_000,
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("VELVET_VERSION"),
             build_date: env!("VELVET_BUILD_DATE"),
             after_watchdog: self.owned.after_watchdog,
         }
