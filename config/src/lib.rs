@@ -30,6 +30,6 @@ pub use diagnostic::{Diagnostic, Severity, Sink};
 pub use machine::*;
 pub use module::{MAX_OFF, OffModule, Scope};
 pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
-pub use reader::{Reader, Summary, parse};
+pub use reader::{READING_BYTES, Reader, Summary, parse};
 #[cfg(any(test, feature = "std"))]
 pub use render::{render, render_all, to_json};

@@ -46,6 +46,10 @@ impl Summary {
     }
 }
 
+/// Memory that reading takes, in bytes: fixed, whatever the file. The description itself, and while reading what is
+/// remembered of the file for the checks.
+pub const READING_BYTES: usize = core::mem::size_of::<MachineConfig>() + core::mem::size_of::<Reader<'_>>();
+
 /// Longest line without its comment. Comments may be of any length.
 const MAX_LINE: usize = 250;
 /// Largest file, in lines; line numbers are kept in 16 bits.

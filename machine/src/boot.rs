@@ -38,7 +38,9 @@ impl<P: Ports> Controller<P> {
             self.say(format_args!("WARNING: the watchdog reset the board: the firmware had stopped answering\n"));
         }
         let mut findings = Vec::new();
+        let since = self.ports.now();
         let read = self.read_config(&mut findings).await;
+        self.config_took = self.ports.now().since(since);
         let usable = self.report_config(&findings, read).await;
         if usable {
             self.start_machine().await;

@@ -34,6 +34,8 @@ const OUTPUT_AHEAD: usize = 512;
 pub struct Controller<P: Ports> {
     pub(crate) ports: P,
     pub(crate) config: MachineConfig,
+    /// How long reading it took, from the card's mounting on.
+    pub(crate) config_took: Micros,
     pub(crate) consoles: Consoles,
     /// Where replies of the line being run go.
     pub(crate) target: Target,
@@ -79,6 +81,7 @@ impl<P: Ports> Controller<P> {
         Self {
             ports,
             config: MachineConfig::default(),
+            config_took: Micros(0),
             consoles: Consoles::new(),
             target: Target::Nobody,
             state: State::Idle,

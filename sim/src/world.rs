@@ -61,6 +61,8 @@ pub struct World {
     fans: Vec<Load>,
     vmotor_v: f64,
     vfet_v: f64,
+    /// Frequency of each timer, hertz; zero while it stands.
+    pwm_hz: [f64; PWM_TIMERS],
     /// Duty of each timer output, by timer and channel.
     pwm: [[f64; PWM_CHANNELS]; PWM_TIMERS],
     fet_buffer_on: bool,
@@ -92,6 +94,7 @@ impl World {
             vmotor_v: config.vmotor_v,
             vfet_v: config.vfet_v,
             pwm: [[0.0; PWM_CHANNELS]; PWM_TIMERS],
+            pwm_hz: [0.0; PWM_TIMERS],
             fet_buffer_on: false,
             fet_power_on: false,
             pending_faults: Vec::new(),

@@ -30,13 +30,20 @@ pub struct Plan {
     files: Vec<(String, String)>,
     faults: Vec<TimedFault>,
     card_state: CardState,
+    built_as: Option<String>,
 }
 
 impl Plan {
     /// A machine of this configuration.
     #[must_use]
     pub fn new(config: &str) -> Self {
-        Self { config: config.into(), files: Vec::new(), faults: Vec::new(), card_state: CardState::Good }
+        Self {
+            config: config.into(),
+            files: Vec::new(),
+            faults: Vec::new(),
+            card_state: CardState::Good,
+            built_as: None,
+        }
     }
 
     /// Changes a piece of the configuration.
@@ -54,6 +61,26 @@ impl Plan {
     #[must_use]
     pub fn adding(mut self, text: &str) -> Self {
         self.config.push_str(text);
+        self
+    }
+
+    /// Writes `[section] key = value`; without a value the line goes, and its default counts.
+    ///
+    /// # Panics
+    /// When the text is no such line.
+    #[must_use]
+    pub fn set(mut self, line: &str) -> Self {
+        let parts = line.strip_prefix('[').and_then(|rest| rest.split_once("] "));
+        let (section, setting) = parts.unwrap_or_else(|| panic!("no setting: {line}"));
+        let (key, value) = setting.split_once('=').map_or((setting, None), |(key, value)| (key, Some(value.trim())));
+        self.config = config::edit::apply(&self.config, config::edit::Edit { section, key: key.trim(), value });
+        self
+    }
+
+    /// What is changed from here on, the machine is not built for.
+    #[must_use]
+    pub fn built(mut self) -> Self {
+        self.built_as = Some(self.config.clone());
         self
     }
 
@@ -95,7 +122,8 @@ impl Plan {
         for (name, text) in &self.files {
             fs::write(card.join(name), text).expect("a file in it");
         }
-        let setup = Setup { faults: self.faults, card_state: self.card_state, ..Setup::new(&card) };
+        let setup =
+            Setup { faults: self.faults, card_state: self.card_state, built_as: self.built_as, ..Setup::new(&card) };
         let runner = Runner::new(&setup).expect("faults of this machine");
         let mut bench = Bench { runner, card, greeting: String::new() };
         bench.greeting = bench.hear(0.2);

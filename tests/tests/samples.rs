@@ -5,6 +5,8 @@ use units::Actuator::{Alpha, Beta, Gamma};
 
 const MINIMAL: &str = include_str!("../../config/samples/minimal.ini");
 const CNC_MILL: &str = include_str!("../../config/samples/cnc-mill.ini");
+const LASER: &str = include_str!("../../config/samples/laser.ini");
+const LATHE: &str = include_str!("../../config/samples/lathe.ini");
 
 fn start(config: &str) -> Bench {
     let bench = Plan::new(config).start();
@@ -78,4 +80,44 @@ fn the_mill_keeps_its_work_offset() {
     bench.say("M500");
     let saved = bench.read_card("config-override").unwrap();
     assert!(saved.contains("G10 L2 P2 X12.0000 Y34.0000 Z-5.5000"), "{saved}");
+}
+
+fn laser_duty(bench: &Bench) -> f64 {
+    bench.world(|world| world.pwm_duty(0, 0))
+}
+
+/// Power is on only between M3 and M5, and a halt takes it away.
+#[test]
+fn the_laser_cuts_with_the_power_it_is_told() {
+    let mut bench = start(LASER);
+    assert_eq!(laser_duty(&bench), 0.0);
+    assert_eq!(bench.say("$H"), "ok\n");
+    for line in ["G90 G21", "G0 X50 Y40", "M8", "M3 S40"] {
+        assert_eq!(bench.say(line), "ok\n", "{line}");
+    }
+    assert!((laser_duty(&bench) - 0.4).abs() < 1e-6, "{}", laser_duty(&bench));
+    for line in ["G1 X70 F1200", "G3 X70 Y60 I0 J10", "G1 X50", "M5"] {
+        assert_eq!(bench.say(line), "ok\n", "{line}");
+    }
+    assert_eq!(laser_duty(&bench), 0.0);
+    assert_near(bench.carriage(Alpha), 50.0, "x");
+    assert_near(bench.carriage(Beta), 60.0, "y");
+    bench.say("M3 S100");
+    bench.say("M112");
+    assert_eq!(laser_duty(&bench), 0.0, "a halt is off");
+}
+
+#[test]
+fn the_lathe_faces_and_turns_a_taper() {
+    let mut bench = start(LATHE);
+    assert_eq!(bench.say("$H"), "ok\n");
+    for line in
+        ["G90 G21 G18", "G10 L20 P1 X60 Z10", "M3", "G0 X12 Z1", "G1 X0 F60", "G0 X12", "G1 X9 Z-20 F60", "M5", "M400"]
+    {
+        assert_eq!(bench.say(line), "ok\n", "{line}");
+    }
+    assert_near(bench.carriage(Alpha), 9.0, "x");
+    assert_near(bench.carriage(Gamma), -30.0, "z");
+    assert_eq!(bench.world(|world| world.trace().tally(Beta).steps), 0, "there is no Y");
+    assert!(bench.say("G33 Z-10 K1").contains("G33 ignored"), "no threading yet");
 }

@@ -204,8 +204,13 @@ impl PrimeBoard {
             for channel in 0..PWM_CHANNELS {
                 let Some(output) = TimerChannel::new(channel as u8 + 1) else { continue };
                 let (model, registers) = self.mcu.part.advanced_timer(timer);
-                let duty = model.pulse(output, registers).map_or(0.0, |p| p.width.0 as f64 / p.period.0.max(1) as f64);
-                self.world.lock().pwm(timer, channel, duty);
+                let pulse = model.pulse(output, registers);
+                let duty = pulse.map_or(0.0, |p| p.width.0 as f64 / p.period.0.max(1) as f64);
+                let mut world = self.world.lock();
+                world.pwm(timer, channel, duty);
+                if let Some(pulse) = pulse {
+                    world.pwm_rate(timer, 1e9 / pulse.period.0.max(1) as f64);
+                }
             }
         }
     }

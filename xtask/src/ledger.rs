@@ -4,6 +4,7 @@
 //! Instructions are exact and repeatable. They are not cycles: a Cortex-M7 issues up to two a cycle from TCM, and waits for
 //! flash, buses and divisions. Only silicon can tell that factor.
 
+mod config;
 mod jobs;
 mod table;
 
@@ -73,6 +74,7 @@ fn measure(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<Ledger> {
     ledger.insert("plan_instructions_per_block".into(), round(planner));
     ledger.insert("console_byte_max_instructions".into(), many.number(&["functions", BYTES, "max"])?);
 
+    config::measure(root, elf, virtual_prime, &bench.scratch.join("config"), &mut ledger)?;
     let image = fs::read(elf).with_context(|| elf.display().to_string())?;
     let mut ram = 0;
     for (region, bytes) in memory::used(&image)? {

@@ -13,17 +13,17 @@ const ACTUATOR: &str = "actuator";
 
 /// Lowers speeds beyond the step frequency and currents beyond the driver's ceiling, with a warning each.
 pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut Reporter<'_>) {
-    let step_frequency = f64::from(config.system.step_frequency_hz);
     for actuator in Actuator::ALL {
         let place = actuator as usize;
         let ceiling = config.driver(actuator).filter(|chip| chip.present).map(|chip| chip.max_current);
         let motor = config.actuators[actuator];
+        let (possible, bound) = step_rate_possible(config, motor.driver);
         let rate = motor.max_rate.get() * motor.steps_per_mm;
         // A hair above is rounding, not a wish.
-        if motor.present && rate > step_frequency * 1.000_001 {
-            let lowered = MmPerSecond(step_frequency / motor.steps_per_mm);
-            let reason = format_args!("needs {rate:.0} steps/s, but step_frequency is {step_frequency:.0}; lowered");
-            let fix = format_args!("write {:.0} or less, or raise step_frequency", lowered.per_minute());
+        if motor.present && rate > possible * 1.000_001 {
+            let lowered = MmPerSecond(possible / motor.steps_per_mm);
+            let reason = format_args!("needs {rate:.0} steps/s, but {bound} allows {possible:.0}; lowered");
+            let fix = format_args!("write {:.0} or less, or change {bound}", lowered.per_minute());
             let setting = (ACTUATOR, place, "max_rate");
             report(config, ledger, reporter, Severity::Warning, setting, reason, fix);
             config.actuators[actuator].max_rate = lowered;
@@ -38,6 +38,14 @@ pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
             config.actuators[actuator].current = Some(Amps(most));
         }
     }
+}
+
+/// Steps in a second that a motor can make, and the setting that bounds them. An external driver takes pulses: high for
+/// `step_pulse_us`, low for as long.
+fn step_rate_possible(config: &MachineConfig, driver: DriverKind) -> (f64, &'static str) {
+    let most = f64::from(config.system.step_frequency_hz);
+    let pulses = 500_000.0 / f64::from(config.system.step_pulse_us.max(1));
+    if driver == DriverKind::External && pulses < most { (pulses, "step_pulse_us") } else { (most, "step_frequency") }
 }
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {

@@ -27,6 +27,7 @@ enum Owner {
 const MAX_CLAIMS: usize = 180;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
+    fixed(checks);
     let mut claims: Vec<Claim, MAX_CLAIMS> = Vec::new();
     buses(checks, &mut claims);
     let pins = checks.ledger.pins();
@@ -48,6 +49,22 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         }
     }
     interrupt_lines(checks);
+}
+
+/// The board's own enables: their copper leads to one pin each.
+fn fixed(checks: &mut Checks<'_, '_>) {
+    let config = checks.config;
+    for (setting, pin, (port, number), what) in [
+        (("system", "fets_enable_pin"), config.system.fets_enable_pin, ('F', 14), "PF14!o"),
+        (("system", "fets_power_enable_pin"), config.system.fets_power_enable_pin, ('D', 7), "PD7"),
+        (("actuator", "motors_enable_pin"), config.motors.motors_enable_pin, ('H', 13), "PH13!"),
+    ] {
+        let (section, key) = setting;
+        if let Some(pin) = pin.filter(|pin| !board::is_pad((pin.port, pin.number), port, number)) {
+            let reason = format_args!("{pin} is another pin than the one this board has for it");
+            checks.error((section, 0, key), reason, format_args!("write {what}, or delete the line"));
+        }
+    }
 }
 
 fn span(checks: &Checks<'_, '_>, path: Path) -> Span {

@@ -173,6 +173,12 @@ impl Tmc26x {
         !self.spi_mode() && self.registers.drvctrl & (1 << 8) != 0
     }
 
+    /// INTPOL, DRVCTRL bit 9: the chip makes 256 microsteps of each step.
+    #[must_use]
+    pub const fn interpolates(&self) -> bool {
+        !self.spi_mode() && self.registers.drvctrl & (1 << 9) != 0
+    }
+
     /// Microsteps per full step from MRES, DRVCTRL bits 3..0: 0 is 256, 8 and above full steps.
     #[must_use]
     pub const fn microsteps(&self) -> u32 {

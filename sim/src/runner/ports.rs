@@ -133,8 +133,13 @@ impl Ports for HostPorts {
         self.shared.levels.get()
     }
 
-    fn set_hardware_pwm(&mut self, _switch: u8, _duty: f32) {
-        // No model hangs on a timer output of the native runner; the virtual board has them.
+    fn set_hardware_pwm(&mut self, switch: u8, duty: f32) {
+        let wired = self.shared.wired.borrow();
+        let config = wired.as_ref().and_then(|config| config.switches.get(usize::from(switch)));
+        if let Some(config::OutputPin::Pwm(pin)) = config.and_then(|switch| switch.output_pin) {
+            let (timer, channel) = (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1);
+            self.shared.world.borrow_mut().pwm(timer, channel, f64::from(duty));
+        }
     }
 
     fn set_motor_power(&mut self, on: bool) {

@@ -37,6 +37,17 @@ impl World {
         self.pwm[timer][channel]
     }
 
+    /// A timer runs at this frequency, hertz, from now on.
+    pub fn pwm_rate(&mut self, timer: usize, hertz: f64) {
+        self.pwm_hz[timer] = hertz;
+    }
+
+    /// Frequency of a timer, hertz; zero while it stands.
+    #[must_use]
+    pub const fn pwm_hz(&self, timer: usize) -> f64 {
+        self.pwm_hz[timer]
+    }
+
     pub(super) fn set_motor_supply(&mut self, volts: f64) {
         self.vmotor_v = volts;
         self.drivers.iter_mut().for_each(|driver| driver.set_supply(volts));

@@ -44,13 +44,14 @@ pub struct Plan {
     faults: Vec<TimedFault>,
     card: Card,
     elf: PathBuf,
+    built_as: Option<String>,
 }
 
 impl Plan {
     /// The sample printer, whole.
     pub fn new() -> Self {
         let files = Vec::new();
-        Self { config: CONFIG.into(), files, faults: Vec::new(), card: Card::Volume, elf: image() }
+        Self { config: CONFIG.into(), files, faults: Vec::new(), card: Card::Volume, elf: image(), built_as: None }
     }
 
     /// Changes a piece of the configuration, which must have it.
@@ -58,6 +59,27 @@ impl Plan {
     pub fn with(mut self, piece: &str, instead: &str) -> Self {
         assert!(self.config.contains(piece), "the configuration has no `{piece}`");
         self.config = self.config.replace(piece, instead);
+        self
+    }
+
+    /// Another configuration altogether.
+    pub fn config(mut self, text: &str) -> Self {
+        self.config = text.into();
+        self
+    }
+
+    /// Writes `[section] key = value`; without a value the line goes.
+    #[track_caller]
+    pub fn set(mut self, line: &str) -> Self {
+        let (section, setting) = line.strip_prefix('[').and_then(|rest| rest.split_once("] ")).expect("[section] key");
+        let (key, value) = setting.split_once('=').map_or((setting, None), |(key, value)| (key, Some(value.trim())));
+        self.config = config::edit::apply(&self.config, config::edit::Edit { section, key: key.trim(), value });
+        self
+    }
+
+    /// What is changed from here on, the machine is not built for.
+    pub fn built(mut self) -> Self {
+        self.built_as = Some(self.config.clone());
         self
     }
 
@@ -94,7 +116,8 @@ impl Plan {
     /// Switches the machine on and waits for its prompt.
     #[track_caller]
     pub fn start(self) -> Velvet {
-        let (machine, _) = config::parse(self.config.as_bytes(), BoardId::Prime2590, &mut ());
+        let built = self.built_as.as_ref().unwrap_or(&self.config);
+        let (machine, _) = config::parse(built.as_bytes(), BoardId::Prime2590, &mut ());
         let mut board =
             PrimeBoard::new(WorldConfig::of(&machine, Chip::Tmc2590)).expect("the board's tables are right");
         let mut on_card = self.files;

@@ -1,0 +1,93 @@
+//! `[temperature control]`.
+
+use super::See::{Board, Boot, Look, Say};
+use super::{Bench, Row, row};
+
+const READ: &[&str] = &["get temp hotend"];
+const BY_BETA: &[&str] = &["[temperature control] hotend.thermistor"];
+const BANG: &[&str] = &["[temperature control] hotend.bang_bang = true"];
+/// A part whose beta is known besides its curve.
+const TWICE: &[&str] = &["[temperature control] hotend.thermistor = EPCOS100K"];
+
+pub const ROWS: &[Row] = &[
+    row("[temperature control] board.enable", "true", "false", Say(&["M105"])),
+    row("[temperature control] hotend.tool_id", "0", "5", Say(&["M104 S50 T5", "get temp hotend"])),
+    row("[temperature control] hotend.designator", "T", "T7", Say(&["M105"])),
+    row("[temperature control] hotend.thermistor_pin", "ADC1_1", "ADC1_3", Boot),
+    row("[temperature control] hotend.thermistor_pin", "ADC1_1", "ADC1_2", Board("settings.rs")),
+    row("[temperature control] hotend.thermistor", "Semitec-104NT4", "RRRF10K", Say(READ)).built(),
+    row("[temperature control] hotend.use_beta_table", "false", "true", Say(READ)).with(TWICE).built(),
+    row("[temperature control] hotend.beta", "4066", "3000", Say(READ)).with(BY_BETA).built(),
+    row("[temperature control] hotend.r0", "100000", "50000", Say(READ)).with(BY_BETA).built(),
+    row("[temperature control] hotend.t0", "25", "20", Say(READ)).with(BY_BETA).built(),
+    row("[temperature control] hotend.r1", "0", "100000", Say(READ)).built(),
+    row("[temperature control] hotend.r2", "4700", "10000", Say(READ)).built(),
+    row("[temperature control] hotend.coefficients", "", "0.0007,0.0002,0.0000001", Say(READ)).built(),
+    row("[temperature control] hotend.rt_curve", "", "25,90000,150,1300,240,200", Say(READ)).built(),
+    row("[temperature control] hotend.heater_pin", "PE0", "nc", Look(heated)),
+    row("[temperature control] hotend.heater_pin", "PE0", "PB8", Board("settings.rs")),
+    row("[temperature control] hotend.max_pwm", "255", "100", Look(heated)),
+    row("[temperature control] hotend.p_factor", "20", "5", Look(warmed)),
+    row("[temperature control] hotend.i_factor", "1.2", "0.2", Look(warmed)),
+    row("[temperature control] hotend.d_factor", "80", "400", Look(warmed)),
+    row("[temperature control] hotend.use_ponm", "false", "true", Look(warmed)),
+    row("[temperature control] hotend.i_max", "255", "2", Look(warmed)),
+    row("[temperature control] hotend.windup", "true", "false", Look(warmed)),
+    row("[temperature control] hotend.bang_bang", "false", "true", Look(warmed)),
+    row("[temperature control] hotend.hysteresis", "1", "6", Look(warmed)).with(BANG),
+    row("[temperature control] hotend.min_temp", "5", "60", Look(heated)),
+    row("[temperature control] hotend.max_temp", "290", "50", Say(&["M104 S100", "get temp hotend"])),
+    row("[temperature control] hotend.runaway_range", "20", "0", Look(blown_at)),
+    row("[temperature control] hotend.runaway_heating_timeout", "240", "2", Look(heated)),
+    row("[temperature control] hotend.runaway_cooling_timeout", "300", "2", Look(cooled)),
+    row("[temperature control] hotend.runaway_error_range", "1", "200", Look(heated)).with(&[
+        "[temperature control] hotend.runaway_heating_timeout = 2",
+        "[temperature control] hotend.runaway_range = 500",
+    ]),
+    row("[temperature control] hotend.readings_per_second", "20", "2", Look(warmed)),
+    row("[temperature control] hotend.set_m_code", "104", "154", Say(&["M154 S40", "get temp hotend"])),
+    row("[temperature control] hotend.set_and_wait_m_code", "109", "159", Say(&["M159 S23", "get temp hotend"])),
+    row("[temperature control] hotend.get_m_code", "105", "155", Say(&["M105"])),
+    row("[temperature control] hotend.preset1", "0", "45", Say(&["M104 S1", "get temp hotend"])),
+    row("[temperature control] hotend.preset2", "0", "45", Say(&["M104 S2", "get temp hotend"])),
+];
+
+/// How the hotend does, and whether the machine has halted.
+fn course(bench: &mut Bench, seconds: u32) -> String {
+    let mut course = String::new();
+    for _ in 0..seconds * 2 {
+        course += &bench.hear(0.5);
+        course += &format!("{:.3} C, {:.4}; ", bench.celsius("hotend"), bench.duty("hotend"));
+    }
+    course + &bench.status()
+}
+
+fn heated(bench: &mut Bench) -> String {
+    bench.say("M104 S120") + &course(bench, 6)
+}
+
+/// To a temperature that is soon reached.
+fn warmed(bench: &mut Bench) -> String {
+    bench.say("M104 S32") + &course(bench, 12)
+}
+
+fn soak(bench: &mut Bench, celsius: f64) {
+    bench.world(|world| {
+        let hotend = world.heater_index("hotend").expect("a hotend");
+        world.soak(hotend, celsius);
+    });
+}
+
+/// Held at its target, then suddenly far from it.
+fn blown_at(bench: &mut Bench) -> String {
+    soak(bench, 100.0);
+    let said = bench.say("M109 S98") + &course(bench, 2);
+    soak(bench, 60.0);
+    said + &course(bench, 8)
+}
+
+fn cooled(bench: &mut Bench) -> String {
+    soak(bench, 200.0);
+    bench.hear(0.5);
+    bench.say("M104 S50") + &course(bench, 6)
+}

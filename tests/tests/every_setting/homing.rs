@@ -1,0 +1,49 @@
+//! `[endstops]`.
+
+use super::See::{Board, Boot, Edges, Look, Say};
+use super::{Bench, Row, row};
+use scenarios::DELTA;
+
+const HOME: &[&str] = &["G28"];
+const ROTARY: &[&str] = &["[motion control] arm_solution = rotary_delta"];
+const MORGAN: &[&str] = &["[motion control] arm_solution = morgan"];
+const HOMED_DELTA: &[&str] = &["G28", "G1 X5 Y3 F6000"];
+
+pub const ROWS: &[Row] = &[
+    row("[endstops] minx.enable", "true", "false", Say(&["M119"])),
+    row("[endstops] minx.pin", "PD0^", "PE1^", Boot),
+    row("[endstops] minx.pin", "PD0^", "PJ9^", Board("settings.rs")),
+    row("[endstops] minx.axis", "X", "C", Boot),
+    row("[endstops] minx.homing_direction", "home_to_min", "none", Edges(HOME)),
+    row("[endstops] minx.homing_position", "0", "7", Say(&["G28", "M114"])).built(),
+    row("[endstops] minx.max_travel", "220", "1", Say(HOME)).built(),
+    row("[endstops] minx.fast_rate", "50", "20", Edges(HOME)),
+    row("[endstops] minx.slow_rate", "10", "4", Edges(HOME)),
+    row("[endstops] minx.retract", "5", "2", Edges(HOME)),
+    row("[endstops] minx.limit_enable", "false", "true", Look(run_into_the_limit)),
+    row("[endstops] common.debounce_ms", "0", "20", Edges(HOME)),
+    row("[endstops] common.homing_order", "", "ZXY", Edges(HOME)),
+    row("[endstops] common.home_z_first", "false", "true", Edges(HOME)),
+    row("[endstops] common.corexy_homing", "false", "true", Edges(HOME)),
+    row("[endstops] common.delta_homing", "true", "false", Edges(HOME)).on(DELTA),
+    row("[endstops] common.rdelta_homing", "true", "false", Look(homes)).with(ROTARY),
+    row("[endstops] common.scara_homing", "true", "false", Look(homes)).with(MORGAN),
+    row("[endstops] common.move_to_origin_after_home", "false", "true", Edges(HOME))
+        .with(&["[endstops] minx.homing_position = -7"]),
+    row("[endstops] common.alpha_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
+    row("[endstops] common.beta_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
+    row("[endstops] common.gamma_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
+];
+
+fn run_into_the_limit(bench: &mut Bench) -> String {
+    bench.run(&["G28", "G1 X10 F3000", "M400", "G92 X50"]);
+    bench.type_in("G1 X38 F3000\n");
+    bench.hear(2.0) + &bench.status()
+}
+
+/// Homing, whether or not it ends well on this machine.
+fn homes(bench: &mut Bench) -> String {
+    let said = bench.say("G28") + &bench.status();
+    let tally = bench.world(|world| units::Actuator::ALL.map(|motor| *world.trace().tally(motor)));
+    format!("{said}{tally:?}")
+}

@@ -1,0 +1,203 @@
+//! Every setting that is acted on changes something: one row a setting, the same machine twice with two values of it, and
+//! something to see that differs. What is seen is the machine's behaviour: step edges, temperatures, replies, driver
+//! registers. A setting without a row fails the test, so none can be forgotten.
+
+mod heat;
+mod homing;
+mod kinematics;
+mod motion;
+mod motors;
+mod switches;
+mod system;
+mod tools;
+
+use config::schema::{Form, SECTIONS, Section, Setting, Support};
+use scenarios::{Bench, CARTESIAN, Plan};
+use std::collections::BTreeSet;
+
+/// What is looked at.
+#[derive(Clone, Copy)]
+pub enum See {
+    /// The answers to these lines.
+    Say(&'static [&'static str]),
+    /// The step edges that these lines make: which motor, which way, when.
+    Edges(&'static [&'static str]),
+    /// What is said at boot: findings of the checker among it.
+    Boot,
+    /// Something else.
+    Look(fn(&mut Bench) -> String),
+    /// Only pins or peripherals differ, which the native runner does not have: the test of this file of the virtual
+    /// board, which must name the setting.
+    Board(&'static str),
+}
+
+/// A setting and what it changes.
+#[derive(Clone, Copy)]
+pub struct Row {
+    /// `[section] key`, with an instance's name where there are some.
+    key: &'static str,
+    /// Two values; an empty one leaves the line out.
+    values: [&'static str; 2],
+    see: See,
+    /// The configuration it is tried in.
+    base: &'static str,
+    /// Changes to it, `[section] key = value` each.
+    with: &'static [&'static str],
+    /// The machine stays built for the first value.
+    built: bool,
+}
+
+/// A row in the Cartesian sample.
+pub const fn row(key: &'static str, one: &'static str, other: &'static str, see: See) -> Row {
+    Row { key, values: [one, other], see, base: CARTESIAN, with: &[], built: false }
+}
+
+impl Row {
+    const fn with(self, with: &'static [&'static str]) -> Self {
+        Self { with, ..self }
+    }
+
+    const fn on(self, base: &'static str) -> Self {
+        Self { base, ..self }
+    }
+
+    /// The machine is built for the first value: a sensor measures what it measures, whatever the file says.
+    const fn built(self) -> Self {
+        Self { built: true, ..self }
+    }
+
+    fn start(&self, value: &str) -> Bench {
+        let setting = |value: &str| match value {
+            "" => self.key.to_owned(),
+            value => format!("{} = {value}", self.key),
+        };
+        let plan = self.with.iter().fold(Plan::new(self.base), |plan, line| plan.set(line));
+        let plan = if self.built { plan.set(&setting(self.values[0])).built() } else { plan };
+        FILES.iter().fold(plan.set(&setting(value)), |plan, (name, text)| plan.file(name, text)).start()
+    }
+
+    /// What is seen with this value; none when it takes the board to see it.
+    fn seen(&self, value: &str) -> Option<String> {
+        if let See::Board(_) = self.see {
+            return None;
+        }
+        let mut bench = self.start(value);
+        Some(match self.see {
+            See::Say(lines) => lines.iter().map(|line| bench.say(line)).collect(),
+            See::Edges(lines) => edges(&mut bench, lines),
+            See::Boot => bench.greeting().to_owned(),
+            See::Look(look) => look(&mut bench),
+            See::Board(_) => String::new(),
+        })
+    }
+}
+
+/// On every card.
+const FILES: &[(&str, &str)] = &[
+    ("config-override", "M204 S777\n"),
+    ("on_boot.gcode", "G91\nG1 X1 F600\n"),
+    ("other.g", "G91\nG1 X2 F600\n"),
+    ("part.gcode", "G91\nG1 X3 F600\nM600\nG1 X1\n"),
+];
+
+/// Every edge since now, with its time.
+pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
+    let start_ns = (bench.now_s() * 1e9) as u64;
+    bench.world(|world| world.trace_mut().take());
+    for line in lines {
+        bench.say(line);
+    }
+    bench.say("M400");
+    let edges = bench.world(|world| world.trace_mut().take());
+    edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
+}
+
+fn tables() -> [(&'static str, &'static [Row]); 8] {
+    [
+        ("system", system::ROWS),
+        ("motion", motion::ROWS),
+        ("motors", motors::ROWS),
+        ("tools", tools::ROWS),
+        ("heat", heat::ROWS),
+        ("homing", homing::ROWS),
+        ("switches", switches::ROWS),
+        ("kinematics", kinematics::ROWS),
+    ]
+}
+
+/// The schema's row of `[section] name.key`.
+fn schema_row(key: &str) -> Option<(&'static Section, &'static Setting)> {
+    let (section, key) = key.strip_prefix('[')?.split_once("] ")?;
+    let (_, section) = config::schema::section(section)?;
+    let place = match section.form {
+        Form::Plain => section.position(key, false),
+        Form::Keyed(_) => Some(0),
+        Form::Named(_) => {
+            let (name, key) = key.split_once('.')?;
+            section.position(key, name == "common")
+        }
+    };
+    Some((section, section.settings.get(place?)?))
+}
+
+fn name(section: &Section, setting: &Setting) -> String {
+    format!("[{}] {}{}", section.name, if setting.is_common { "common." } else { "" }, setting.key)
+}
+
+#[test]
+fn every_setting_that_is_acted_on_has_a_row() {
+    let mut with_rows = BTreeSet::new();
+    for row in tables().iter().flat_map(|(_, rows)| rows.iter()) {
+        let (section, setting) = schema_row(row.key).unwrap_or_else(|| panic!("no setting {}", row.key));
+        with_rows.insert(name(section, setting));
+        if let See::Board(file) = row.see {
+            let text = std::fs::read_to_string(format!("{}/../virtual-prime/tests/{file}", env!("CARGO_MANIFEST_DIR")));
+            let key = row.key.rsplit([' ', '.']).next().unwrap_or_default();
+            assert!(text.is_ok_and(|text| text.contains(key)), "{file} does not name {}", row.key);
+        }
+    }
+    let acted_on = SECTIONS.iter().flat_map(|section| section.settings.iter().map(move |setting| (section, setting)));
+    let missing: Vec<_> = acted_on
+        .filter(|(_, setting)| setting.support == Support::Now)
+        .map(|(section, setting)| name(section, setting))
+        .filter(|name| !with_rows.contains(name))
+        .collect();
+    assert!(missing.is_empty(), "add rows for what these change: {missing:#?}");
+}
+
+/// The rows of a table whose two values look alike.
+fn alike(rows: &[Row]) -> Vec<String> {
+    let is_acted_on = |row: &&Row| schema_row(row.key).is_some_and(|(_, setting)| setting.support == Support::Now);
+    let mut alike = Vec::new();
+    for row in rows.iter().filter(is_acted_on) {
+        let [one, other] = row.values.map(|value| row.seen(value));
+        if let (See::Edges(_), Some("")) = (row.see, one.as_deref()) {
+            alike.push(format!("{}: nothing moved, {}", row.key, row.start(row.values[0]).greeting()));
+        } else if one.is_some() && one == other {
+            let one: String = one.unwrap_or_default().chars().take(2_000).collect();
+            alike.push(format!("{}: {:?} look alike: {}", row.key, row.values, one));
+        }
+    }
+    alike
+}
+
+macro_rules! tests {
+    ($($name:ident: $table:ident;)*) => {$(
+        #[test]
+        fn $name() {
+            let alike = alike($table::ROWS);
+            assert!(alike.is_empty(), "{}", alike.join("\n"));
+        }
+    )*};
+}
+
+tests! {
+    each_setting_of_the_system_changes_something: system;
+    each_setting_of_motion_changes_something: motion;
+    each_setting_of_motors_changes_something: motors;
+    each_setting_of_tools_changes_something: tools;
+    each_setting_of_heat_changes_something: heat;
+    each_setting_of_homing_changes_something: homing;
+    each_setting_of_switches_changes_something: switches;
+    each_setting_of_kinematics_changes_something: kinematics;
+}

@@ -1,0 +1,73 @@
+//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`.
+
+use super::See::{Board, Boot, Edges, Look, Say};
+use super::system::EXTERNAL;
+use super::{Bench, Row, row};
+use units::Actuator::Alpha;
+
+const LINE: &[&str] = &["G91", "G1 X20 F12000"];
+/// The fourth motor beside the third.
+const SLAVE: &[&str] =
+    &["[extruder] hotend.enable = false", "[actuator] delta.steps_per_mm = 400", "[actuator] delta.max_rate = 900"];
+const RESTING: &[&str] = &["[tmc2590] alpha.standstill_current = 600", "[tmc2590] common.standstill_time = 2"];
+/// The same machine with drivers of the other kind.
+const OTHER: &[&str] = &[
+    "[actuator] alpha.driver = tmc2660",
+    "[tmc2660] alpha.spi_cs_pin = PJ13",
+    "[tmc2660] alpha.sense_resistor = 50",
+    "[tmc2660] alpha.max_current = 3000",
+    "[tmc2660] alpha.standstill_current = 600",
+    "[tmc2660] common.standstill_time = 2",
+];
+
+pub const ROWS: &[Row] = &[
+    row("[actuator] alpha.steps_per_mm", "80", "100", Edges(LINE)),
+    row("[actuator] alpha.max_rate", "18000", "600", Edges(LINE)),
+    row("[actuator] alpha.acceleration", "-1", "300", Edges(LINE)),
+    row("[actuator] delta.step_pin", "PJ5", "PJ6", Board("settings.rs")),
+    row("[actuator] delta.dir_pin", "PJ1", "PJ6", Board("settings.rs")),
+    row("[actuator] delta.en_pin", "PJ3", "PJ6", Board("settings.rs")),
+    row("[actuator] alpha.microsteps", "16", "32", Look(registers)),
+    row("[actuator] alpha.reversed", "false", "true", Board("settings.rs")),
+    row("[actuator] delta.driver", "external", "tmc2590", Say(&["M907 A0.5"])).with(EXTERNAL),
+    row("[actuator] delta.slaved_to", "none", "gamma", Edges(&["G91", "G1 Z1 F300"])).with(SLAVE),
+    row("[actuator] delta.dir_setup_ns", "500", "200000", Edges(&["G91", "G1 A5 F3000", "G1 A-5"])).with(EXTERNAL),
+    row("[actuator] common.check_driver_errors", "true", "false", Look(overheated)),
+    row("[actuator] common.halt_on_driver_alarm", "true", "false", Look(overheated)),
+    row("[actuator] common.motors_enable_pin", "PH13!", "PH14!", Boot),
+    row("[tmc2590] common.standstill_time", "2", "20", Look(resting)).with(RESTING),
+    row("[tmc2590] alpha.spi_cs_pin", "PJ13", "PJ12", Board("settings.rs")),
+    row("[tmc2590] alpha.step_interpolation", "true", "false", Look(registers)),
+    row("[tmc2590] alpha.standstill_current", "0", "600", Look(resting)).with(RESTING),
+    row("[tmc2590] alpha.sense_resistor", "50", "100", Look(registers)),
+    row("[tmc2590] alpha.max_current", "3000", "1500", Say(&["M907 X2", "M907"])),
+    row("[tmc2660] common.standstill_time", "2", "20", Look(resting)).with(OTHER),
+    row("[tmc2660] alpha.spi_cs_pin", "PJ13", "PE1", Boot).with(OTHER),
+    row("[tmc2660] alpha.step_interpolation", "true", "false", Look(registers)).with(OTHER),
+    row("[tmc2660] alpha.standstill_current", "0", "600", Look(resting)).with(OTHER),
+    row("[tmc2660] alpha.sense_resistor", "50", "100", Look(registers)).with(OTHER),
+    row("[tmc2660] alpha.max_current", "3000", "1500", Say(&["M907 X2", "M907"])).with(OTHER),
+    row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
+];
+
+/// What the chip of alpha has in its registers, as far as it changes with settings.
+fn registers(bench: &mut Bench) -> String {
+    bench.world(|world| {
+        let chip = world.driver(Alpha as usize);
+        let (scale, fine) = (chip.current_scale(), chip.high_sensitivity());
+        format!("{} microsteps, interpolated: {}, scale {scale}, fine: {fine}", chip.microsteps(), chip.interpolates())
+    })
+}
+
+fn resting(bench: &mut Bench) -> String {
+    bench.run(&["G91", "G1 X1 F600", "M400"]);
+    bench.hear(4.0);
+    registers(bench)
+}
+
+fn overheated(bench: &mut Bench) -> String {
+    bench.run(&["G91", "G1 X1 F600", "M400"]);
+    let fault = sim::world::Fault::DriverTemperature(Alpha, 160);
+    bench.world(|world| world.inject(&fault)).expect("a fault of this machine");
+    bench.hear(4.0) + &bench.status()
+}

@@ -1,0 +1,74 @@
+//! `[switch]`, `[pwm1]`, `[pwm2]`.
+
+use super::See::{Board, Boot, Look, Say};
+use super::{Bench, Row, row};
+
+/// A button that runs lines.
+const BUTTON: &[&str] = &[
+    "[switch] button.enable = true",
+    "[switch] button.input_pin = PB7^",
+    "[switch] button.output_on_command = M106",
+    "[switch] button.output_off_command = M107",
+];
+const DIGITAL: &[&str] = &["[switch] fan.output_type = digital"];
+/// A spindle on a timer.
+const SPINDLE: &[&str] = &[
+    "[pwm1] frequency = 10000",
+    "[switch] spindle.enable = true",
+    "[switch] spindle.output_pin = PWM1_1",
+    "[switch] spindle.output_type = hwpwm",
+    "[switch] spindle.input_on_command = M3",
+    "[switch] spindle.input_off_command = M5",
+];
+const STATE: &[&str] = &["M106", "switch fan", "M107", "switch fan"];
+
+pub const ROWS: &[Row] = &[
+    row("[switch] fan.enable", "true", "false", Say(&["switch"])),
+    row("[switch] button.input_pin", "PB7^", "nc", Look(pressed)).with(BUTTON),
+    row("[switch] button.input_pin", "PB7^", "PB8^", Board("settings.rs")),
+    row("[switch] button.input_pin_behavior", "momentary", "toggle", Look(pressed)).with(BUTTON),
+    row("[switch] button.output_on_command", "M106", "M107", Look(pressed)).with(BUTTON),
+    row("[switch] button.output_off_command", "M107", "M106", Look(pressed)).with(BUTTON),
+    row("[switch] fan.input_on_command", "M106", "M126", Say(STATE)),
+    row("[switch] fan.input_off_command", "M107", "M127", Say(STATE)),
+    row("[switch] fan.subcode", "0", "1", Say(STATE)),
+    row("[switch] fan.output_pin", "PE1", "PE3", Boot),
+    row("[switch] fan.output_pin", "PE1", "PB9", Board("settings.rs")),
+    row("[switch] fan.output_type", "sigmadeltapwm", "digital", Look(half)),
+    row("[switch] fan.max_pwm", "255", "100", Look(half)),
+    row("[switch] fan.startup_state", "false", "true", Look(fan)),
+    row("[switch] fan.startup_value", "255", "100", Look(full)),
+    row("[switch] spindle.default_on_value", "0", "60", Say(&["M3", "switch spindle"])).with(SPINDLE),
+    row("[switch] fan.halt_set_to", "false", "true", Say(&["M106", "M112", "switch fan"])).with(DIGITAL),
+    row("[switch] fan.ignore_on_halt", "false", "true", Say(&["M106", "M112", "switch fan"])).with(DIGITAL),
+    row("[pwm1] frequency", "10000", "500", Board("settings.rs")),
+    row("[pwm2] frequency", "10000", "500", Board("settings.rs")),
+];
+
+fn pressed(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    for down in [true, false, true, false] {
+        let at_ns = (bench.now_s() * 1e9) as u64;
+        // Without a pin there is no button to press.
+        let _ = bench.world(|world| world.press(at_ns, "button", down));
+        bench.hear(0.2);
+        said += &bench.say("switch fan");
+    }
+    said
+}
+
+/// Mean drive of the fan.
+fn fan(bench: &mut Bench) -> String {
+    bench.hear(5.0);
+    bench.world(|world| format!("{:.2}", world.fan_speed(0)))
+}
+
+fn half(bench: &mut Bench) -> String {
+    bench.say("M106 S128");
+    fan(bench)
+}
+
+fn full(bench: &mut Bench) -> String {
+    bench.say("M106");
+    fan(bench)
+}

@@ -1,0 +1,64 @@
+//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[player]`, `[voltage monitor]`.
+
+use super::See::{Board, Boot, Edges, Look, Say};
+use super::{Bench, Row, edges, row};
+
+const BUTTON: &[&str] = &["[kill button] enable = true", "[kill button] pin = PB7^"];
+const LATCHING: &[&str] =
+    &["[kill button] enable = true", "[kill button] pin = PB7^", "[kill button] toggle_enable = true"];
+const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
+const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin = PB9"];
+
+pub const ROWS: &[Row] = &[
+    row("[general] grbl_mode", "false", "true", Say(&["M112", "G1 X1"])),
+    row("[general] config-override", "false", "true", Say(&["M503"])),
+    row("[system] step_pulse_us", "1", "20", Edges(&["G91", "G1 A5 F9000", "G1 A-5"])).with(EXTERNAL),
+    row("[system] step_frequency", "200000", "2000", Edges(&["G91", "G1 X5 F6000"])),
+    row("[system] fets_enable_pin", "PF14!o", "PF15!o", Boot),
+    row("[system] fets_power_enable_pin", "PD7", "PJ5", Boot),
+    row("[uart console] enable", "true", "false", Boot).with(&["[switch] fan.output_pin = PB11"]),
+    row("[uart console] channel", "0", "1", Boot).with(UART),
+    row("[uart console] console", "true", "false", Board("settings.rs")),
+    row("[uart console] baudrate", "115200", "9600", Board("settings.rs")),
+    row("[kill button] enable", "true", "false", Look(pressed)).with(BUTTON),
+    row("[kill button] pin", "PB7^", "PD3^", Boot).with(BUTTON),
+    row("[kill button] toggle_enable", "true", "false", Look(pressed)).with(BUTTON),
+    row("[kill button] unkill_enable", "true", "false", Look(pressed)).with(LATCHING),
+    row("[player] on_boot_gcode", "/sd/on_boot.gcode", "/sd/other.g", Look(at_boot)).with(BOOT_FILE),
+    row("[player] on_boot_gcode_enable", "true", "false", Look(at_boot)),
+    row("[player] leave_heaters_on_suspend", "true", "false", Say(&["M104 S50", "M600", "get temp hotend"])),
+    row("[player] after_suspend_gcode", "", "G91_G1_X1_F600", Edges(&["G91", "G1 Y1 F600", "M600"])),
+    row("[player] before_resume_gcode", "", "G91_G1_Z1_F600", Edges(&["G91", "G1 Y1 F600", "M600", "resume"])),
+    row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
+];
+
+/// A motor on a driver of its own, beside the four on the board.
+pub const EXTERNAL: &[&str] = &[
+    "[extruder] hotend.enable = false",
+    "[actuator] delta.driver = external",
+    "[actuator] delta.step_pin = PJ5",
+    "[actuator] delta.dir_pin = PJ1",
+    "[actuator] delta.en_pin = PJ3",
+    "[actuator] delta.max_rate = 60000",
+    "[actuator] delta.acceleration = 20000",
+    "[current control] delta.current",
+];
+
+/// The kill button pressed, held, let go.
+fn pressed(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    for (down, seconds) in [(true, 0.5), (false, 0.5), (true, 3.0), (false, 0.5)] {
+        let at_ns = (bench.now_s() * 1e9) as u64;
+        // Without a kill button there is none to press.
+        let _ = bench.world(|world| world.press(at_ns, "kill", down));
+        said += &bench.hear(seconds);
+        said += &bench.status();
+    }
+    said
+}
+
+fn at_boot(bench: &mut Bench) -> String {
+    bench.hear(2.0);
+    let moved = bench.world(|world| world.trace().total());
+    moved.to_string() + &edges(bench, &["G91", "G1 X1 F600"])
+}

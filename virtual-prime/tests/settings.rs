@@ -1,0 +1,173 @@
+//! Settings that only the board can show: pins, timers, serial ports, and what loading the configuration costs. The rows of
+//! `tests/tests/every_setting` that say `Board` point here.
+
+mod common;
+
+use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use units::Actuator::{Alpha, Delta};
+
+/// The sample with everything that can be elsewhere moved to other connectors.
+fn moved() -> Plan {
+    [
+        "[extruder] hotend.enable = false",
+        "[actuator] delta.driver = external",
+        "[actuator] delta.step_pin = PJ5",
+        "[actuator] delta.dir_pin = PJ1!",
+        "[actuator] delta.en_pin = PJ3",
+        "[actuator] delta.steps_per_mm = 100",
+        "[current control] delta.current",
+        "[temperature control] hotend.heater_pin = PB8",
+        "[temperature control] hotend.thermistor_pin = ADC1_2",
+        "[endstops] minx.pin = PJ9^",
+        "[switch] fan.output_pin = PB9",
+        "[switch] button.enable = true",
+        "[switch] button.input_pin = PB7^",
+        "[switch] button.output_on_command = M106 S255",
+        "[kill button] enable = true",
+        "[kill button] pin = PJ6^",
+    ]
+    .into_iter()
+    .fold(Plan::new(), Plan::set)
+}
+
+fn press(velvet: &mut Velvet, name: &str, pressed: bool) {
+    let at_ns = velvet.bench.vm.now_ns();
+    velvet.world(|world| world.press(at_ns, name, pressed)).expect("a button of this machine");
+    velvet.hear(100);
+}
+
+fn position(velvet: &mut Velvet, motor: units::Actuator) -> f64 {
+    velvet.world(|world| world.carriage_mm(motor)).expect("a motor of this machine")
+}
+
+#[test]
+fn every_pin_is_the_one_that_the_configuration_names() {
+    let mut velvet = moved().start();
+    velvet.ask("M104 S60", SECOND);
+    velvet.ask("G28 X", 60 * SECOND);
+    let homed = position(&mut velvet, Alpha);
+    assert!(homed.abs() < 0.05, "the switch of X is at PJ9: {homed}");
+    velvet.ask("G91", SECOND);
+    let before = position(&mut velvet, Delta);
+    velvet.ask("G1 A5 F600", SECOND);
+    velvet.ask("M400", 10 * SECOND);
+    let way = position(&mut velvet, Delta) - before;
+    assert!((way - 5.0).abs() < 0.02, "step_pin, dir_pin and en_pin of an external driver: {way}");
+    let hotend = velvet.world(|world| world.heater_index("hotend")).expect("a hotend");
+    assert!(velvet.world(|world| world.heater_c(hotend)) > 25.0, "heater_pin and thermistor_pin of the hotend");
+    press(&mut velvet, "button", true);
+    velvet.hear(SECOND);
+    assert!(velvet.world(|world| world.fan_speed(0)) > 0.9, "input_pin of the button, output_pin of the fan");
+    press(&mut velvet, "kill", true);
+    assert!(velvet.said().contains("ALARM: Kill button pressed"), "pin of the kill button: {}", velvet.said());
+}
+
+#[test]
+fn a_reversed_motor_turns_the_other_way() {
+    for line in ["[actuator] alpha.reversed = true", "[actuator] alpha.dir_pin = PD4!"] {
+        let mut velvet = Plan::new().built().set(line).start();
+        let before = position(&mut velvet, Alpha);
+        velvet.ask("G91", SECOND);
+        velvet.ask("G1 X2 F600", SECOND);
+        velvet.ask("M400", 10 * SECOND);
+        let way = position(&mut velvet, Alpha) - before;
+        assert!((way + 2.0).abs() < 0.02, "{line}: {way}");
+    }
+}
+
+#[test]
+fn a_driver_is_asked_at_its_spi_cs_pin() {
+    let mut velvet = Plan::new().set("[tmc2590] alpha.spi_cs_pin = PJ12").start();
+    velvet.hear(SECOND);
+    assert!(velvet.said().contains("motor driver alpha does not answer"), "{}", velvet.said());
+}
+
+/// `[pwm1]` and `[pwm2]` `frequency`.
+#[test]
+fn timers_run_at_their_frequency() {
+    for (timer, section, pin, hertz) in [(0, "pwm1", "PWM1_1", 500.0), (1, "pwm2", "PWM2_2", 4_000.0)] {
+        let lines = [
+            format!("[{section}] frequency = {hertz}"),
+            "[switch] spindle.enable = true".into(),
+            format!("[switch] spindle.output_pin = {pin}"),
+            "[switch] spindle.output_type = hwpwm".into(),
+            "[switch] spindle.input_on_command = M3".into(),
+            "[switch] spindle.input_off_command = M5".into(),
+        ];
+        let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
+        velvet.ask("M3 S25", SECOND);
+        velvet.hear(50);
+        let channel = usize::from(timer == 1);
+        let (rate, duty) = velvet.world(|world| (world.pwm_hz(timer), world.pwm_duty(timer, channel)));
+        assert!((rate - hertz).abs() < hertz * 0.01 && (duty - 0.25).abs() < 0.01, "{section}: {rate} Hz at {duty}");
+    }
+}
+
+/// `[uart console]`: `enable`, `console`, `channel`, `baudrate`.
+#[test]
+fn the_auxiliary_uart_is_what_the_configuration_says() {
+    let bytes_in = |lines: &[&str], port: usize, ms: u64| {
+        let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
+        let line =
+            velvet.bench.vm.with(move |stopped| stopped.session.board().console(port).clone()).expect("the run goes on");
+        line.receive();
+        line.send(b"help\n");
+        velvet.hear(ms);
+        line.receive().len()
+    };
+    let on = |more: &[&'static str]| [&["[uart console] enable = true"], more].concat();
+    assert!(bytes_in(&on(&[]), 1, 200) > 100, "channel 0 is USART3");
+    assert_eq!(bytes_in(&on(&[]), 2, 200), 0, "and not UART4");
+    assert!(bytes_in(&on(&["[uart console] channel = 1"]), 2, 200) > 100, "channel 1 is UART4");
+    assert_eq!(bytes_in(&["[uart console] enable = false"], 1, 200), 0);
+    assert_eq!(bytes_in(&on(&["[uart console] console = false"]), 1, 200), 0, "it only sends");
+    let (fast, slow) = (bytes_in(&on(&[]), 1, 50), bytes_in(&on(&["[uart console] baudrate = 9600"]), 1, 50));
+    assert!(slow > 10 && slow < 60 && fast > 3 * slow, "{fast} bytes at 115200 baud, {slow} at 9600");
+}
+
+/// The milliseconds and bytes that `mem` says.
+fn cost(velvet: &mut Velvet) -> (u64, u64) {
+    velvet.type_in("mem");
+    let said = velvet.hear_until(" bytes\n", SECOND) + &velvet.hear(100);
+    let line = said.lines().find_map(|line| line.strip_prefix("configuration: read in ")).expect("what it cost");
+    let mut numbers = line.split(' ').filter_map(|word| word.parse().ok());
+    (numbers.next().expect("milliseconds"), numbers.next().expect("bytes"))
+}
+
+/// The sample, and as much of what a file can hold besides as makes 300 lines.
+fn three_hundred_lines() -> String {
+    let switches: String = (0..14)
+        .flat_map(|n| {
+            ["enable = false", "output_pin = PJ1", "output_type = digital", "input_on_command = M106"]
+                .map(|line| format!("s{n}.{line}\n"))
+        })
+        .collect();
+    let text = CONFIG.replace("[endstops]", &format!("{switches}[endstops]"));
+    let missing = 300_usize.saturating_sub(text.lines().count());
+    (0..missing).fold(text, |text, n| format!("{text}# comment {n}\n"))
+}
+
+#[test]
+fn three_hundred_lines_load_within_200_ms() {
+    let text = three_hundred_lines();
+    assert!(text.lines().count() >= 300);
+    let mut velvet = Plan::new().config(&text).start();
+    let (ms, bytes) = cost(&mut velvet);
+    println!("{} lines: {ms} ms, {bytes} bytes", text.lines().count());
+    assert!(ms < 200, "{ms} ms");
+    assert!(bytes < 48 * 1_024, "{bytes} bytes");
+    velvet.ask("G28 X", 60 * SECOND);
+}
+
+/// The largest file there can be: it takes no more memory, and the machine works.
+#[test]
+fn a_file_of_64_kib_loads_within_the_same_memory() {
+    let comments = "# what somebody wanted to remember about this machine, at length\n".repeat(2_000);
+    let text = format!("{CONFIG}{comments}").chars().take(64 * 1_024).collect::<String>();
+    let mut velvet = Plan::new().config(&text).start();
+    let (ms, bytes) = cost(&mut velvet);
+    println!("64 KiB: {ms} ms, {bytes} bytes");
+    assert!(bytes < 48 * 1_024, "{bytes} bytes");
+    velvet.ask("G28 X", 60 * SECOND);
+    assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
+}
