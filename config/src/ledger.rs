@@ -90,6 +90,8 @@ pub(crate) struct Ledger {
     wishes: Vec<(Path, Span), MAX_WISHES>,
     /// Bit n: section n has been opened.
     pub(crate) sections: u64,
+    /// Bit n: a key that section n does not have has been reported, and nothing of the section is supported.
+    told: u64,
 }
 
 impl Ledger {
@@ -136,6 +138,25 @@ impl Ledger {
     /// The first written setting of an instance.
     pub(crate) fn first_of(&self, section: u8, place: u8) -> Option<Span> {
         self.written.iter().find(|(path, _)| (path.section, path.place) == (section, place)).map(|&(_, span)| span)
+    }
+
+    /// True the first time for a section.
+    pub(crate) fn tell_once(&mut self, section: &str) -> bool {
+        let bit = crate::schema::section(section).map_or(0, |(index, _)| 1 << index);
+        let is_new = self.told & bit == 0;
+        self.told |= bit;
+        is_new
+    }
+
+    /// Where to point for a setting: its value, or the name of its instance when a default stands.
+    pub(crate) fn place(&self, path: Path, config: &MachineConfig) -> Span {
+        let name = path
+            .section()
+            .and_then(Section::instances)
+            .map_or(0, |instances| (instances.name)(config, usize::from(path.place)).len());
+        let of_instance =
+            || self.first_of(path.section, path.place).map(|span| Span { column: 1, length: name as u8, ..span });
+        self.span(path).or_else(of_instance).unwrap_or_default()
     }
 
     /// Notes the pin a setting asks for; none takes its claim back.

@@ -21,11 +21,18 @@ pub(crate) fn section(name: &str) -> Option<&'static str> {
     nearest(name.trim(), SECTIONS.iter().map(|section| section.name))
 }
 
+/// Whether Velvet acts on anything in a section.
+pub(crate) fn is_supported(section: &Section) -> bool {
+    section.settings.iter().any(|row| row.support == Support::Now)
+}
+
 /// How bad an unknown key is, and what to do. A near miss is an error: the machine would run with another value than
 /// the one written. Anything else is a leftover, which Smoothieware ignores too.
 pub(crate) fn key(section: &Section, key: &str, is_common: bool) -> (Severity, String<160>) {
-    if section.settings.iter().all(|row| row.support != Support::Now) {
-        return (Severity::Warning, cut(format_args!("nothing of this section is supported yet; delete it")));
+    if !is_supported(section) {
+        let fix =
+            format_args!("nothing of this section is supported yet, and more such lines are not listed; delete it");
+        return (Severity::Warning, cut(fix));
     }
     let alike = |row: &&Setting| row.is_common == is_common;
     if let Some(meant) = nearest(key, section.settings.iter().filter(alike).map(|row| row.key)) {

@@ -74,6 +74,14 @@ const SLIPS: &[(&str, &str, &str)] = &[
         "minz.axis = Z\nminz.homing_direction = home_to_min\nminz.homing_position = 0",
         "minz.axis = Z\nminz.homing_direction = home_to_max\nminz.homing_position = 180",
     ),
+    ("an instance that nothing enables", "[temperature control]", "[temperature control]\nhotnd.max_temp = 250"),
+    ("an enable that the board has elsewhere", "fets_power_enable_pin = PD7 ", "fets_power_enable_pin = PJ5 "),
+    ("what needs no setting", "arm_solution = cartesian", "arm_solution = cartesian\narc_correction = 20"),
+    (
+        "what other firmware does by default",
+        "msc_enable = false ",
+        "flash_on_boot = true\nmsc_led = PF13\nmsc_enable = false ",
+    ),
     ("a delta whose towers differ", "arm_solution = cartesian", "arm_solution = linear_delta"),
 ];
 
@@ -84,6 +92,10 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
     ("a function that is still to come", "[laser]\nenable = true\npwm_pin = PWM1_1\n"),
+    (
+        "an external driver that steps faster than its pulses",
+        "[system]\nstep_pulse_us = 20\n[actuator]\nepsilon.driver = external\nepsilon.steps_per_mm = 400\nepsilon.max_rate = 6000\nepsilon.step_pin = PJ5\nepsilon.dir_pin = PJ1\n",
+    ),
 ];
 
 fn cases() -> Vec<(&'static str, String)> {

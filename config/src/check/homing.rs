@@ -46,7 +46,10 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     if stop.homing_direction == HomingDirection::None {
         return;
     }
-    direction_against_name(checks, place, stop);
+    // The towers of a delta home upwards, whatever their connectors are called.
+    if !checks.config.homing.delta {
+        direction_against_name(checks, place, stop);
+    }
     direction_against_position(checks, place, stop);
     if stop.fast_rate > motor.max_rate {
         let reason = format_args!("{} mm/s is faster than the motor's max_rate", stop.fast_rate.get());

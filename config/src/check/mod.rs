@@ -6,6 +6,7 @@ mod arms;
 mod heat;
 mod homing;
 mod motors;
+mod names;
 mod outputs;
 mod pins;
 mod shapers;
@@ -23,6 +24,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     motors::limit(config, ledger, reporter);
     let mut checks = Checks { config, ledger, reporter };
     wishes(&mut checks);
+    names::check(&mut checks);
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);
@@ -73,8 +75,7 @@ impl Checks<'_, '_> {
         if self.ledger.is_unreadable(path) || self.ledger.is_unreadable(other) {
             return;
         }
-        let span =
-            self.ledger.span(path).or_else(|| self.ledger.first_of(path.section, path.place)).unwrap_or_default();
+        let span = self.ledger.place(path, self.config);
         let text = path.text(self.config);
         let at = At::new(span, &text, path.module(self.config)).and(other.module(self.config));
         self.reporter.report(Severity::Error, at, reason, fix);
@@ -110,7 +111,6 @@ fn report(
     if ledger.is_unreadable(path) || (severity == Severity::Warning && ledger.is_doubted(path)) {
         return;
     }
-    // A default has no line of its own; the instance's first line is the next best place.
-    let span = ledger.span(path).or_else(|| ledger.first_of(path.section, path.place)).unwrap_or_default();
+    let span = ledger.place(path, config);
     reporter.report(severity, At::new(span, &path.text(config), path.module(config)), reason, fix);
 }

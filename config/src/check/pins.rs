@@ -68,7 +68,7 @@ fn fixed(checks: &mut Checks<'_, '_>) {
 }
 
 fn span(checks: &Checks<'_, '_>, path: Path) -> Span {
-    checks.ledger.span(path).or_else(|| checks.ledger.first_of(path.section, path.place)).unwrap_or_default()
+    checks.ledger.place(path, checks.config)
 }
 
 /// Whether the setting's instance takes part, and the setting means something for it.
@@ -199,21 +199,33 @@ fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
 }
 
 /// The chip has one interrupt line for each pin number, whatever the port. Switches that are watched at the same time
-/// need lines of their own: those of X and Y, which home together.
+/// need lines of their own: those of X and Y, which home together; on a delta or a scara, those of all three motors.
 fn interrupt_lines(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
-    let one_by_one = config.homing.corexy || !config.homing.order.is_empty();
+    let homing = &config.homing;
+    let together: &[(Axis, Axis)] = if homing.delta || homing.rotary_delta || homing.scara {
+        &[(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)]
+    } else if homing.corexy || !homing.order.is_empty() {
+        &[]
+    } else {
+        &[(Axis::X, Axis::Y)]
+    };
     let pin_of = |axis| config.endstops.iter().position(|stop| stop.enable && homes(stop, axis));
-    let (Some(x), Some(y)) = (pin_of(Axis::X), pin_of(Axis::Y)) else { return };
     let number = |place: usize| config.endstops.get(place).and_then(|stop| stop.pin).map(|pin| pin.number);
-    if let (false, Some(line), true) = (one_by_one, number(x), number(x) == number(y)) {
-        let place = x.max(y);
-        let reason = format_args!("the X and Y switches share interrupt line {line} and home together");
-        checks.error(
-            ("endstops", place, "pin"),
-            reason,
-            format_args!("use pins with different numbers, or homing_order"),
-        );
+    for (first, second) in together {
+        let (Some(one), Some(other)) = (pin_of(*first), pin_of(*second)) else { continue };
+        if let (Some(line), true) = (number(one), number(one) == number(other)) {
+            let (first, second) = (first.letter(), second.letter());
+            let reason = format_args!(
+                "the {first} and {second} switches share interrupt line {line} and home together: the second to be hit is seen \
+                 up to half a millisecond late"
+            );
+            let fix = match together.len() {
+                1 => "use pins with different numbers, or homing_order",
+                _ => "use pins with different numbers",
+            };
+            checks.warn(("endstops", one.max(other), "pin"), reason, format_args!("{fix}"));
+        }
     }
 }
 

@@ -72,7 +72,7 @@ impl Reader<'_> {
         is_common: bool,
     ) -> Option<usize> {
         let found = section.position(key, is_common);
-        if found.is_none() {
+        if found.is_none() && (suggest::is_supported(section) || self.ledger.tell_once(section.name)) {
             let reason = format_args!("[{}] has no setting '{key}'", section.name);
             let (severity, fix) = suggest::key(section, key, is_common);
             let name = whole.split_once('.').map_or("", |(name, _)| name);
@@ -179,8 +179,17 @@ impl Reader<'_> {
             Fallback::Required => false,
         };
         match row.support {
+            Support::Absent { advice } if !matches!(value, Value::Bool(false) | Value::Pin(None)) => {
+                let at = At::new(span, key, path.module(self.config));
+                check::not_supported(&mut self.reporter, Severity::Warning, at, advice);
+            }
             _ if is_default => {}
-            Support::Now | Support::Dormant => {}
+            Support::Needless { why } => {
+                let at = At::new(span, key, path.module(self.config));
+                let fix = format_args!("delete the line: {why}");
+                self.reporter.report(Severity::Warning, at, format_args!("has no effect"), fix);
+            }
+            Support::Now | Support::Dormant | Support::Absent { .. } => {}
             Support::NotYet { severity, advice } => {
                 // Whether it is asked for in earnest, the whole file shows: its function may be disabled.
                 if !self.ledger.wish(path, span) {

@@ -161,7 +161,8 @@ fn the_list_of_what_is_refused_is_the_one_in_the_repository() {
     for fact in facts() {
         let list = match row(fact.name).support {
             Support::Now => "consumed",
-            Support::NotYet { .. } => "refused when used",
+            Support::NotYet { .. } | Support::Absent { .. } => "refused when used",
+            Support::Needless { .. } => "without effect, and said to be",
             Support::Dormant => "part of something refused",
         };
         lists.entry(list).or_default().push(fact.name.to_string());

@@ -154,6 +154,8 @@ fn meaning(setting: &Setting) -> String {
     let _ = match setting.support {
         Support::Now => Ok(()),
         Support::NotYet { advice, .. } => write!(text, " **Not supported yet:** {advice}."),
+        Support::Absent { advice } => write!(text, " **Not supported yet:** {advice}."),
+        Support::Needless { why } => write!(text, " **Without effect:** {why}."),
         Support::Dormant => write!(text, " (Not supported yet.)"),
     };
     if setting.since == Since::Velvet {

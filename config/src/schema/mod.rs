@@ -192,6 +192,16 @@ pub enum Support {
         /// What to do instead.
         advice: &'static str,
     },
+    /// Not yet, though it is on by default elsewhere: a value that asks for it is reported, with this advice.
+    Absent {
+        /// What to do instead.
+        advice: &'static str,
+    },
+    /// Never: there is nothing left for it to change. A value other than the default is reported with the reason.
+    Needless {
+        /// Why nothing needs it.
+        why: &'static str,
+    },
     /// Part of a function whose own switch is [`Support::NotYet`]; without that switch it does nothing anyway.
     Dormant,
 }

@@ -126,7 +126,8 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.arc_correction = v as u16,
             "Kept for old configurations: every corner of an arc that is cut is computed exactly.",
         )
-        .v1("arc_correction"),
+        .v1("arc_correction")
+        .needless("every point of an arc is computed exactly"),
         axis_limit("x_axis_max_speed", "60000", |c, _, v| c.motion.axis_max_speed[0] = limit(v), "X")
             .v1("x_axis_max_speed").typical(300.0, 300_000.0),
         axis_limit("y_axis_max_speed", "60000", |c, _, v| c.motion.axis_max_speed[1] = limit(v), "Y")

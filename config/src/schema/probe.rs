@@ -26,7 +26,8 @@ pub const ZPROBE: Section = Section {
             "Input, logically high when triggered. The board's probe connector is PB10.",
         )
         .klipper("[probe] pin")
-        .v1("zprobe.probe_pin"),
+        .v1("zprobe.probe_pin")
+        .dormant(),
         number(
             "slow_feedrate",
             "5",
@@ -37,7 +38,8 @@ pub const ZPROBE: Section = Section {
         .klipper("[probe] speed")
         .unit("mm/s")
         .typical(0.1, 50.0)
-        .v1("zprobe.slow_feedrate"),
+        .v1("zprobe.slow_feedrate")
+        .dormant(),
         number(
             "fast_feedrate",
             "100",
@@ -47,7 +49,8 @@ pub const ZPROBE: Section = Section {
         )
         .unit("mm/s")
         .typical(1.0, 500.0)
-        .v1("zprobe.fast_feedrate"),
+        .v1("zprobe.fast_feedrate")
+        .dormant(),
         number(
             "return_feedrate",
             "0",
@@ -58,7 +61,8 @@ pub const ZPROBE: Section = Section {
         .klipper("[probe] lift_speed")
         .unit("mm/s")
         .typical(0.1, 500.0)
-        .v1("zprobe.return_feedrate"),
+        .v1("zprobe.return_feedrate")
+        .dormant(),
         number(
             "probe_height",
             "5",
@@ -67,7 +71,8 @@ pub const ZPROBE: Section = Section {
             "Clearance over the bed between touches. M670 H changes it.",
         )
         .unit("mm")
-        .v1("zprobe.probe_height"),
+        .v1("zprobe.probe_height")
+        .dormant(),
         number(
             "max_travel",
             "200",
@@ -76,9 +81,11 @@ pub const ZPROBE: Section = Section {
             "Longest search; no touch within it is a miss. M670 Z changes it.",
         )
         .unit("mm")
-        .v1("zprobe.max_z"),
+        .v1("zprobe.max_z")
+        .dormant(),
         bool("reverse_z", "false", |c, _, v| c.probe.reverse_z = v, "Search towards positive Z.")
-            .v1("zprobe.reverse_z"),
+            .v1("zprobe.reverse_z")
+            .dormant(),
         number(
             "dwell_before_probing",
             "0",
@@ -87,7 +94,8 @@ pub const ZPROBE: Section = Section {
             "Pause before each search. M670 D changes it.",
         )
         .unit("s")
-        .v1("zprobe.dwell_before_probing"),
+        .v1("zprobe.dwell_before_probing")
+        .dormant(),
         number(
             "debounce_ms",
             "0",
@@ -96,7 +104,8 @@ pub const ZPROBE: Section = Section {
             "How long the probe must stay triggered to count; 0 stops at once.",
         )
         .unit("ms")
-        .v1("zprobe.debounce_ms"),
+        .v1("zprobe.debounce_ms")
+        .dormant(),
         word(
             "leveling",
             "",

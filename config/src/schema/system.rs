@@ -67,7 +67,7 @@ pub const SYSTEM: Section = Section {
             |c, _, v| c.system.flash_on_boot = v,
             "At boot, install /sd/flashme.bin when it is a valid image.",
         )
-        .dormant(),
+        .absent("write false; copy the image with velvet flash or a debug probe"),
         bool("dfu_enable", "false", |c, _, v| c.system.dfu_enable = v, "Offer firmware download over USB (DFU).")
             .not_yet_harmless(WAIT_FOR_USB),
         bool(
@@ -76,7 +76,7 @@ pub const SYSTEM: Section = Section {
             |c, _, v| c.system.msc_enable = v,
             "Let the msc command turn USB into a disk that shows the SD card.",
         )
-        .dormant(),
+        .absent("write false; take the card out, or send files with velvet send"),
         pin(
             "msc_led",
             "PF13",
@@ -84,7 +84,7 @@ pub const SYSTEM: Section = Section {
             |c, _, v| c.system.msc_led = v.and_then(PinName::digital),
             "Lamp that blinks while USB shows the SD card.",
         )
-        .dormant(),
+        .absent("write nc"),
         pin(
             "fets_enable_pin",
             "PF14!o",
