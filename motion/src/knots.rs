@@ -10,7 +10,11 @@
 
 use units::{Actuator, PerActuator, PerAxis, StepPosition};
 
-use crate::{config::MotionConfig, trajectory::TickTime};
+use crate::{
+    config::MotionConfig,
+    convert::{fixed_24, float_of_i64},
+    trajectory::TickTime,
+};
 
 /// Greatest distance of knots. Shorter than the millisecond that accuracy asks for, so that a hold finds little already
 /// written ahead.
@@ -53,7 +57,7 @@ pub fn step_positions(config: &MotionConfig, point: &PerAxis<f64>) -> PerActuato
     let mut positions = PerActuator::default();
     for actuator in Actuator::ALL {
         steps[actuator] *= steps_per_mm(config, actuator);
-        positions[actuator] = StepPosition::from_bits(libm::floor(steps[actuator] * STEP_UNITS + 0.5) as i64);
+        positions[actuator] = StepPosition::from_bits(fixed_24(steps[actuator]));
     }
     positions
 }
@@ -69,7 +73,7 @@ pub(crate) fn step_positions_after(
     for actuator in Actuator::ALL {
         if let Some(turn) = config.kinematics.turn_of(actuator) {
             let turn_units = turn * steps_per_mm(config, actuator) * STEP_UNITS;
-            let behind = (before[actuator].to_bits() - positions[actuator].to_bits()) as f64;
+            let behind = float_of_i64(before[actuator].to_bits() - positions[actuator].to_bits());
             let turns = if turn_units > 0.0 { libm::floor(behind / turn_units + 0.5) } else { 0.0 };
             let whole = libm::floor(turns * turn_units + 0.5) as i64;
             positions[actuator] = StepPosition::from_bits(positions[actuator].to_bits() + whole);

@@ -3,6 +3,7 @@
 use units::{PerActuator, PerAxis};
 
 use crate::{
+    convert::ceil_i32,
     greatest,
     knots::SEGMENT_SECONDS,
     least,
@@ -136,7 +137,7 @@ impl Run {
     /// Moves the cursor one slice on. `None` at the end of the profile.
     pub fn advance(&mut self) -> Option<Slice> {
         let phase = self.current()?;
-        let slices = libm::ceil(phase.duration / slice_seconds(&phase, self.block.clearance));
+        let slices = f64::from(ceil_i32(phase.duration / slice_seconds(&phase, self.block.clearance)));
         let seconds = phase.duration / slices;
         let fresh = self.taken == 0;
         self.taken += 1;

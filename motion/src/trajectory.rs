@@ -7,7 +7,10 @@
 use fixed::types::U96F32;
 use units::{Axis, PerAxis, STEP_CLOCK_HZ, Ticks};
 
-use crate::path::Path;
+use crate::{
+    convert::{fixed_32, float_of_u64},
+    path::Path,
+};
 
 /// A point on, or a length of, the step clock, finer than a tick: 96 bits of ticks, 32 of fraction.
 pub type TickTime = U96F32;
@@ -18,14 +21,13 @@ const UNITS_PER_SECOND: f64 = STEP_CLOCK_HZ as f64 * 4_294_967_296.0;
 /// A length of time in seconds, zero when negative or not a number.
 #[must_use]
 pub fn tick_time(seconds: f64) -> TickTime {
-    // A float cast saturates, and takes NaN to zero.
-    TickTime::from_bits((seconds * UNITS_PER_SECOND) as u128)
+    TickTime::from_bits(fixed_32(seconds * STEP_CLOCK_HZ as f64))
 }
 
 /// From one point in time to a later one, seconds; zero when it is not later. Exact below 21 s.
 #[must_use]
 pub(crate) fn seconds_between(from: TickTime, to: TickTime) -> f64 {
-    to.saturating_sub(from).to_bits() as u64 as f64 / UNITS_PER_SECOND
+    float_of_u64(to.saturating_sub(from).to_bits() as u64) / UNITS_PER_SECOND
 }
 
 /// The whole tick at a point in time.

@@ -7,6 +7,7 @@ use units::{MAX_AXES, PerAxis};
 
 use super::MAX_EXTRUDERS;
 use crate::{
+    convert::float_of_i64,
     path::{Curve, Path},
     trajectory::{Piece, TickTime},
 };
@@ -20,7 +21,7 @@ const SECONDS_PER_UNIT: f64 = 1.0 / (units::STEP_CLOCK_HZ as f64 * 4_294_967_296
 
 /// A length of time that may be negative, in seconds.
 pub(super) fn seconds(units: u64) -> f64 {
-    units as i64 as f64 * SECONDS_PER_UNIT
+    float_of_i64(units as i64) * SECONDS_PER_UNIT
 }
 
 /// The low bits of a point in time.
