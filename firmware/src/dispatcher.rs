@@ -31,8 +31,8 @@ impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {
 }
 
 /// Runs the controller for ever, on the thread stack: its state is larger than DTCM.
-pub fn run(ports: impl Ports) -> ! {
-    thread_stack::run(move || poll_for_ever(ports))
+pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
+    thread_stack::run(move || poll_for_ever(ports()))
 }
 
 fn poll_for_ever(ports: impl Ports) -> Infallible {

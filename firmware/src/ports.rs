@@ -2,6 +2,7 @@
 
 use bsp_prime::pins::{Input, Output, Pins};
 use bsp_prime::pwm::Pwm;
+use bsp_prime::sd::SdCard;
 use bsp_prime::spi::MotorBus;
 use bsp_prime::uart::UartPort;
 use bsp_prime::{adc, memory, thread_stack, time};
@@ -38,7 +39,6 @@ pub struct Owned {
     pub motors_enable: Output,
     pub pwm: Pwm,
     pub leds: [Output; 4],
-    pub storage: CardStorage,
     pub debug: UartPort,
     pub uarts: [UartPort; 2],
     pub board_id: u8,
@@ -56,6 +56,7 @@ pub struct Shared<M, H, S, T> {
 /// All ports.
 pub struct BoardPorts<M, H, S, T> {
     owned: &'static mut Owned,
+    storage: CardStorage,
     shared: Shared<M, H, S, T>,
     /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written to it.
     open: [bool; 2],
@@ -74,9 +75,10 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     /// `plan` wakes the planner task.
-    pub fn new(owned: &'static mut Owned, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
+    pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let pwm_switches = [None; machine::ports::MAX_SWITCHES];
-        Self { owned, shared, open: [false; 2], inputs: Vec::new(), pwm_switches, reset_at: None, plan }
+        let storage = CardStorage::new(card);
+        Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), pwm_switches, reset_at: None, plan }
     }
 
     fn port(&mut self, console: ConsoleId) -> Option<&mut UartPort> {
@@ -281,31 +283,31 @@ where
 
 impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
     fn mount(&mut self) -> Result<(), StorageError> {
-        self.owned.storage.mount()
+        self.storage.mount()
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.owned.storage.open(path, mode)
+        self.storage.open(path, mode)
     }
 
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        self.owned.storage.read(file, buffer)
+        self.storage.read(file, buffer)
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.owned.storage.write(file, bytes)
+        self.storage.write(file, bytes)
     }
 
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.owned.storage.seek(file, offset_bytes)
+        self.storage.seek(file, offset_bytes)
     }
 
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        self.owned.storage.size(file)
+        self.storage.size(file)
     }
 
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.owned.storage.close(file)
+        self.storage.close(file)
     }
 
     fn list(
@@ -314,15 +316,15 @@ impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
         skip: usize,
         entries: &mut Vec<DirectoryEntry, LIST_CHUNK>,
     ) -> Result<(), StorageError> {
-        self.owned.storage.list(path, skip, entries)
+        self.storage.list(path, skip, entries)
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.owned.storage.remove(path)
+        self.storage.remove(path)
     }
 
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
-        self.owned.storage.make_directory(path)
+        self.storage.make_directory(path)
     }
 
     fn rename(&mut self, _from: &str, _to: &str) -> Result<(), StorageError> {
