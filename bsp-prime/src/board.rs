@@ -1,6 +1,5 @@
 //! The board as a struct of roles, and the order in which it comes up.
 
-use motion::queue::StepQueue;
 use stm32h7xx_hal::pac;
 
 use crate::adc::{Supplies, Thermistors};
@@ -11,7 +10,7 @@ use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
 use crate::sd::SdCard;
 use crate::spi::MotorBus;
-use crate::step_engine::StepEngine;
+use crate::step_engine;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::watchdog::Watchdog;
@@ -51,8 +50,6 @@ pub struct Board {
     pub leds: [Output; 4],
     /// The mass-storage LED, off.
     pub msc_led: Output,
-    /// Step pulses.
-    pub step_engine: StepEngine,
     /// The step feed's tick, not started.
     pub feed_tick: Ticker,
     /// Heat control's tick, not started.
@@ -95,15 +92,11 @@ pub fn enable_interrupt(interrupt: pac::Interrupt) {
 }
 
 impl Board {
-    /// Brings the board up. `queue` is what the step interrupt plays.
+    /// Brings the board up.
     ///
     /// # Errors
     /// [`BoardError`]; outputs are off and the watchdog runs then.
-    pub fn take(
-        mut core: cortex_m::Peripherals,
-        device: pac::Peripherals,
-        queue: &'static StepQueue,
-    ) -> Result<Self, BoardError> {
+    pub fn take(mut core: cortex_m::Peripherals, device: pac::Peripherals) -> Result<Self, BoardError> {
         make_outputs_safe();
         let watchdog = Watchdog::start(device.IWDG1, WATCHDOG_LIMIT_MS);
         // Every bounded wait counts core cycles.
@@ -118,6 +111,7 @@ impl Board {
         time::start();
         let mut pins = Pins::new();
         let guards = claim_guards(&mut pins);
+        step_engine::start(device.TIM2, &mut core.NVIC);
         let mut debug = uart::port(PortName::Debug);
         debug.1.open(DEBUG_BAUD);
         Ok(Self {
@@ -126,7 +120,6 @@ impl Board {
             guards,
             leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),
             msc_led: Output::off(PinSpec::plain(table::MSC_LED)),
-            step_engine: StepEngine::new(device.TIM2, queue),
             feed_tick: Ticker::feed(device.TIM6),
             heat_tick: Ticker::heat(device.TIM7),
             debug,

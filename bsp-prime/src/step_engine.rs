@@ -1,21 +1,25 @@
-//! Step pulses: plays [`StepQueue`] on the pins at the times it names, on TIM2 (200 MHz, 32 bit, free running).
+//! Step pulses: plays the [`queue`] on the pins at the times it names, on TIM2 (200 MHz, 32 bit, free running).
 //!
 //! Compare 1 wakes the interrupt for the next event, compare 2 for the end of a pulse. The interrupt keeps no position and takes no decision: it writes
 //! the pins, and arms the timer for the next event. A motor steps by toggling: its BSRR word, rotated by 16 after each edge, always holds the opposite
 //! level. What the interrupt needs to know of the motors lies in a static of atomics, written by [`configure`] while nothing is queued: plain loads
-//! for the interrupt, no lock for anybody.
+//! for the interrupt, no lock for anybody. The queue lies in the same static, so that one base register reaches everything.
 //!
-//! Budget: 75 instructions for a step of one motor, 40 more for each further motor due at the same tick. It runs in ITCM from DTCM data, integers only.
-//! When it is entered with nothing due (the feed pends it after writing) it only arms the timer.
+//! Where every motor steps on both edges (all on-board drivers do), a step costs about fifty instructions from entry to return, twenty when it comes
+//! together with another. External drivers that need pulses take the longer way. It runs in ITCM from DTCM data, integers only. When it is
+//! entered with nothing due (the feed pends it after writing) it only arms the timer.
+//!
+//! The interrupt has the highest priority of all, which nothing can mask but PRIMASK: no resource of any framework is shared with it, and none
+//! wraps it. Within it the queue's cut flag cannot change, so it is looked at once.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
-use motion::queue::{StepEvent, StepQueue};
+use cortex_m::peripheral::NVIC;
+use motion::queue::StepQueue;
 use stm32h7xx_hal::pac;
 use units::{MAX_ACTUATORS, STEP_CLOCK_HZ};
 
 use crate::pins::FastPin;
-use core::sync::atomic::AtomicPtr;
 
 /// An event played later than this counts as late: 250 ns.
 const LATE_TICKS: i32 = 50;
@@ -34,7 +38,7 @@ impl Statistics {
         self.late.load(Ordering::Relaxed)
     }
 
-    /// The worst lateness so far in ticks of 5 ns.
+    /// The worst lateness of these in ticks of 5 ns; zero when there was none.
     #[must_use]
     pub fn worst_ticks(&self) -> u32 {
         self.worst_ticks.load(Ordering::Relaxed)
@@ -87,17 +91,39 @@ impl Motor {
     }
 }
 
-/// Eight, so that a three-bit index needs no test.
-static MOTORS: [Motor; 8] = [const { Motor::absent() }; 8];
-/// Motors that step by pulses, one bit each.
-static PULSED: AtomicU32 = AtomicU32::new(0);
-/// Length of a pulse.
-static PULSE_TICKS: AtomicU32 = AtomicU32::new(STEP_CLOCK_HZ / 1_000_000);
+/// Everything the interrupt reads and writes.
+#[repr(C)]
+struct Shared {
+    /// Motors that step by pulses, one bit each.
+    pulsed: AtomicU32,
+    /// Length of a pulse.
+    pulse_ticks: AtomicU32,
+    /// Motors whose pulse is high now, one bit each. The interrupt's own.
+    raised: AtomicU32,
+    /// Eight, so that a three-bit index needs no test.
+    motors: [Motor; 8],
+    /// Last: it is large.
+    queue: StepQueue,
+}
+
+static SHARED: Shared = Shared {
+    pulsed: AtomicU32::new(0),
+    pulse_ticks: AtomicU32::new(STEP_CLOCK_HZ / 1_000_000),
+    raised: AtomicU32::new(0),
+    motors: [const { Motor::absent() }; 8],
+    queue: StepQueue::new(),
+};
+
+/// What the feed writes ahead and the interrupt plays.
+#[must_use]
+pub fn queue() -> &'static StepQueue {
+    &SHARED.queue
+}
 
 /// Sets the pins of all motors. Only while nothing is queued or moving: the caller sees to that, at boot.
 pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
     let mut pulsed = 0;
-    for (index, (motor, lines)) in MOTORS.iter().zip(motors).enumerate() {
+    for (index, (motor, lines)) in SHARED.motors.iter().zip(motors).enumerate() {
         motor.step_register.store(lines.step.register(), Ordering::Relaxed);
         motor.next.store(lines.step.on_word(), Ordering::Relaxed);
         motor.direction_register.store(lines.direction.register(), Ordering::Relaxed);
@@ -106,38 +132,16 @@ pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
             pulsed |= 1 << index;
         }
     }
-    PULSED.store(pulsed, Ordering::Relaxed);
+    SHARED.pulsed.store(pulsed, Ordering::Relaxed);
     // A pulse is at least as long as the fastest driver asks and at most 1 ms.
-    PULSE_TICKS.store((STEP_CLOCK_HZ / 1_000_000) * pulse_us.clamp(1, 1000), Ordering::Release);
+    SHARED.pulse_ticks.store((STEP_CLOCK_HZ / 1_000_000) * pulse_us.clamp(1, 1000), Ordering::Release);
 }
 
 /// Writes a word to a port's BSRR.
 #[inline(always)]
 fn write(register: &AtomicPtr<u32>, word: u32) {
-    // SAFETY: the pointers in MOTORS are to BSRR registers only; a word names the one pin that its handle owns, or none.
+    // SAFETY: the pointers in SHARED are to BSRR registers only; a word names the one pin that its handle owns, or none.
     unsafe { register.load(Ordering::Relaxed).write_volatile(word) };
-}
-
-/// The interrupt's state.
-#[derive(Debug)]
-pub struct StepEngine {
-    timer: pac::TIM2,
-    queue: &'static StepQueue,
-    /// Motors whose pulse is high now.
-    raised: u32,
-}
-
-/// Every motor's bit.
-const ALL_MOTORS: u32 = (1 << MAX_ACTUATORS) - 1;
-
-/// Calls `action` for the motor of each bit of `set`. The mask and the table's eight places leave no bound to test.
-#[inline(always)]
-fn for_each(mut set: u32, mut action: impl FnMut(&'static Motor, u32)) {
-    while set != 0 {
-        let index = set.trailing_zeros();
-        set &= set - 1;
-        action(&MOTORS[(index & 7) as usize], index);
-    }
 }
 
 /// The next edge of a motor's step pin.
@@ -148,96 +152,138 @@ fn toggle(motor: &Motor) {
     motor.next.store(word.rotate_left(16), Ordering::Relaxed);
 }
 
-impl StepEngine {
-    pub(crate) fn new(timer: pac::TIM2, queue: &'static StepQueue) -> Self {
-        // RM0399 section 43.4.5: compare interrupts on channels 1 and 2; nothing is output by the timer itself.
-        timer.dier.write(|w| w.cc1ie().set_bit().cc2ie().set_bit());
-        Self { timer, queue, raised: 0 }
-    }
+/// A new level of a motor's direction pin.
+#[inline(always)]
+fn turn(motor: &Motor, forward: bool) {
+    let word = motor.forward.load(Ordering::Relaxed);
+    write(&motor.direction_register, if forward { word } else { word.rotate_left(16) });
+}
 
-    /// The interrupt: ends pulses, plays what is due, arms for the next.
-    #[inline(always)]
-    pub fn on_interrupt(&mut self) {
-        // RM0399 section 43.4.6: flags are cleared by writing zero to them.
-        let pulse_over = self.timer.sr.read().cc2if().bit_is_set();
-        self.timer.sr.reset();
-        if pulse_over && self.raised != 0 {
-            self.lower();
-        }
-        let queue = self.queue;
-        queue.play_on_this_core(|event| {
-            let due = self.is_due(event.at);
-            if due {
-                self.play(event);
-            }
-            due
-        });
+/// The interrupt: ends pulses, plays what is due, arms for the next.
+#[unsafe(export_name = "TIM2")]
+#[unsafe(link_section = ".itcm.step")]
+extern "C" fn on_step_timer() {
+    if SHARED.pulsed.load(Ordering::Relaxed) != 0 {
+        return play_pulses();
     }
-
-    /// Whether `at` has come. When it has not, the timer is armed for it; when it comes while arming, it is due.
-    #[inline(always)]
-    fn is_due(&mut self, at: u32) -> bool {
-        let mut late = self.now().wrapping_sub(at) as i32;
-        if late < 0 {
-            self.timer.ccr1().write(|w| w.ccr().bits(at));
-            late = self.now().wrapping_sub(at) as i32;
-            if late < 0 {
-                return false;
+    acknowledge();
+    SHARED.queue.play_on_this_core(|event| {
+        let due = is_due(event.at);
+        if due {
+            let motor = &SHARED.motors[event.motor()];
+            if event.is_turn() {
+                turn(motor, event.is_forward());
+            } else {
+                toggle(motor);
             }
         }
-        if late > LATE_TICKS {
-            STATISTICS.late.store(STATISTICS.late.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        due
+    });
+}
+
+/// The same where some motors need pulses.
+#[inline(never)]
+#[unsafe(link_section = ".itcm.pulses")]
+fn play_pulses() {
+    let pulsed = SHARED.pulsed.load(Ordering::Relaxed);
+    if timer().sr.read().cc2if().bit_is_set() {
+        lower_all();
+    }
+    acknowledge();
+    SHARED.queue.play_on_this_core(|event| {
+        if !is_due(event.at) {
+            return false;
         }
-        if late as u32 > STATISTICS.worst_ticks.load(Ordering::Relaxed) {
-            STATISTICS.worst_ticks.store(late as u32, Ordering::Relaxed);
+        let motor = &SHARED.motors[event.motor()];
+        if event.is_turn() {
+            turn(motor, event.is_forward());
+            return true;
+        }
+        let (bit, raised) = (1 << event.motor(), SHARED.raised.load(Ordering::Relaxed));
+        if raised & bit != 0 {
+            // Faster than the pulse is long: the edge is kept, the pulse is cut.
+            toggle(motor);
+        }
+        toggle(motor);
+        if pulsed & bit != 0 {
+            SHARED.raised.store(raised | bit, Ordering::Relaxed);
+            let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
+            timer().ccr2().write(|w| w.ccr().bits(end));
         }
         true
-    }
+    });
+}
 
-    #[inline(always)]
-    fn play(&mut self, event: StepEvent) {
-        let stepping = event.word & ALL_MOTORS;
-        if event.word > 0xFF {
-            turn(event);
-        }
-        let pulsing = stepping & PULSED.load(Ordering::Relaxed);
-        if pulsing & self.raised != 0 {
-            // Faster than the pulse is long: the edge is kept, the pulse is cut.
-            self.lower();
-        }
-        for_each(stepping, |motor, _| toggle(motor));
-        if pulsing != 0 {
-            self.raised |= pulsing;
-            let end = self.now().wrapping_add(PULSE_TICKS.load(Ordering::Relaxed));
-            self.timer.ccr2().write(|w| w.ccr().bits(end));
+/// Ends the pulses that are high.
+#[inline(always)]
+fn lower_all() {
+    let mut raised = SHARED.raised.load(Ordering::Relaxed);
+    while raised != 0 {
+        // The mask leaves no bound to test.
+        toggle(&SHARED.motors[(raised.trailing_zeros() & 7) as usize]);
+        raised &= raised - 1;
+    }
+    SHARED.raised.store(0, Ordering::Relaxed);
+}
+
+/// Whether `at` has come. When it has not, the timer is armed for it; when it comes while arming, it is due.
+#[inline(always)]
+fn is_due(at: u32) -> bool {
+    let mut late = now().wrapping_sub(at) as i32;
+    if late < 0 {
+        timer().ccr1().write(|w| w.ccr().bits(at));
+        late = now().wrapping_sub(at) as i32;
+        if late < 0 {
+            return false;
         }
     }
-
-    /// Ends the pulses that are high.
-    #[inline(always)]
-    fn lower(&mut self) {
-        for_each(self.raised, |motor, _| toggle(motor));
-        self.raised = 0;
+    if late > LATE_TICKS {
+        count_late(late as u32);
     }
+    true
+}
 
-    #[inline(always)]
-    fn now(&self) -> u32 {
-        self.timer.cnt.read().bits()
+#[cold]
+#[inline(never)]
+#[unsafe(link_section = ".itcm.late")]
+extern "C" fn count_late(late: u32) {
+    STATISTICS.late.store(STATISTICS.late.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    if late > STATISTICS.worst_ticks.load(Ordering::Relaxed) {
+        STATISTICS.worst_ticks.store(late, Ordering::Relaxed);
     }
 }
 
-/// New levels of direction pins.
+/// RM0399 section 43.4.6: flags are cleared by writing zero to them.
 #[inline(always)]
-fn turn(event: StepEvent) {
-    let (forward, backward) = (u32::from(event.turning_forward()), u32::from(event.turning_backward()));
-    for_each((forward | backward) & ALL_MOTORS, |motor, index| {
-        let word = motor.forward.load(Ordering::Relaxed);
-        write(&motor.direction_register, if forward & (1 << index) != 0 { word } else { word.rotate_left(16) });
-    });
+fn acknowledge() {
+    timer().sr.reset();
+}
+
+#[inline(always)]
+fn now() -> u32 {
+    timer().cnt.read().bits()
+}
+
+/// The step timer's registers.
+#[inline(always)]
+fn timer() -> &'static pac::tim2::RegisterBlock {
+    // SAFETY: `start` took the timer from whoever else might have had it; from then on only the interrupt writes to it.
+    unsafe { &*pac::TIM2::ptr() }
+}
+
+/// Lets the interrupt run.
+pub(crate) fn start(timer: pac::TIM2, nvic: &mut NVIC) {
+    // RM0399 section 43.4.5: compare interrupts on channels 1 and 2; nothing is output by the timer itself.
+    timer.dier.write(|w| w.cc1ie().set_bit().cc2ie().set_bit());
+    // SAFETY: the interrupt shares nothing but atomics: it may come at any time, and before anything else.
+    unsafe {
+        nvic.set_priority(pac::Interrupt::TIM2, 0);
+        NVIC::unmask(pac::Interrupt::TIM2);
+    }
 }
 
 /// Asks the interrupt to look at the queue again: the feed calls this after it has written.
 #[inline]
 pub fn wake() {
-    cortex_m::peripheral::NVIC::pend(pac::Interrupt::TIM2);
+    NVIC::pend(pac::Interrupt::TIM2);
 }

@@ -22,7 +22,6 @@ use defmt_rtt as _;
 use machine::ports::Inbox;
 use machine::watchdog::Reports;
 use motion::Latch;
-use motion::queue::StepQueue;
 
 mod dispatcher;
 mod drivers;
@@ -34,8 +33,6 @@ mod storage;
 mod triggers;
 mod wiring;
 
-/// What the feed writes ahead and the step interrupt plays. In DTCM, as all plain statics are.
-static STEP_QUEUE: StepQueue = StepQueue::new();
 /// Where inputs that stop motion leave their tick.
 static LATCH: Latch = Latch::new();
 /// Received bytes of the debug console, UART 0 and UART 1.
@@ -46,7 +43,8 @@ static REPORTS: Reports = Reports::new();
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
 mod app {
     use bsp_prime::identity::ResetCause;
-    use bsp_prime::step_engine::{self, StepEngine};
+    use bsp_prime::sd::SdCard;
+    use bsp_prime::step_engine;
     use bsp_prime::time::{self, Ticker};
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
@@ -57,9 +55,8 @@ mod app {
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
     use crate::slow::Slow;
-    use crate::storage::CardStorage;
     use crate::triggers::TriggerInputs;
-    use crate::{INBOXES, LATCH, REPORTS, STEP_QUEUE, dispatcher, fault};
+    use crate::{INBOXES, LATCH, REPORTS, dispatcher, fault};
 
     /// Between two runs of the step feed.
     const FEED_PERIOD_US: u32 = 500;
@@ -78,7 +75,6 @@ mod app {
 
     #[local]
     struct Local {
-        step_engine: StepEngine,
         step_feed: StepFeed,
         feed_tick: Ticker,
         heat_tick: Ticker,
@@ -87,12 +83,13 @@ mod app {
         uart0: UartInterrupt,
         uart1: UartInterrupt,
         owned: Owned,
+        card: Option<SdCard>,
     }
 
     // The motion object is made in place: on its way through a return value it would lie on the stack twice.
     #[init(local = [motion: Motion = Motion::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let board = match Board::take(cx.core, cx.device, &STEP_QUEUE) {
+        let board = match Board::take(cx.core, cx.device) {
             Ok(board) => board,
             Err(error) => fault::board_failed(error),
         };
@@ -108,7 +105,6 @@ mod app {
             motors_enable: board.guards.motors,
             pwm: board.pwm,
             leds: board.leds,
-            storage: CardStorage::new(board.sd),
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
             board_id: board.identity.board,
@@ -121,7 +117,6 @@ mod app {
             triggers: TriggerInputs::default(),
         };
         let local = Local {
-            step_engine: board.step_engine,
             step_feed: StepFeed::new(),
             feed_tick,
             heat_tick,
@@ -130,15 +125,9 @@ mod app {
             uart0: board.uart0.0,
             uart1: board.uart1.0,
             owned,
+            card: Some(board.sd),
         };
         (shared, local)
-    }
-
-    // One step event: pins and the next compare. Late by more than 250 ns shows in the statistics.
-    #[task(binds = TIM2, priority = 8, local = [step_engine])]
-    #[unsafe(link_section = ".itcm.step")]
-    fn step(cx: step::Context) {
-        cx.local.step_engine.on_interrupt();
     }
 
     #[task(binds = EXTI0, priority = 7)]
@@ -238,8 +227,8 @@ mod app {
         cx.local.feed_tick.acknowledge();
         cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
         let mut motion = dispatcher::Locked(&mut cx.shared.motion);
-        cx.local.step_feed.run(time::now_ticks(), &mut motion, &STEP_QUEUE, &LATCH);
-        if !STEP_QUEUE.is_empty() {
+        cx.local.step_feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH);
+        if !step_engine::queue().is_empty() {
             step_engine::wake();
         }
         REPORTS.report(Reporter::StepFeed);
@@ -259,7 +248,7 @@ mod app {
     }
 
     // Consoles and dispatcher.
-    #[idle(local = [owned], shared = [motion, heat, slow, triggers])]
+    #[idle(local = [owned, card], shared = [motion, heat, slow, triggers])]
     fn idle(cx: idle::Context) -> ! {
         let idle::SharedResources { motion, heat, slow, triggers, .. } = cx.shared;
         let shared = ports::Shared { motion, heat, slow, triggers };
@@ -267,6 +256,10 @@ mod app {
             // Still to run from the last time: that run sees the new blocks too.
             let _waiting = plan::spawn();
         };
-        dispatcher::run(BoardPorts::new(cx.local.owned, shared, wake_planner))
+        let owned = cx.local.owned;
+        // Idle runs once, so the card is there.
+        let Some(card) = cx.local.card.take() else { fault::reset_as_asked() };
+        // Made where they will live, on the thread stack: they are large.
+        dispatcher::run(|| BoardPorts::new(owned, card, shared, wake_planner))
     }
 }

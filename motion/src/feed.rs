@@ -7,12 +7,13 @@
 use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
 use crate::{
-    agenda::Agenda,
+    agenda::{Agenda, NEVER},
     knots::Segment,
     live::Rewind,
     motion::Access,
-    motor::{Grid, LONG_AGO, Motor, MotorSetup},
-    queue::{StepEvent, StepQueue, Writer},
+    motor::{LONG_AGO, Motor, MotorSetup},
+    queue::{StepEvent, StepQueue},
+    series::Scale,
     trajectory::whole_ticks,
     trigger::{Fired, Latch, Trigger},
 };
@@ -53,6 +54,9 @@ pub(crate) struct FeedOrders {
 /// At least the motors, and a power of two: an index reduced to it needs no check.
 const SLOTS: usize = 8;
 
+/// Bits of a key that are the event's word.
+const WORD: u32 = (1 << StepEvent::BITS) - 1;
+
 /// The feed. One context owns it.
 #[derive(Debug)]
 pub struct StepFeed {
@@ -60,7 +64,7 @@ pub struct StepFeed {
     agenda: Agenda,
     /// First tick of the current segment.
     base: Ticks,
-    grid: Grid,
+    scale: Scale,
     /// Offset of the newest event.
     newest: i32,
     /// Everything up to here is written.
@@ -70,32 +74,6 @@ pub struct StepFeed {
     played: PerActuator<StepCount>,
     runs: u8,
     moving: bool,
-}
-
-/// What happens at one instant.
-#[derive(Clone, Copy, Debug, Default)]
-struct Instant {
-    stepping: u8,
-    forward: u8,
-    backward: u8,
-}
-
-impl Instant {
-    /// Writes it; gives the offset of the last event written.
-    #[inline]
-    fn write(self, writer: &mut Writer<'_>, base: Ticks, at: i32) -> i32 {
-        let tick = (base.0 as u32).wrapping_add(at as u32);
-        if self.forward | self.backward == 0 {
-            writer.push(StepEvent::step(tick, self.stepping));
-            return at;
-        }
-        writer.push(StepEvent::turn(tick, self.forward, self.backward));
-        if self.stepping == 0 {
-            return at;
-        }
-        writer.push(StepEvent::step(tick.wrapping_add(1), self.stepping));
-        at + 1
-    }
 }
 
 impl Default for StepFeed {
@@ -112,7 +90,7 @@ impl StepFeed {
             motors: [Motor::NONE; SLOTS],
             agenda: Agenda::EMPTY,
             base: Ticks(0),
-            grid: Grid { length: 0.0, fraction: 0.0 },
+            scale: Scale { length: 0.0, offset: 0.0 },
             newest: LONG_AGO,
             end: Ticks(0),
             since: 0,
@@ -166,13 +144,13 @@ impl StepFeed {
     /// Every direction is written again before the motor's next step.
     fn forget_directions(&mut self) {
         for motor in &mut self.motors {
-            motor.facing = 0;
+            motor.forget_direction();
         }
     }
 
     fn stand_at(&mut self, steps: PerActuator<StepCount>, queue: &StepQueue) {
         for (motor, steps) in self.motors.iter_mut().zip(steps.0) {
-            motor.steps = steps;
+            motor.stand_at(steps);
         }
         self.played = steps;
         self.since = queue.written();
@@ -192,14 +170,14 @@ impl StepFeed {
 
     fn rewind(&self, queue: &StepQueue) -> Rewind {
         let forward =
-            self.motors.iter().filter(|motor| motor.facing > 0).fold(0, |mask, motor| mask | motor.setup.mask);
+            (0..MAX_ACTUATORS).filter(|index| self.motors[*index].facing() > 0).fold(0, |mask, n| mask | 1 << n);
         Rewind::new(queue, self.steps(), forward, self.since)
     }
 
     fn steps(&self) -> PerActuator<StepCount> {
         let mut steps = PerActuator([0; MAX_ACTUATORS]);
         for (steps, motor) in steps.0.iter_mut().zip(&self.motors) {
-            *steps = motor.steps;
+            *steps = motor.steps();
         }
         steps
     }
@@ -234,15 +212,17 @@ impl StepFeed {
         let passed = base.since(self.base).0.min(1 << 30) as i32;
         self.newest = (self.newest - passed).max(LONG_AGO);
         self.base = base;
-        self.grid = Grid::new(segment);
+        self.scale = Scale::of(segment);
         self.end = whole_ticks(segment.start + segment.duration);
         self.moving = true;
-        for (index, span) in segment.motors.0.iter().enumerate() {
-            let Some(motor) = self.motors.get_mut(index) else { continue };
+        // Nothing happens before what is written already; events of two motors may share a tick.
+        let floor = self.newest.max(0);
+        for (index, motor) in self.motors.iter_mut().take(MAX_ACTUATORS).enumerate() {
             motor.pass(passed);
-            if motor.setup.mask != 0 && motor.lane.load(span) {
-                let due = motor.schedule(&self.grid);
-                self.agenda.insert(due, index);
+            // A slave goes its master's way.
+            let Some(span) = segment.motors.0.get(usize::from(motor.setup.master)) else { continue };
+            if motor.setup.fitted && motor.lane.load(span) {
+                self.agenda.insert(motor.begin(index as u32, &self.scale, floor));
             }
         }
     }
@@ -250,61 +230,25 @@ impl StepFeed {
     /// Writes events in time order until the current segment is done (true) or the queue is full.
     fn emit(&mut self, queue: &StepQueue) -> bool {
         let mut writer = queue.writer();
-        while let Some((due, first)) = self.agenda.first() {
-            // One instant writes a turn and a step event at most.
-            if writer.room() < 2 {
-                return false;
+        let base = self.base.0 as u32;
+        let mut newest = None;
+        let done = loop {
+            let key = self.agenda.first();
+            if key == NEVER {
+                break true;
             }
-            // Events never share a tick, so that the order in the queue is the order in time.
-            let at = if due > self.newest { due } else { self.newest + 1 };
-            let motor = &mut self.motors[first % SLOTS];
-            if motor.turning || !self.agenda.first_is_alone() {
-                let instant = self.crowded(due, first, at);
-                self.newest = instant.write(&mut writer, self.base, at);
-                continue;
+            let event = StepEvent { at: base.wrapping_add(key >> StepEvent::BITS), word: key & WORD };
+            if !writer.push(event) {
+                break false;
             }
-            // By far the most frequent: one motor steps.
-            self.newest = at;
-            writer.push(StepEvent::step((self.base.0 as u32).wrapping_add(at as u32), motor.setup.mask));
-            let next = motor.step(at, &self.grid);
-            self.agenda.replace_first(next.map(|next| (next, first)));
-        }
-        true
-    }
-
-    /// Several motors at one tick, or a direction change.
-    #[inline(never)]
-    fn crowded(&mut self, due: i32, first: usize, at: i32) -> Instant {
-        let mut instant = Instant::default();
-        let mut index = first;
-        loop {
-            self.happen(index, at, &mut instant);
-            match self.agenda.first() {
-                Some((same, next)) if same == due => index = next,
-                _ => return instant,
-            }
-        }
-    }
-
-    /// What a motor does at `at`, and when it does something again.
-    fn happen(&mut self, index: usize, at: i32, instant: &mut Instant) {
-        let motor = &mut self.motors[index % SLOTS];
-        let mask = motor.setup.mask;
-        let next = if motor.turning {
-            match motor.turn(at) {
-                (next, true) => {
-                    instant.forward |= mask;
-                    Some(next)
-                }
-                (next, false) => {
-                    instant.backward |= mask;
-                    Some(next)
-                }
-            }
-        } else {
-            instant.stepping |= mask;
-            motor.step(at, &self.grid)
+            newest = Some(key);
+            let index = event.motor();
+            let next = self.motors[index].take(index as u32, &self.scale);
+            self.agenda.replace_first(next);
         };
-        self.agenda.replace_first(next.map(|next| (next, index)));
+        if let Some(key) = newest {
+            self.newest = (key >> StepEvent::BITS) as i32;
+        }
+        done
     }
 }

@@ -5,15 +5,20 @@
 //! resolve a hundredth of a tick. How many steps the segment has is not found by solving: it is the difference of the nearest
 //! steps at its two knots, in integers. Solving only says when, and its result is kept between its neighbours.
 //!
-//! From one crossing to the next: with speed v, acceleration a and r steps to go, the time is the root of
-//! `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d = r/v (1 - q/2 + q^2/2 - 5 q^3/8)`. One Newton step on the
-//! cubic then removes what the series leaves. Near standstill, where q is large, a bracketed search takes over; it is bounded
-//! and rare (the first and last step or two of a ramp).
+//! Where the speed changes little, consecutive steps come from one [`Series`]. Where it does not (near standstill and
+//! turning points) or the steps are few, each is solved by itself: with speed v, acceleration a and r steps to go, the
+//! time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d = r/v (1 - q/2 + q^2/2 - 5 q^3/8)`. One
+//! Newton step on the cubic then removes what the series leaves. Where q is large, a bracketed search takes over; it is
+//! bounded and rare (the first and last step or two of a ramp).
 
-use crate::knots::{STEP_UNITS, Span, nearest_step};
+use crate::{
+    convert::{float_of_i64, floor_i32},
+    knots::{STEP_UNITS, Span, nearest_step},
+    series::{End, Scale, Series, key},
+};
 
 /// One motor's way through the current segment.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Lane {
     x0: f32,
     c1: f32,
@@ -36,6 +41,11 @@ pub struct Lane {
     stretch_end: f32,
     /// Position at the ends of the stretches that follow: the segment is cut where the motor turns.
     stretches: Stretches,
+    /// The steps from `target` on, if they are many and easy, and the local time where that ends.
+    series: Series,
+    series_end: f32,
+    /// Steps to be solved one by one before the next series is tried.
+    singles: u32,
 }
 
 /// Monotonic stretches of a segment; a cubic has at most three.
@@ -50,10 +60,18 @@ struct Stretches {
     step: i32,
 }
 
+/// A power of two: multiplying is as exact as dividing.
+const STEPS_PER_UNIT: f64 = 1.0 / STEP_UNITS;
 /// Accept a solution when the last correction was below this share of a segment: two ticks of 100 000.
 const TOLERANCE: f32 = 2e-5;
 /// Relative change of speed over one step up to which the series converges fast.
 const SERIES_LIMIT: f32 = 0.2;
+/// Fewer steps than this are solved one by one.
+const LEAST_SERIES: u32 = 3;
+/// How many times a series that is not good enough is tried over half the way.
+const HALVINGS: u32 = 4;
+/// Steps solved one by one where no series will do, before another try.
+const SINGLES: u32 = 4;
 /// The bracketed search halves 24 bits at worst, and Newton needs a few more.
 const MAX_ITERATIONS: u32 = 40;
 
@@ -74,6 +92,9 @@ impl Lane {
         step: 1,
         stretch_end: 0.0,
         stretches: Stretches { ends: [(0.0, 0); 3], count: 0, current: 0, step: 0 },
+        series: Series::NONE,
+        series_end: 0.0,
+        singles: 0,
     };
 
     /// Prepares the crossings of a segment. False when the motor makes no step in it.
@@ -81,21 +102,52 @@ impl Lane {
         let first = nearest_step(span.start);
         let last = nearest_step(span.end);
         let offset_units = span.start.to_bits() - (i64::from(first) << 24);
-        let way = (span.end.to_bits() - span.start.to_bits()) as f64 / STEP_UNITS;
+        let way = float_of_i64(span.end.to_bits() - span.start.to_bits()) * STEPS_PER_UNIT;
         let (c1, c2, c3) = (span.entry, 3.0 * way - 2.0 * span.entry - span.exit, span.entry + span.exit - 2.0 * way);
-        self.x0 = (offset_units as f64 / STEP_UNITS) as f32;
+        let offset = f64::from(offset_units as i32) * STEPS_PER_UNIT;
+        self.x0 = offset as f32;
         self.c1 = c1 as f32;
         self.c2 = c2 as f32;
         self.c3 = c3 as f32;
         self.d2 = 2.0 * self.c2;
         self.d3 = 3.0 * self.c3;
         self.u = 0.0;
-        self.stretches = Stretches::new(offset_units as f64 / STEP_UNITS, [c1, c2, c3], last - first);
-        self.next_stretch()
+        self.stretches = Stretches::new(offset, [c1, c2, c3], last - first);
+        self.drop_stretch();
+        self.has_more()
+    }
+
+    /// Nothing is left of the current stretch.
+    fn drop_stretch(&mut self) {
+        self.left = 0;
+        self.series = Series::NONE;
+        self.singles = 0;
+    }
+
+    /// Forgets the segment.
+    pub fn clear(&mut self) {
+        self.drop_stretch();
+        self.stretches.count = 0;
+    }
+
+    /// Whether the segment has another step; [`Self::sign`] is that step's then.
+    #[inline]
+    pub fn has_more(&mut self) -> bool {
+        self.left > 0 || self.next_stretch()
+    }
+
+    /// Greatest speed anywhere in the segment at most, in steps per segment.
+    pub fn speed_bound(&self) -> f32 {
+        let size = |part: f32| if part < 0.0 { -part } else { part };
+        size(self.c1) + size(self.d2) + size(self.d3)
     }
 
     /// Moves on to the next stretch that has crossings.
+    #[inline(never)]
     fn next_stretch(&mut self) -> bool {
+        if self.stretches.current > 0 {
+            self.u = self.stretch_end;
+        }
         while self.stretches.current < self.stretches.count {
             let Some((end, step)) = self.stretches.ends.get(usize::from(self.stretches.current)).copied() else {
                 return false;
@@ -118,17 +170,77 @@ impl Lane {
         false
     }
 
-    /// What the step that [`Self::solve`] finds next adds to the count: 1 or -1.
+    /// What the next step adds to the count: 1 or -1.
     #[must_use]
     #[inline]
     pub fn sign(&self) -> i32 {
         self.step
     }
 
-    /// Local time (0 to 1) of the next step. Call only while [`Self::load`] or [`Self::advance`] said there is one.
-    #[must_use]
+    /// Writes the [`key`]s of the next steps of the current stretch, which all have [`Self::sign`], with this event
+    /// word; as many as there are and fit. Says how many.
+    pub(crate) fn fill(&mut self, scale: &Scale, word: u32, keys: &mut [u32]) -> usize {
+        let mut filled = 0;
+        while let Some(rest) = keys.get_mut(filled..)
+            && !rest.is_empty()
+            && self.left > 0
+        {
+            if self.series.left() == 0 && (self.singles > 0 || !self.begin_series(scale)) {
+                self.singles = self.singles.saturating_sub(1);
+                rest[0] = key(self.solve() * scale.length + scale.offset, word);
+                self.pass(1);
+                self.to_go = self.sign;
+                filled += 1;
+                continue;
+            }
+            let count = (self.series.left() as usize).min(rest.len());
+            self.series.write(&mut rest[..count], word);
+            self.pass(count as u32);
+            filled += count;
+            if self.series.left() == 0 {
+                self.u = self.series_end;
+                self.to_go = self.target - self.position(self.u);
+            }
+        }
+        filled
+    }
+
+    /// These steps are found.
     #[inline]
-    pub fn solve(&mut self) -> f32 {
+    fn pass(&mut self, count: u32) {
+        self.left -= count;
+        self.target += self.sign * count as f32;
+    }
+
+    /// Finds a series from here on, as long as it is good. False: it will not be had for a while.
+    fn begin_series(&mut self, scale: &Scale) -> bool {
+        let sign = self.sign;
+        let end = |lane: &Self, u: f32, x: f32| End { u, x: x * sign, v: lane.speed(u) * sign };
+        let from = end(self, self.u, self.target - self.to_go);
+        let first = self.target * sign;
+        let (mut until, mut count) = (self.stretch_end, self.left);
+        for _ in 0..=HALVINGS {
+            if count < LEAST_SERIES {
+                break;
+            }
+            let to = end(self, until, self.position(until));
+            let series = Series::between(from, to, first, count, scale, |u| self.position(u) * sign);
+            if let Some(series) = series {
+                self.series = series;
+                self.series_end = until;
+                return true;
+            }
+            until = 0.5 * (self.u + until);
+            let beyond = self.position(until) * sign - first;
+            count = if beyond >= 0.0 { (beyond as u32 + 1).min(self.left) } else { 0 };
+        }
+        self.singles = SINGLES;
+        false
+    }
+
+    /// Local time (0 to 1) of the next step.
+    #[inline]
+    fn solve(&mut self) -> f32 {
         let (u, end) = (self.u, self.stretch_end);
         let bend = u * self.d3;
         let v = self.c1 + u * (self.d2 + bend);
@@ -147,21 +259,6 @@ impl Lane {
         }
         self.u = self.search(u, end);
         self.u
-    }
-
-    /// Steps past the crossing just solved. False when the segment has no more.
-    #[inline]
-    pub fn advance(&mut self) -> bool {
-        self.left -= 1;
-        if self.left > 0 {
-            // The last solution is good to a fraction of a tick, so the next crossing is one step on; whatever is
-            // missing the correction finds.
-            self.target += self.sign;
-            self.to_go = self.sign;
-            return true;
-        }
-        self.u = self.stretch_end;
-        self.next_stretch()
     }
 
     #[inline]
@@ -233,7 +330,7 @@ impl Stretches {
             let position = |u: f64| x0 + u * (c1 + u * (c2 + u * c3));
             for turn in turns(c1, c2, c3).into_iter().flatten() {
                 if let Some(slot) = stretches.ends.get_mut(usize::from(stretches.count) - 1) {
-                    *slot = (turn as f32, libm::floor(position(turn) + 0.5) as i32);
+                    *slot = (turn as f32, floor_i32(position(turn) + 0.5));
                     stretches.count += 1;
                 }
             }
@@ -263,13 +360,19 @@ mod tests {
     use std::vec::Vec;
     use units::StepPosition;
 
-    fn crossings(span: &Span) -> Vec<(f32, i32)> {
-        let mut lane = Lane::NONE;
-        let mut found = Vec::new();
+    /// Ticks in a segment of half a millisecond.
+    const LENGTH: f32 = 100_000.0;
+
+    /// Local times and signs, taken in batches of this many.
+    fn crossings(span: &Span, batch: usize) -> Vec<(f64, i32)> {
+        let scale = Scale { length: LENGTH, offset: 0.5 };
+        let (mut lane, mut found, mut keys) = (Lane::NONE, Vec::new(), std::vec![0; batch]);
         let mut more = lane.load(span);
         while more {
-            found.push((lane.solve(), lane.sign()));
-            more = lane.advance();
+            let (sign, count) = (lane.sign(), lane.fill(&scale, 0, &mut keys));
+            assert!(count > 0, "a step was promised");
+            found.extend(keys[..count].iter().map(|key| (f64::from(key >> 5) / f64::from(LENGTH), sign)));
+            more = lane.has_more();
         }
         found
     }
@@ -298,29 +401,37 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2_000))]
 
         #[test]
-        fn steps_of_a_motor_that_turns_add_up_and_stand_on_the_cubic(span in spans()) {
-            let found = crossings(&span);
+        fn steps_of_a_motor_that_turns_add_up_and_stand_on_the_cubic(span in spans(), batch in 1_usize..40) {
+            let found = crossings(&span, batch);
             prop_assert!(found.is_sorted_by(|a, b| a.0 <= b.0) && found.iter().all(|(u, _)| (0.0..=1.0).contains(u)));
             let mut count = nearest_step(span.start);
             for (u, sign) in &found {
-                let off = cubic(&span, f64::from(*u)) - (f64::from(count) + 0.5 * f64::from(*sign));
-                prop_assert!(off.abs() < 2e-3, "{off} steps off at {u}");
+                // Within two ticks of the crossing, or a rounding of it where the motor hardly moves.
+                let crossing = f64::from(count) + 0.5 * f64::from(*sign);
+                let off = |ticks: f64| (cubic(&span, u + ticks / f64::from(LENGTH)) - crossing) * f64::from(*sign);
+                prop_assert!(off(-2.0) < 1e-4 && off(2.0) > -1e-4, "{} steps off at {u}", off(0.0));
                 count += sign;
             }
             prop_assert_eq!(count, nearest_step(span.end));
         }
 
         #[test]
+        fn the_size_of_the_batches_changes_nothing(span in spans(), batch in 1_usize..40) {
+            prop_assert_eq!(crossings(&span, batch), crossings(&span, 2_000));
+        }
+
+        #[test]
         fn between_steps_the_cubic_stays_within_half_a_step(span in spans()) {
-            let mut found = crossings(&span).into_iter().peekable();
+            let mut found = crossings(&span, 32).into_iter().peekable();
             let mut count = nearest_step(span.start);
             for tick in 0..=2_000 {
                 let u = f64::from(tick) / 2_000.0;
-                while let Some((_, sign)) = found.next_if(|(at, _)| f64::from(*at) <= u) {
+                while let Some((_, sign)) = found.next_if(|(at, _)| *at <= u) {
                     count += sign;
                 }
                 let off = (cubic(&span, u) - f64::from(count)).abs();
-                prop_assert!(off <= 0.505, "stands {off} steps away at {u}");
+                // Half a step, and what it makes in a tick at two steps in a hundred ticks.
+                prop_assert!(off <= 0.525, "stands {off} steps away at {u}");
             }
         }
     }
@@ -328,8 +439,8 @@ mod tests {
     #[test]
     fn a_motor_that_only_shivers_between_two_steps_makes_none() {
         let here = StepPosition::from_num(0.3);
-        assert_eq!(crossings(&Span { start: here, end: here, entry: 0.5, exit: 0.5 }), []);
-        let there_and_back = crossings(&Span { start: here, end: here, entry: 4.0, exit: -4.0 });
+        assert_eq!(crossings(&Span { start: here, end: here, entry: 0.5, exit: 0.5 }, 8), []);
+        let there_and_back = crossings(&Span { start: here, end: here, entry: 4.0, exit: -4.0 }, 8);
         assert_eq!(there_and_back.iter().map(|(_, sign)| *sign).collect::<Vec<_>>(), [1, -1]);
     }
 }

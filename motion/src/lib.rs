@@ -18,6 +18,7 @@
 
 mod agenda;
 pub mod config;
+mod convert;
 pub mod feed;
 pub mod filters;
 pub mod geometry;
@@ -35,6 +36,7 @@ pub mod planner;
 pub mod profile;
 pub mod queue;
 mod run;
+mod series;
 #[cfg(test)]
 mod tests;
 pub mod trajectory;

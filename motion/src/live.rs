@@ -3,7 +3,7 @@
 //! The interrupt keeps no position. The ring of events still holds what was written last, so walking back over it
 //! from the newest event undoes steps one by one: to the last one played, or to any tick of the recent past.
 
-use units::{Actuator, PerActuator, StepCount};
+use units::{PerActuator, StepCount};
 
 use crate::queue::{CAPACITY, StepEvent, StepQueue};
 
@@ -38,14 +38,13 @@ impl Rewind {
             return false;
         }
         self.count = before;
-        for actuator in Actuator::ALL {
-            let bit = actuator.bit();
-            if event.stepping() & bit != 0 {
-                self.steps[actuator] += if self.forward & bit != 0 { -1 } else { 1 };
-            }
+        let bit = 1 << event.motor();
+        if event.is_turn() {
+            // A turn is only written when the direction changes, so before it the other one held.
+            self.forward ^= bit;
+        } else if let Some(steps) = self.steps.0.get_mut(event.motor()) {
+            *steps += if self.forward & bit != 0 { -1 } else { 1 };
         }
-        // A direction event is only written when the direction changes, so before it the other one held.
-        self.forward = (self.forward & !event.turning_forward()) | event.turning_backward();
         true
     }
 

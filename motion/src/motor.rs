@@ -1,32 +1,44 @@
 //! One motor in the feed: from the crossings its lane solves to steps and direction changes at whole ticks, with the
 //! distances its driver needs.
 //!
-//! Times here are offsets in ticks from the beginning of the current segment.
+//! Times here are offsets in ticks from the beginning of the current segment. Events are solved in batches; the feed takes them
+//! one by one as [`key`](crate::series::key)s.
 
 use units::{Actuator, MAX_ACTUATORS, PerActuator, StepCount};
 
-use crate::{config::MotionConfig, knots::Segment, lane::Lane};
+use crate::{
+    agenda::NEVER, config::MotionConfig, convert::float_of_u64, knots::Segment, lane::Lane, queue::StepEvent,
+    series::Scale,
+};
 
 /// What the feed must know of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MotorSetup {
-    /// This motor and its slaves, one bit each. Zero: not fitted, or a slave.
-    pub mask: u8,
+    /// Whose way it goes: its own place, or its master's.
+    pub master: u8,
+    pub fitted: bool,
     direction_setup: i32,
     step_interval: i32,
 }
 
 impl MotorSetup {
+    const NONE: Self = Self { master: 0, fitted: false, direction_setup: 0, step_interval: 0 };
+
     pub fn all(config: &MotionConfig) -> PerActuator<Self> {
         let mut setups = PerActuator([Self::default(); MAX_ACTUATORS]);
+        let master_of = |actuator| config.actuators[actuator].and_then(|fitted| fitted.slaved_to).unwrap_or(actuator);
         for actuator in Actuator::ALL {
             let Some(fitted) = config.actuators[actuator] else { continue };
-            // A slave joins its master's mask, and asks for the slower timing of the two.
-            let setup = &mut setups[fitted.slaved_to.unwrap_or(actuator)];
-            setup.mask |= actuator.bit();
-            setup.direction_setup = setup.direction_setup.max(fitted.direction_setup.min(MAX_TIMING) as i32);
-            // At least a tick: two steps of a motor are two events.
-            setup.step_interval = setup.step_interval.max(fitted.step_interval.clamp(1, MAX_TIMING) as i32);
+            let master = master_of(actuator);
+            setups[actuator].fitted = true;
+            setups[actuator].master = master as u8;
+            // A slave steps when its master does: all of them with the slowest timing among them.
+            for other in Actuator::ALL.into_iter().filter(|other| master_of(*other) == master) {
+                let setup = &mut setups[other];
+                setup.direction_setup = setup.direction_setup.max(fitted.direction_setup.min(MAX_TIMING) as i32);
+                // At least a tick: two steps of a motor are two events.
+                setup.step_interval = setup.step_interval.max(fitted.step_interval.clamp(1, MAX_TIMING) as i32);
+            }
         }
         setups
     }
@@ -38,22 +50,19 @@ const MAX_TIMING: u32 = 200_000;
 pub(crate) const LONG_AGO: i32 = -(1 << 30);
 /// Fixed-point units of time in a tick.
 const TICK_UNITS: f32 = 4_294_967_296.0;
+/// Steps solved at a time: with the turn and the end, a power of two.
+const BATCH: usize = PLACES - 2;
+const PLACES: usize = 32;
+/// Where the first step of a batch is kept; the turn before it, if one is needed, is kept at 0.
+const FIRST_STEP: usize = 1;
 
-/// From local time of a lane (0 to 1) to ticks.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
-    /// Length of the segment in ticks.
-    pub length: f32,
-    /// By which part of a tick the segment begins after its first tick.
-    pub fraction: f32,
-}
-
-impl Grid {
-    pub fn new(segment: &Segment) -> Self {
+impl Scale {
+    /// Of a segment.
+    pub fn of(segment: &Segment) -> Self {
         // Both fit: the fraction is the lower 32 bits, and a segment is far shorter than 2^32 ticks.
         let fraction = segment.start.to_bits() as u32 as f32 / TICK_UNITS;
-        let length = segment.duration.to_bits() as u64 as f32 / TICK_UNITS;
-        Self { length, fraction }
+        let length = float_of_u64(segment.duration.to_bits() as u64) as f32 / TICK_UNITS;
+        Self { length, offset: fraction + 0.5 }
     }
 }
 
@@ -62,76 +71,139 @@ impl Grid {
 pub(crate) struct Motor {
     pub setup: MotorSetup,
     pub lane: Lane,
-    /// Steps written.
-    pub steps: StepCount,
-    /// Direction written last: 1 forward, -1 backward, 0 not known.
-    pub facing: StepCount,
-    /// The motor's next event is a direction change; the step after it is due at `step_due`.
-    pub turning: bool,
-    step_due: i32,
-    /// When the last step was.
+    /// The batch: a turn or not, steps, then [`NEVER`].
+    keys: [u32; PLACES],
+    /// The event that is next.
+    next: usize,
+    /// Count before the batch.
+    steps: StepCount,
+    /// Direction of the batch, and before it: 1 forward, -1 backward, 0 not known.
+    facing: StepCount,
+    faced: StepCount,
+    /// When the last step of the batch is.
     last: i32,
+    /// Steps may come closer than the driver allows: each must be looked at.
+    tight: bool,
     /// Steps that had to move to keep the driver's distances.
     pub squeezed: u32,
 }
 
 impl Motor {
     pub const NONE: Self = Self {
-        setup: MotorSetup { mask: 0, direction_setup: 0, step_interval: 0 },
+        setup: MotorSetup::NONE,
         lane: Lane::NONE,
+        keys: [NEVER; PLACES],
+        next: FIRST_STEP,
         steps: 0,
         facing: 0,
-        turning: false,
-        step_due: 0,
+        faced: 0,
         last: LONG_AGO,
+        tight: false,
         squeezed: 0,
     };
 
-    /// A new segment begins `passed` ticks after the one before.
+    /// Steps taken by the feed.
+    pub fn steps(&self) -> StepCount {
+        self.steps + self.facing * (self.next.max(FIRST_STEP) - FIRST_STEP) as StepCount
+    }
+
+    /// Direction after the last event taken: 1 forward, -1 backward, 0 not known.
+    pub fn facing(&self) -> StepCount {
+        if self.next < FIRST_STEP { self.faced } else { self.facing }
+    }
+
+    /// Stands here; what was solved is dropped.
+    pub fn stand_at(&mut self, steps: StepCount) {
+        self.facing = self.facing();
+        self.lane.clear();
+        self.end_batch();
+        self.steps = steps;
+    }
+
+    /// The direction is written again before the next step.
+    pub fn forget_direction(&mut self) {
+        self.steps = self.steps();
+        self.end_batch();
+        self.facing = 0;
+    }
+
+    fn end_batch(&mut self) {
+        self.next = FIRST_STEP;
+        self.keys[FIRST_STEP] = NEVER;
+    }
+
+    /// A new segment begins `passed` ticks after the one before, which is done.
+    #[inline]
     pub fn pass(&mut self, passed: i32) {
         self.last = (self.last - passed).max(LONG_AGO);
     }
 
-    /// Solves the next step. Gives when it, or the direction change before it, is due.
-    #[inline]
-    pub fn schedule(&mut self, grid: &Grid) -> i32 {
-        let at = (self.lane.solve() * grid.length + (grid.fraction + 0.5)) as i32;
-        let soonest = self.last + self.setup.step_interval;
-        let at = self.no_sooner(at, soonest);
-        if self.lane.sign() == self.facing { at } else { self.schedule_turn(at) }
+    /// Takes up the segment that the lane was loaded with: its first event's key. Nothing happens before `floor`.
+    pub fn begin(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
+        // In ticks: way over speed. A tenth and two ticks more for rounding.
+        self.tight = self.lane.speed_bound() * (1.1 * self.setup.step_interval as f32 + 2.0) > scale.length;
+        self.solve(word, scale, floor)
     }
 
-    #[inline]
-    fn no_sooner(&mut self, at: i32, soonest: i32) -> i32 {
-        if at >= soonest {
-            return at;
+    /// The event after the one taken; `word` is the motor's place.
+    #[inline(always)]
+    pub fn take(&mut self, word: u32, scale: &Scale) -> u32 {
+        self.next += 1;
+        let key = self.keys[self.next % PLACES];
+        if key == NEVER { self.solve(word, scale, 0) } else { key }
+    }
+
+    /// Solves the next batch: the first event's key, or [`NEVER`] when the segment has no more.
+    #[inline(never)]
+    fn solve(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
+        self.steps = self.steps();
+        self.end_batch();
+        if !self.lane.has_more() {
+            return NEVER;
         }
-        self.squeezed += 1;
-        soonest
+        let (sign, mut first) = (self.lane.sign(), FIRST_STEP);
+        let count = self.lane.fill(scale, word, &mut self.keys[FIRST_STEP..=BATCH]);
+        self.keys[FIRST_STEP + count] = NEVER;
+        let mut soonest = (self.last + self.setup.step_interval).max(floor);
+        if sign != self.facing {
+            let turn = self.turn_before(tick_of(self.keys[FIRST_STEP]), floor);
+            soonest = soonest.max(turn + self.setup.direction_setup);
+            let forward = if sign > 0 { StepEvent::FORWARD } else { 0 };
+            self.keys[0] = (turn as u32) << StepEvent::BITS | StepEvent::TURN | forward | word;
+            first = 0;
+        }
+        self.keep_distance(soonest, count);
+        self.last = tick_of(self.keys[FIRST_STEP + count - 1]);
+        self.faced = self.facing;
+        self.facing = sign;
+        self.next = first;
+        self.keys[first]
     }
 
     /// The direction changes as late as the driver allows, but not right after the last step.
     #[cold]
-    fn schedule_turn(&mut self, step: i32) -> i32 {
+    fn turn_before(&self, step: i32, floor: i32) -> i32 {
         let setup = self.setup.direction_setup;
-        let turn = (step - setup).max(self.last + setup).max(0);
-        self.step_due = self.no_sooner(step, turn + setup);
-        self.turning = true;
-        turn
+        (step - setup).max(self.last + setup).max(floor)
     }
 
-    /// The direction changes at `at`. Gives when the step is due, and whether it goes forward.
-    pub fn turn(&mut self, at: i32) -> (i32, bool) {
-        self.turning = false;
-        self.facing = self.lane.sign();
-        (self.step_due.max(at + self.setup.direction_setup), self.facing > 0)
-    }
-
-    /// The motor steps at `at`. Gives when its next event is due in this segment.
+    /// Moves steps that come sooner than the driver allows. Where the whole segment is slow enough, only the first can.
     #[inline]
-    pub fn step(&mut self, at: i32, grid: &Grid) -> Option<i32> {
-        self.last = at;
-        self.steps += self.facing;
-        if self.lane.advance() { Some(self.schedule(grid)) } else { None }
+    fn keep_distance(&mut self, mut soonest: i32, count: usize) {
+        for slot in &mut self.keys[FIRST_STEP..FIRST_STEP + count] {
+            if tick_of(*slot) < soonest {
+                *slot = (soonest as u32) << StepEvent::BITS | *slot & ((1 << StepEvent::BITS) - 1);
+                self.squeezed += 1;
+            } else if !self.tight {
+                return;
+            }
+            soonest = tick_of(*slot) + self.setup.step_interval;
+        }
     }
+}
+
+/// The tick in a key.
+#[inline(always)]
+fn tick_of(key: u32) -> i32 {
+    (key >> StepEvent::BITS) as i32
 }

@@ -16,71 +16,118 @@ use units::{Actuator, Direction};
 pub const CAPACITY: usize = 4096;
 const MASK: u32 = CAPACITY as u32 - 1;
 
-/// What happens at one instant: steps of some motors, or new levels of some direction pins.
+/// What happens at one instant: a motor steps, or its direction pin gets a new level.
 ///
-/// Layout of the packed word, low byte first: motors that step, motors whose direction becomes forward, motors whose
-/// direction becomes backward, zero. The interrupt tests `word > 0xFF` once to know that directions change.
+/// Layout of the packed word: bits 0 to 2 the motor, bit 3 forward (of a turn), bit 4 a turn. A step's word is just its
+/// motor, so that the interrupt finds out with one comparison, and without shifting, what to do and where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepEvent {
     /// Low half of the step clock at which the event is due.
     pub at: u32,
-    /// Packed actions.
+    /// Packed action.
     pub word: u32,
 }
 
 impl StepEvent {
-    /// These motors (one bit each, alpha lowest) step at `at`.
+    /// Bits of [`Self::word`] that name the motor.
+    pub const MOTOR: u32 = 0b111;
+    /// Bit of [`Self::word`]: the new direction is forward.
+    pub const FORWARD: u32 = 0b1000;
+    /// Bit of [`Self::word`]: the direction changes; the motor does not step.
+    pub const TURN: u32 = 0b1_0000;
+    /// How many bits of a word are used.
+    pub(crate) const BITS: u32 = 5;
+
+    /// This motor steps at `at`.
     #[must_use]
-    pub const fn step(at: u32, motors: u8) -> Self {
-        Self { at, word: motors as u32 }
+    pub const fn step(at: u32, actuator: Actuator) -> Self {
+        Self { at, word: actuator as u32 }
     }
 
     /// This motor's direction pin changes at `at`.
     #[must_use]
-    pub const fn direction(at: u32, actuator: Actuator, direction: Direction) -> Self {
-        let shift = match direction {
-            Direction::Forward => 8,
-            Direction::Backward => 16,
+    pub const fn turn(at: u32, actuator: Actuator, direction: Direction) -> Self {
+        let forward = match direction {
+            Direction::Forward => Self::FORWARD,
+            Direction::Backward => 0,
         };
-        Self { at, word: (actuator.bit() as u32) << shift }
+        Self { at, word: actuator as u32 | forward | Self::TURN }
     }
 
-    /// The direction pins of these motors (one bit each, disjoint sets) change at `at`.
+    /// Which motor, as a place in [`units::PerActuator`].
     #[must_use]
-    pub const fn turn(at: u32, forward: u8, backward: u8) -> Self {
-        Self { at, word: (forward as u32) << 8 | (backward as u32) << 16 }
+    #[inline(always)]
+    pub const fn motor(self) -> usize {
+        (self.word & Self::MOTOR) as usize
+    }
+
+    /// Whether it is a turn rather than a step.
+    #[must_use]
+    #[inline(always)]
+    pub const fn is_turn(self) -> bool {
+        self.word & Self::TURN != 0
+    }
+
+    /// Of a turn, whether the new direction is forward.
+    #[must_use]
+    #[inline(always)]
+    pub const fn is_forward(self) -> bool {
+        self.word & Self::FORWARD != 0
     }
 
     /// Motors that step, one bit each.
     #[must_use]
     pub const fn stepping(self) -> u8 {
-        self.word as u8
+        if self.is_turn() { 0 } else { 1 << self.motor() }
     }
 
     /// Motors whose direction becomes forward, one bit each.
     #[must_use]
     pub const fn turning_forward(self) -> u8 {
-        (self.word >> 8) as u8
+        if self.is_turn() && self.is_forward() { 1 << self.motor() } else { 0 }
     }
 
     /// Motors whose direction becomes backward, one bit each.
     #[must_use]
     pub const fn turning_backward(self) -> u8 {
-        (self.word >> 16) as u8
+        if self.is_turn() && !self.is_forward() { 1 << self.motor() } else { 0 }
+    }
+}
+
+/// A place in the ring.
+#[derive(Debug)]
+#[repr(C)]
+struct Slot {
+    at: AtomicU32,
+    word: AtomicU32,
+}
+
+impl Slot {
+    #[inline(always)]
+    fn read(&self) -> StepEvent {
+        StepEvent { at: self.at.load(Ordering::Relaxed), word: self.word.load(Ordering::Relaxed) }
+    }
+
+    #[inline(always)]
+    fn write(&self, event: StepEvent) {
+        self.at.store(event.at, Ordering::Relaxed);
+        self.word.store(event.word, Ordering::Relaxed);
     }
 }
 
 /// The ring itself. Lives in a `static` (DTCM on the board).
+///
+/// In the order of its fields: what the interrupt reads every time comes first, within reach of one base register.
 #[derive(Debug)]
+#[repr(C)]
 pub struct StepQueue {
-    at: [AtomicU32; CAPACITY],
-    word: [AtomicU32; CAPACITY],
     /// Count of events ever published, wrapping. Written by the feed only.
     written: AtomicU32,
     /// Count of events ever played, wrapping. Written by the interrupt only.
     played: AtomicU32,
     /// Nothing more may be played. Set by anyone who must stop the motors at once, cleared by the feed.
     cut: AtomicBool,
+    slots: [Slot; CAPACITY],
 }
 
 impl Default for StepQueue {
@@ -94,8 +141,7 @@ impl StepQueue {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            at: [const { AtomicU32::new(0) }; CAPACITY],
-            word: [const { AtomicU32::new(0) }; CAPACITY],
+            slots: [const { Slot { at: AtomicU32::new(0), word: AtomicU32::new(0) } }; CAPACITY],
             written: AtomicU32::new(0),
             played: AtomicU32::new(0),
             cut: AtomicBool::new(false),
@@ -112,9 +158,7 @@ impl StepQueue {
         if written.wrapping_sub(self.played.load(Ordering::Acquire)) >= CAPACITY as u32 {
             return false;
         }
-        let slot = (written & MASK) as usize;
-        self.at[slot].store(event.at, Ordering::Relaxed);
-        self.word[slot].store(event.word, Ordering::Relaxed);
+        self.slots[(written & MASK) as usize].write(event);
         self.written.store(written.wrapping_add(1), Ordering::Release);
         true
     }
@@ -152,9 +196,9 @@ impl StepQueue {
     /// The event that was published as number `count` (see [`Self::written`]). Only the feed may ask, and only for the
     /// last [`CAPACITY`] events: older ones are overwritten.
     #[must_use]
+    #[inline(always)]
     pub fn event(&self, count: u32) -> StepEvent {
-        let slot = (count & MASK) as usize;
-        StepEvent { at: self.at[slot].load(Ordering::Relaxed), word: self.word[slot].load(Ordering::Relaxed) }
+        self.slots[(count & MASK) as usize].read()
     }
 
     /// How many more events fit now. The interrupt only ever makes this more.
@@ -206,13 +250,17 @@ impl StepQueue {
 
     /// Hands events to `play` in order and removes each it accepts, until none is left or one is not due yet.
     ///
-    /// For an interrupt on the core that also runs the feed: a core sees its own memory accesses in order, so compiler
-    /// fences do what barriers do in [`Self::front`] and [`Self::advance`], at no instruction.
+    /// For an interrupt on the core that also runs the feed, and that nobody who writes or cuts the queue can interrupt: what it
+    /// finds at the beginning holds to the end. A core sees its own memory accesses in order, so compiler fences do what barriers
+    /// do in [`Self::front`] and [`Self::advance`], at no instruction.
     #[inline(always)]
     pub fn play_on_this_core(&self, mut play: impl FnMut(StepEvent) -> bool) {
-        let mut played = self.played.load(Ordering::Relaxed);
-        while played != self.written.load(Ordering::Relaxed) && !self.cut.load(Ordering::Relaxed) {
-            compiler_fence(Ordering::Acquire);
+        if self.cut.load(Ordering::Relaxed) {
+            return;
+        }
+        let (mut played, written) = (self.played.load(Ordering::Relaxed), self.written.load(Ordering::Relaxed));
+        compiler_fence(Ordering::Acquire);
+        while played != written {
             if !play(self.event(played)) {
                 return;
             }
@@ -232,23 +280,16 @@ pub(crate) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// How many events surely fit.
-    #[inline]
-    pub fn room(&self) -> u32 {
-        self.room
-    }
-
-    /// Appends an event; the caller has looked at [`Self::room`].
-    #[inline]
-    pub fn push(&mut self, event: StepEvent) {
+    /// Appends an event unless the queue is full; says whether it did.
+    #[inline(always)]
+    pub fn push(&mut self, event: StepEvent) -> bool {
         if self.room == 0 {
-            return;
+            return false;
         }
-        let slot = (self.written & MASK) as usize;
-        self.queue.at[slot].store(event.at, Ordering::Relaxed);
-        self.queue.word[slot].store(event.word, Ordering::Relaxed);
+        self.queue.slots[(self.written & MASK) as usize].write(event);
         self.written = self.written.wrapping_add(1);
         self.room -= 1;
+        true
     }
 }
 
@@ -266,14 +307,14 @@ mod tests {
     fn playing_removes_what_is_accepted_and_keeps_the_rest() {
         let queue = StepQueue::new();
         for at in 0..10 {
-            assert!(queue.push(StepEvent::step(at, 1)));
+            assert!(queue.push(StepEvent::step(at, Actuator::Alpha)));
         }
         let mut seen = 0;
         queue.play_on_this_core(|event| {
             seen += 1;
             event.at < 4
         });
-        assert_eq!((seen, queue.len(), queue.front()), (5, 6, Some(StepEvent::step(4, 1))));
+        assert_eq!((seen, queue.len(), queue.front()), (5, 6, Some(StepEvent::step(4, Actuator::Alpha))));
         queue.cut();
         queue.play_on_this_core(|_| unreachable!("a cut queue plays nothing"));
     }
@@ -283,11 +324,11 @@ mod tests {
         let queue = StepQueue::new();
         for round in 0..3_u32 {
             for index in 0..CAPACITY as u32 {
-                assert!(queue.push(StepEvent::step(round * 100_000 + index, 1)));
+                assert!(queue.push(StepEvent::step(round * 100_000 + index, Actuator::Beta)));
             }
-            assert!(!queue.push(StepEvent::step(0, 1)), "a full queue must refuse");
+            assert!(!queue.push(StepEvent::step(0, Actuator::Alpha)), "a full queue must refuse");
             for index in 0..CAPACITY as u32 {
-                assert_eq!(queue.front(), Some(StepEvent::step(round * 100_000 + index, 1)));
+                assert_eq!(queue.front(), Some(StepEvent::step(round * 100_000 + index, Actuator::Beta)));
                 queue.advance();
             }
             assert_eq!(queue.front(), None);
@@ -296,10 +337,14 @@ mod tests {
 
     #[test]
     fn a_packed_event_reads_back() {
-        let forward = StepEvent::direction(7, Actuator::Gamma, Direction::Forward);
-        assert_eq!((forward.turning_forward(), forward.turning_backward(), forward.stepping()), (4, 0, 0));
-        let backward = StepEvent::direction(7, Actuator::Zeta, Direction::Backward);
-        assert_eq!((backward.turning_forward(), backward.turning_backward()), (0, 32));
-        assert!(forward.word > 0xFF && backward.word > 0xFF && StepEvent::step(0, 0x3F).word <= 0xFF);
+        for actuator in Actuator::ALL {
+            let bit = actuator.bit();
+            let masks = |event: StepEvent| (event.stepping(), event.turning_forward(), event.turning_backward());
+            assert_eq!(masks(StepEvent::step(7, actuator)), (bit, 0, 0));
+            assert_eq!(masks(StepEvent::turn(7, actuator, Direction::Forward)), (0, bit, 0));
+            assert_eq!(masks(StepEvent::turn(7, actuator, Direction::Backward)), (0, 0, bit));
+            assert!(StepEvent::step(7, actuator).word <= StepEvent::MOTOR);
+            assert!(StepEvent::turn(7, actuator, Direction::Backward).word > StepEvent::MOTOR);
+        }
     }
 }

@@ -60,10 +60,11 @@ pub fn step_error(rig: &Rig, config: MotionConfig) -> Result<StepError, TestCase
 }
 
 /// The goal is 1 us at most and 100 ns RMS. Rounding to ticks of 5 ns alone gives 2.5 ns at most and 1.44 ns RMS, and nothing else
-/// should be seen but, rarely, a step that waits 100 ns for its direction pin.
+/// should be seen but the 2 ns a series of steps may be off and, rarely, a step right after a turn: its direction pin changes 100 ns after
+/// the last step and 100 ns before the next.
 pub fn within_goal(error: &StepError) -> Result<(), TestCaseError> {
     prop_assert!(
-        error.max < 110.0 && error.rms() < 2.5 + 110.0 / (error.edges as f64).sqrt(),
+        error.max < 210.0 && error.rms() < 3.0 + 210.0 / (error.edges as f64).sqrt(),
         "{error:?}, rms {}",
         error.rms()
     );
@@ -118,9 +119,9 @@ proptest! {
     }
 
     #[test]
-    fn events_are_strictly_ordered_and_steps_keep_their_distance(moves in program(), config in machines()) {
+    fn events_are_ordered_and_steps_keep_their_distance(moves in program(), config in machines()) {
         let rig = run(config, &moves);
-        prop_assert!(rig.events.is_sorted_by(|a, b| a.0 < b.0));
+        prop_assert!(rig.events.is_sorted_by(|a, b| a.0 <= b.0));
         for actuator in Actuator::ALL {
             let Some(motor) = config.actuators[actuator] else { continue };
             let edges: Vec<_> = rig.edges.iter().filter(|edge| edge.actuator == actuator).collect();

@@ -6,23 +6,18 @@ use core::panic::PanicInfo;
 
 use bsp_prime::board::{Board, enable_interrupt, make_outputs_safe};
 use bsp_prime::pac::{self, Interrupt, interrupt};
-use bsp_prime::step_engine::StepEngine;
 use bsp_prime::time::Ticker;
 use critical_section::Mutex;
 use defmt_rtt as _;
 use motion::Latch;
-use motion::queue::StepQueue;
 
-/// What the step interrupt of a test plays.
-pub static STEP_QUEUE: StepQueue = StepQueue::new();
 /// Where watched inputs report.
 pub static LATCH: Latch = Latch::new();
-static STEP_ENGINE: Mutex<RefCell<Option<StepEngine>>> = Mutex::new(RefCell::new(None));
 static TICK: Mutex<RefCell<Option<Ticker>>> = Mutex::new(RefCell::new(None));
 
 /// What is left of the board for a test once its interrupts are placed.
 pub struct Bench {
-    /// Everything but the step engine and the heat tick.
+    /// Everything but the heat tick.
     pub pins: bsp_prime::pins::Pins,
     /// Enables, off.
     pub guards: bsp_prime::board::Guards,
@@ -40,12 +35,12 @@ pub struct Bench {
     pub watchdog: bsp_prime::watchdog::Watchdog,
 }
 
-/// Brings the board up with a tick of a millisecond, the step interrupt and the card's interrupt.
+/// Brings the board up with a tick of a millisecond and the card's interrupt.
 pub fn bench() -> Bench {
     let (Some(core), Some(device)) = (cortex_m::Peripherals::take(), pac::Peripherals::take()) else {
         defmt::panic!("the peripherals are taken once");
     };
-    let board = match Board::take(core, device, &STEP_QUEUE) {
+    let board = match Board::take(core, device) {
         Ok(board) => board,
         Err(error) => defmt::panic!("the board does not come up: {}", defmt::Debug2Format(&error)),
     };
@@ -53,9 +48,8 @@ pub fn bench() -> Bench {
     tick.start(1_000);
     critical_section::with(|cs| {
         TICK.borrow(cs).replace(Some(tick));
-        STEP_ENGINE.borrow(cs).replace(Some(board.step_engine));
     });
-    for interrupt in [Interrupt::TIM7, Interrupt::TIM2, Interrupt::SDMMC1, Interrupt::EXTI0, Interrupt::EXTI9_5] {
+    for interrupt in [Interrupt::TIM7, Interrupt::SDMMC1, Interrupt::EXTI0, Interrupt::EXTI9_5] {
         enable_interrupt(interrupt);
     }
     Bench {
@@ -84,15 +78,6 @@ fn TIM7() {
         bsp_prime::time::keep_clocks();
         if let Some(tick) = TICK.borrow(cs).borrow_mut().as_mut() {
             tick.acknowledge();
-        }
-    });
-}
-
-#[interrupt]
-fn TIM2() {
-    critical_section::with(|cs| {
-        if let Some(engine) = STEP_ENGINE.borrow(cs).borrow_mut().as_mut() {
-            engine.on_interrupt();
         }
     });
 }
