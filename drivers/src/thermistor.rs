@@ -7,7 +7,7 @@
 mod built_in;
 mod curve;
 
-pub use built_in::{BUILT_IN, BuiltIn};
+pub use built_in::{BUILT_IN, BuiltIn, Law};
 pub use curve::{Curve, CurveError};
 
 use units::{Celsius, Ohms};

@@ -10,7 +10,6 @@ use bsp_prime::step_engine::MotorLines;
 use config::{ActuatorConfig, DriverKind, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
 use heapless::{String, Vec};
 use machine::ports::Input as MachineInput;
-use tmc::{Chip, Driver, Microsteps, StepInput};
 use units::Actuator;
 
 use crate::drivers::{DriverBank, MotorDriver};
@@ -110,7 +109,6 @@ fn chip(
     bus: &bsp_prime::spi::MotorBus,
     report: &mut Report<'_>,
 ) -> MotorDriver {
-    let kind = if motor.driver == DriverKind::Tmc2660 { Chip::Tmc2660 } else { Chip::Tmc2590 };
     let socket = table::MOTORS.get(actuator as usize).map(|pins| PinSpec::plain(pins.select));
     let Some(select) = settings.spi_cs_pin.map(spec).or(socket) else {
         report.trouble(format_args!(
@@ -123,21 +121,13 @@ fn chip(
     // The chip selects act low, whether or not the configuration says so.
     let claimed = pins.output(PinSpec { inverted: true, ..select }, &owner("driver", actuator.name(), "spi_cs_pin"));
     let Some(select) = report.take(claimed) else { return MotorDriver::None };
-    let driver = Driver::new(bus.device(select), kind, settings.sense_resistor);
-    let Some(mut driver) = report.take(driver) else { return MotorDriver::None };
-    let Some(microsteps) = Microsteps::from_count(motor.microsteps) else {
-        report.trouble(format_args!("{}.microsteps must be a power of two up to 256", actuator.name()));
-        return MotorDriver::None;
-    };
-    let input = StepInput { microsteps, double_edge: true, interpolation: settings.step_interpolation };
-    // These fill the driver's copy of the registers; `initialise` writes all of it, and reports silence.
-    let _maybe_silent = driver.set_step_input(input);
-    if let Some(current) = motor.current {
-        let current = if current.0 > settings.max_current.0 { settings.max_current } else { current };
-        let _maybe_silent = driver.set_current(current);
+    match driver_bank::set_up(bus.device(select), motor, settings) {
+        Ok(driver) => driver,
+        Err(error) => {
+            report.trouble(format_args!("driver {}: {error}", actuator.name()));
+            MotorDriver::None
+        }
     }
-    let _maybe_silent = driver.set_standstill_current(settings.standstill_current);
-    MotorDriver::Chip(driver, settings.max_current)
 }
 
 /// Thermistor inputs and heater outputs.

@@ -122,6 +122,23 @@ impl Output {
     }
 }
 
+impl embedded_hal::digital::ErrorType for Output {
+    type Error = core::convert::Infallible;
+}
+
+/// High is on, in the sense of the configuration.
+impl embedded_hal::digital::OutputPin for Output {
+    fn set_low(&mut self) -> Result<(), Self::Error> {
+        self.set(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Self::Error> {
+        self.set(true);
+        Ok(())
+    }
+}
+
 /// A digital input.
 #[derive(Clone, Debug)]
 pub struct Input {

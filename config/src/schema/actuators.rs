@@ -256,20 +256,12 @@ macro_rules! driver_section {
                     "Lower current after standstill_time; 0 keeps the full current.",
                 ).klipper("[tmc2660 <stepper>] idle_current_percent")
                 .unit("mA").typical(50.0, 20_000.0),
-                bool(
-                    "passive_fast_decay",
-                    "true",
-                    chip!($family, |chip, v| chip.passive_fast_decay = v),
-                    "Passive fast decay of the coil current.",
-                )
-                .not_yet_harmless("leave it out"),
                 registers(
                     "reg",
                     chip!($family, |chip, v| chip.registers = v),
                     "Raw register values, loaded before the settings above: driver control, chopper, coolStep, \
                      stallGuard and current, driver configuration. M911 prints such a line.",
-                )
-                .not_yet_harmless("leave it out; the other settings of the driver count"),
+                ),
                 $($row),*
             ],
         }
@@ -290,6 +282,12 @@ pub const TMC2590: Section = driver_section!(
     DriverKind::Tmc2590,
     "Motor drivers of the TMC2590 kind.",
     [
+        bool(
+            "passive_fast_decay",
+            "true",
+            chip!(tmc2590, |chip, v| chip.passive_fast_decay = v),
+            "Passive fast decay of the coil current, which damps resonance at medium speed; a TMC2590 has it.",
+        ),
         integer(
             "sense_resistor",
             "50",
@@ -330,6 +328,13 @@ pub const TMC2660: Section = driver_section!(
     DriverKind::Tmc2660,
     "Motor drivers of the TMC2660 kind.",
     [
+        bool(
+            "passive_fast_decay",
+            "true",
+            chip!(tmc2660, |chip, v| chip.passive_fast_decay = v),
+            "Passive fast decay of the coil current, which damps resonance at medium speed; a TMC2590 has it.",
+        )
+        .not_yet_harmless("leave it out; a TMC2660 has no passive fast decay"),
         integer(
             "sense_resistor",
             "100",

@@ -13,16 +13,20 @@ pub struct BuiltIn {
     pub index: u8,
     /// The maker's part, where known.
     pub part: &'static str,
-    law: Law,
+    /// How resistance follows temperature.
+    pub law: Law,
     /// Nominal resistance at 25 C.
     pub r0: Ohms,
     /// The resistors it is meant for.
     pub divider: Divider,
 }
 
+/// How a sensor is described.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Law {
+pub enum Law {
+    /// Coefficients of 1, ln R and (ln R)^3.
     SteinhartHart([f64; 3]),
+    /// Kelvin.
     Beta(f64),
 }
 

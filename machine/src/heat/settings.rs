@@ -85,7 +85,7 @@ impl From<&ThermistorConfig> for Thermistor {
         let curve = match (config.rt_curve, config.coefficients, entry) {
             (Some(points), _, _) => Curve::SteinhartHart(thermistors::coefficients_through(points)),
             (None, Some(coefficients), _) => Curve::SteinhartHart(coefficients),
-            (None, None, Some(entry)) => entry.curve,
+            (None, None, Some(curve)) => curve,
             (None, None, None) => Curve::Beta(config.beta_k),
         };
         Self { curve, r0: config.r0, t0: config.t0, r1_parallel: config.r1, r2_pull_up: config.r2 }

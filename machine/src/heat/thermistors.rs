@@ -1,67 +1,17 @@
-//! Built-in thermistors by the names that Smoothieware configurations use.
-//!
-//! Coefficients as published in Smoothieware's predefined tables, fitted to the makers' resistance tables.
+//! Thermistors by the names that configurations use (the table is in `drivers`), and curves through three points.
 
-use units::Ohms;
+use drivers::thermistor::{BUILT_IN, BuiltIn, Law};
 
 use super::sensor::Curve;
 
-/// A built-in thermistor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BuiltIn {
-    /// The name in configurations.
-    pub name: &'static str,
-    /// Its curve.
-    pub curve: Curve,
-    /// Resistance at 25 C.
-    pub r0: Ohms,
-    /// Resistor in parallel on the board this entry was made for; 0 for none.
-    pub r1_parallel: Ohms,
-    /// Pull-up of the board this entry was made for.
-    pub r2_pull_up: Ohms,
-}
-
-const fn steinhart_hart(name: &'static str, c1: f64, c2: f64, c3: f64) -> BuiltIn {
-    let curve = Curve::SteinhartHart([c1, c2, c3]);
-    BuiltIn { name, curve, r0: Ohms(100_000.0), r1_parallel: Ohms(0.0), r2_pull_up: Ohms(4_700.0) }
-}
-
-const fn beta(name: &'static str, beta_k: f64) -> BuiltIn {
-    let curve = Curve::Beta(beta_k);
-    BuiltIn { name, curve, r0: Ohms(100_000.0), r1_parallel: Ohms(0.0), r2_pull_up: Ohms(4_700.0) }
-}
-
-/// Steinhart-Hart entries; searched first.
-pub const STEINHART_HART: [BuiltIn; 6] = [
-    steinhart_hart("EPCOS100K", 7.22378300319346e-4, 2.16301852054578e-4, 9.2641025635702e-8),
-    steinhart_hart("Vishay100K", 7.022607370e-4, 2.209155484e-4, 7.101626461e-8),
-    steinhart_hart("Honeywell100K", 5.96153185928425e-4, 2.31333192738335e-4, 6.19534004306738e-8),
-    steinhart_hart("Semitec", 8.11290160145459e-4, 2.11355789144265e-4, 7.17614730463848e-8),
-    steinhart_hart("Honeywell-QAD", 8.27339299500986e-4, 2.08786427208899e-4, 8.05595282332277e-8),
-    steinhart_hart("Semitec-104NT4", 7.97110609710217e-4, 2.1343314438127e-4, 6.5338987554e-8),
-];
-
-/// Beta entries.
-pub const BETA: [BuiltIn; 6] = [
-    beta("EPCOS100K", 4_066.0),
-    beta("RRRF100K", 3_960.0),
-    BuiltIn {
-        name: "RRRF10K",
-        curve: Curve::Beta(3_964.0),
-        r0: Ohms(10_000.0),
-        r1_parallel: Ohms(680.0),
-        r2_pull_up: Ohms(1_600.0),
-    },
-    beta("Honeywell100K", 3_974.0),
-    beta("Semitec", 4_267.0),
-    beta("HT100K", 3_990.0),
-];
-
-/// Finds an entry; the Steinhart-Hart one first unless only beta entries are wanted.
+/// The curve of the sensor with this name; the Steinhart-Hart one, which comes first, unless only beta is wanted.
 #[must_use]
-pub fn find(name: &str, only_beta: bool) -> Option<&'static BuiltIn> {
-    let precise = STEINHART_HART.iter().filter(|_| !only_beta);
-    precise.chain(&BETA).find(|entry| entry.name == name)
+pub fn find(name: &str, only_beta: bool) -> Option<Curve> {
+    let wanted = |entry: &&BuiltIn| entry.name == name && (entry.is_beta() || !only_beta);
+    BUILT_IN.iter().find(wanted).map(|entry| match entry.law {
+        Law::SteinhartHart(coefficients) => Curve::SteinhartHart(coefficients),
+        Law::Beta(kelvin) => Curve::Beta(kelvin),
+    })
 }
 
 /// Steinhart-Hart coefficients through three points of (Celsius, ohm). With l = ln R and y = 1/T:
@@ -94,19 +44,9 @@ mod tests {
     }
 
     #[test]
-    fn every_entry_is_nominal_at_25_celsius() {
-        for entry in STEINHART_HART.iter().filter(|entry| entry.name != "Honeywell-QAD") {
-            let Curve::SteinhartHart([c1, c2, c3]) = entry.curve else { unreachable!("table of one kind") };
-            let l = libm::log(f64::from(entry.r0.0));
-            let celsius = 1.0 / (c1 + c2 * l + c3 * l * l * l) - 273.15;
-            assert!((celsius - 25.0).abs() < 2.0, "{}: {celsius}", entry.name);
-        }
-    }
-
-    #[test]
     fn a_name_in_both_tables_means_the_precise_entry_unless_beta_is_asked_for() {
-        assert!(matches!(find("Semitec", false).unwrap().curve, Curve::SteinhartHart(_)));
-        assert!(matches!(find("Semitec", true).unwrap().curve, Curve::Beta(_)));
-        assert!(find("semitec", false).is_none());
+        assert!(matches!(find("Semitec", false), Some(Curve::SteinhartHart(_))));
+        assert_eq!(find("Semitec", true), Some(Curve::Beta(4_267.0)));
+        assert_eq!(find("semitec", false), None);
     }
 }

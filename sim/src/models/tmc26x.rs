@@ -128,6 +128,13 @@ impl Tmc26x {
         self.condition.silent || self.supply_volts < UNDERVOLTAGE_LOCKOUT_VOLTS
     }
 
+    /// What stands in DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF and DRVCONF, without their addresses.
+    #[must_use]
+    pub const fn registers(&self) -> [u32; 5] {
+        let Registers { drvctrl, chopconf, smarten, sgcsconf, drvconf } = self.registers;
+        [drvctrl, chopconf, smarten, sgcsconf, drvconf]
+    }
+
     /// How many frames the chip has taken.
     #[must_use]
     pub const fn frames(&self) -> u64 {

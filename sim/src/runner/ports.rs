@@ -13,7 +13,7 @@ use motion::queue::StepQueue;
 use motion::{Latch, Motion};
 use units::{Celsius, Micros, Volts};
 
-use super::bank::Bank;
+use super::bank::{self, Bank};
 use super::storage::Card;
 use super::{Flag, Setup, Turns, tasks};
 use crate::world::World;
@@ -28,7 +28,7 @@ pub struct Shared {
     pub motion: Turns<Motion>,
     pub heat: Turns<HeatControl>,
     pub supervisor: Turns<Supervisor>,
-    pub bank: Turns<Option<Bank>>,
+    pub bank: Turns<Bank>,
     pub queue: StepQueue,
     pub latch: Latch,
     pub inboxes: [Inbox; CONSOLES],
@@ -48,7 +48,7 @@ impl Shared {
             motion: Turns::new(Motion::new()),
             heat: Turns::new(HeatControl::new()),
             supervisor: Turns::new(Supervisor::new()),
-            bank: Turns::new(None),
+            bank: Turns::new(Bank::default()),
             queue: StepQueue::new(),
             latch: Latch::new(),
             inboxes: [const { Inbox::new() }; CONSOLES],
@@ -71,7 +71,6 @@ impl HostPorts {
     /// Ports onto what is shared.
     #[must_use]
     pub(super) fn new(shared: Rc<Shared>) -> Self {
-        *shared.bank.borrow_mut() = Some(Bank::new(Rc::clone(&shared)));
         Self { shared }
     }
 }
@@ -96,8 +95,7 @@ impl Ports for HostPorts {
     }
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut Bank) -> R) -> R {
-        let mut bank = self.shared.bank.borrow_mut();
-        f(bank.get_or_insert_with(|| Bank::new(Rc::clone(&self.shared))))
+        f(&mut self.shared.bank.borrow_mut())
     }
 
     fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
@@ -106,7 +104,9 @@ impl Ports for HostPorts {
 
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         *self.shared.wired.borrow_mut() = Some(config.clone());
-        self.drivers(|bank| bank.configure(config, report))
+        let (bank, clean) = bank::configure(&self.shared, config, report);
+        *self.shared.bank.borrow_mut() = bank;
+        clean
     }
 
     fn consoles(&self) -> u8 {

@@ -311,7 +311,5 @@ pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
 fn slow(shared: &Shared) {
     let supply = SupplyVoltages { motor: voltage(shared, "vmotor"), fets: voltage(shared, "vfet") };
     let mut bank = shared.bank.borrow_mut();
-    if let Some(bank) = bank.as_mut() {
-        shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), bank, supply);
-    }
+    shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply);
 }

@@ -1,0 +1,115 @@
+//! The machine's port to its motor drivers ([`machine::ports::MotorDrivers`]) over TMC chips and enable pins.
+//!
+//! A crate of its own because `machine` never sees a chip and `tmc` never sees a machine; the board and the native runner
+//! bring their own bus and pins.
+#![no_std]
+
+mod set_up;
+
+use core::fmt::Write;
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+use machine::ports::{DriverFault, DriverStatus, MotorDrivers};
+use tmc::{Driver, Error};
+use units::{Actuator, Amps, PerActuator};
+
+pub use set_up::{NotSetUp, set_up};
+
+/// What moves one actuator's coils. `E` enables an external driver: its active state is the pin's high.
+#[derive(Debug, Default)]
+pub enum MotorDriver<SPI, E> {
+    /// Nothing, or something that takes no orders.
+    #[default]
+    None,
+    /// A chip on the bus, with the most its power stage may be asked for.
+    Chip(Driver<SPI>, Amps),
+    /// A driver outside, enabled by this pin.
+    External(E),
+}
+
+/// The drivers of all actuators.
+#[derive(Debug)]
+pub struct DriverBank<SPI, E>(pub PerActuator<MotorDriver<SPI, E>>);
+
+impl<SPI, E> Default for DriverBank<SPI, E> {
+    fn default() -> Self {
+        Self(PerActuator([const { MotorDriver::None }; units::MAX_ACTUATORS]))
+    }
+}
+
+fn fault<E>(error: Error<E>) -> DriverFault {
+    match error {
+        Error::Bus(_) | Error::Absent => DriverFault::Silent,
+        Error::WrongAnswer(_) | Error::Setting(_) => DriverFault::BadAnswer,
+    }
+}
+
+impl<SPI: SpiDevice, E> DriverBank<SPI, E> {
+    fn chip(&mut self, motor: Actuator) -> Result<&mut Driver<SPI>, DriverFault> {
+        match &mut self.0[motor] {
+            MotorDriver::Chip(chip, _) => Ok(chip),
+            MotorDriver::None | MotorDriver::External(_) => Err(DriverFault::External),
+        }
+    }
+}
+
+impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
+    fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault> {
+        let chip = self.chip(motor)?;
+        // Silence is found by `start`, which writes every register; switching off first only changes the copy it writes.
+        let _silent_or_off = chip.disable();
+        chip.start().map(drop).map_err(fault)
+    }
+
+    fn set_enabled(&mut self, motor: Actuator, enabled: bool) -> Result<(), DriverFault> {
+        if let MotorDriver::External(enable) = &mut self.0[motor] {
+            return enable.set_state(enabled.into()).map_err(|_| DriverFault::Silent);
+        }
+        let chip = self.chip(motor)?;
+        let answer = if enabled { chip.enable() } else { chip.disable() };
+        answer.map(drop).map_err(fault)
+    }
+
+    fn set_current(&mut self, motor: Actuator, peak: Amps) -> Result<Amps, DriverFault> {
+        let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
+        let peak = if peak.0 > most.0 { *most } else { peak };
+        chip.set_current(peak).map(|setting| setting.actual).map_err(fault)
+    }
+
+    fn current(&self, motor: Actuator) -> Option<Amps> {
+        match &self.0[motor] {
+            MotorDriver::Chip(chip, _) => Some(chip.current()),
+            MotorDriver::None | MotorDriver::External(_) => None,
+        }
+    }
+
+    fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault> {
+        let status = self.chip(motor)?.status().map_err(fault)?;
+        Ok(DriverStatus {
+            standstill: status.standstill,
+            over_temperature_warning: status.over_temperature_warning,
+            over_temperature: status.over_temperature,
+            short_a: status.short_a,
+            short_b: status.short_b,
+            open_a: status.open_load_a,
+            open_b: status.open_load_b,
+        })
+    }
+
+    fn describe(&mut self, motor: Actuator, out: &mut dyn Write) -> core::fmt::Result {
+        let Ok(chip) = self.chip(motor) else { return writeln!(out, "{}: external driver", motor.name()) };
+        let (name, state) = (chip.chip().name(), if chip.is_enabled() { "enabled" } else { "disabled" });
+        writeln!(out, "{}: {name}, {state}, {:.3} A", motor.name(), chip.current().0)?;
+        match chip.status() {
+            Ok(status) => writeln!(out, "  answer {:05x}: {:?}", status.raw, status.reading)?,
+            Err(error) => writeln!(out, "  {error}")?,
+        }
+        let [drvctrl, chopconf, smarten, sgcsconf, drvconf] = chip.registers().words();
+        writeln!(
+            out,
+            "  {}.reg = {drvctrl:05x},{chopconf:05x},{smarten:05x},{sgcsconf:05x},{drvconf:05x}",
+            motor.name()
+        )
+    }
+}

@@ -1,0 +1,71 @@
+//! A chip's settings from the configuration into the driver's copy of the registers.
+
+use core::fmt;
+
+use config::{ActuatorConfig, DriverKind, TmcConfig};
+use embedded_hal::spi::SpiDevice;
+use tmc::{Chip, Driver, Error, Microsteps, StepInput};
+use units::Amps;
+
+use crate::MotorDriver;
+
+/// A setting that the chip cannot take; the motor stays without its driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotSetUp<E> {
+    /// What the driver says of it.
+    Driver(Error<E>),
+    /// Not a power of two up to 256.
+    Microsteps(u16),
+}
+
+impl<E: fmt::Debug> fmt::Display for NotSetUp<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Driver(error) => error.fmt(f),
+            Self::Microsteps(count) => write!(f, "microsteps must be a power of two up to 256, not {count}"),
+        }
+    }
+}
+
+/// Only a setting that no chip can take matters here; a chip may be silent, since the motor supply may be off. All of its
+/// registers are written, and silence is reported, by [`machine::ports::MotorDrivers::initialise`].
+fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
+    match result {
+        Err(error @ Error::Setting(_)) => Err(NotSetUp::Driver(error)),
+        _ => Ok(()),
+    }
+}
+
+/// The driver of this motor, with its settings: raw registers first, then what has a name.
+///
+/// # Errors
+/// The setting that the chip cannot take.
+pub fn set_up<SPI: SpiDevice, E>(
+    spi: SPI,
+    motor: &ActuatorConfig,
+    settings: &TmcConfig,
+) -> Result<MotorDriver<SPI, E>, NotSetUp<SPI::Error>> {
+    let kind = if motor.driver == DriverKind::Tmc2660 { Chip::Tmc2660 } else { Chip::Tmc2590 };
+    let mut driver = Driver::new(spi, kind, settings.sense_resistor).map_err(NotSetUp::Driver)?;
+    if let Some(words) = settings.registers {
+        stored(driver.load_registers(words))?;
+    }
+    let microsteps = Microsteps::from_count(motor.microsteps).ok_or(NotSetUp::Microsteps(motor.microsteps))?;
+    // The step engine relies on double edges, whatever raw registers say.
+    let input = StepInput { microsteps, double_edge: true, interpolation: settings.step_interpolation };
+    stored(driver.set_step_input(input))?;
+    let most = settings.max_current;
+    // Without a current of its own the motor keeps that of the raw registers, but for the ceiling.
+    let wanted = motor.current.or(settings.registers.map(|_| driver.current()));
+    if let Some(current) = wanted {
+        stored(driver.set_current(lesser(current, most)))?;
+    }
+    stored(driver.set_standstill_current(settings.standstill_current.map(|current| lesser(current, most))))?;
+    // The setting is on unless told otherwise, and a TMC2660 has no passive fast decay.
+    stored(driver.set_passive_fast_decay(settings.passive_fast_decay && kind == Chip::Tmc2590))?;
+    Ok(MotorDriver::Chip(driver, most))
+}
+
+fn lesser(a: Amps, b: Amps) -> Amps {
+    if a.0 < b.0 { a } else { b }
+}
