@@ -5,7 +5,7 @@ out=out/demo
 config=config/samples/cartesian.ini
 job=demo/part.gcode
 rm -rf "$out"
-CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY= \
+CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY=1 \
     ELF=target/thumbv7em-none-eabihf/release/firmware scripts/run.sh
 status=$?
 if [ -f "$out/summary.json" ]; then

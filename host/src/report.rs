@@ -87,7 +87,14 @@ impl Report {
         title: String,
     ) -> Self {
         let samples = match &machine {
-            Ok(machine) => Samples::take(&executed, machine, Self::filament_motor(machine), period_s),
+            Ok(machine) => {
+                let anchor = program.as_ref().ok().and_then(|program| {
+                    checks::anchor(&executed, machine, program).map(|anchor| anchor.origin(machine, program))
+                });
+                // A machine that does not home counts from where it was switched on.
+                let origin = anchor.unwrap_or_else(|| machine.steps([0.0; 3]));
+                Samples::take(&executed, machine, &origin, Self::filament_motor(machine), period_s)
+            }
             Err(_) => Samples { period_s, points: vec![[0.0; 4]] },
         };
         let evidence = Evidence {

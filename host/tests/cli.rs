@@ -143,3 +143,35 @@ fn what_is_not_there_is_named() {
     let fault = velvet(&["run", "--config", CONFIG, "--gcode", "x", "--out", "y", "--fault", "gremlin"]);
     assert!(said(&fault).contains("gremlin"), "{}", said(&fault));
 }
+
+#[test]
+fn a_delta_s_path_is_drawn_from_its_towers_and_its_edges_are_held_against_the_oracle() {
+    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/samples/delta.ini");
+    let out = folder("delta");
+    let job = out.join("job.gcode");
+    let lines =
+        "M302 S0\nG28\nG92 E0\nM83\nG1 Z10 F12000\nG1 X50 Y-30 E1 F6000\nG3 X-50 Y30 I-50 J30 E1\nG1 X0 Y85 Z12\n";
+    std::fs::write(&job, lines).expect("written");
+    let sources = ["--config", config, "--gcode", text(&job)];
+    let with = |first: &[&str]| velvet(&[first, &sources[..]].concat());
+    let ran = with(&["run", "--out", text(&out)]);
+    assert!(ran.status.success(), "{}", said(&ran));
+    let verified = with(&["verify", text(&out)]);
+    assert!(verified.status.success(), "{}", said(&verified));
+    let summary = with(&["summary", text(&out)]);
+    let found = said(&summary);
+    assert!(summary.status.success(), "{found}");
+    for check in ["pass  X, Y and Z end", "pass  The executed path follows", "pass  No step edge is later"] {
+        assert!(found.contains(check), "no `{check}` in {found}");
+    }
+    // An edge that a board left out is an error of the run from then on.
+    let edges = std::fs::read_to_string(out.join("steps.csv")).expect("edges");
+    let short: Vec<&str> = edges.lines().take(edges.lines().count() - 1).collect();
+    std::fs::write(out.join("steps.csv"), short.join("\n")).expect("written");
+    let refused = with(&["verify", text(&out)]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(said(&refused).trim_end().lines().last().is_some_and(|line| line.contains("end 1 steps before motion")));
+    let json = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert!(json["errors"][0].as_str().is_some_and(|error| error.contains("end 1 steps")), "{json}");
+}

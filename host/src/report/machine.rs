@@ -1,20 +1,23 @@
 //! The few facts of a configuration that a report needs.
 
+use ::machine::motion_config::motion_config;
 use anyhow::{Context, Result, bail};
-use config::{ArmSolution, BoardId, MachineConfig};
+use config::{BoardId, MachineConfig};
 use motion::Kinematics;
 use std::path::Path;
-use units::{Actuator, MAX_ACTUATORS, PerActuator, PerAxis};
+use units::{Actuator, Axis, MAX_ACTUATORS, PerActuator, PerAxis};
 
 /// Scale, geometry and home of a machine.
 #[derive(Clone, Debug)]
 pub struct Machine {
     /// Steps per mm of each motor; none: there is no such motor.
     pub steps_per_mm: [Option<f64>; MAX_ACTUATORS],
-    /// How motors relate to axes; none: this page cannot draw the machine's kinematics.
+    /// How motors relate to axes; none: the geometry is that of no machine.
     pub kinematics: Option<Kinematics>,
     /// X, Y and Z after homing; none: the axis has no homing switch.
     pub home: [Option<f64>; 3],
+    /// Longest time between a change of direction and the motor's next step, nanoseconds.
+    pub direction_setup_ns: u32,
     /// For each tool the motor that moves its filament.
     pub extruders: Vec<(u8, Actuator)>,
 }
@@ -35,15 +38,13 @@ impl Machine {
         for (actuator, settings) in config.actuators() {
             steps_per_mm[actuator as usize] = Some(settings.steps_per_mm);
         }
-        let kinematics = match config.motion.arm_solution {
-            ArmSolution::Cartesian => Some(Kinematics::Cartesian),
-            ArmSolution::CoreXy => Some(Kinematics::CoreXy),
-            _ => None,
-        };
-        let home = [units::Axis::X, units::Axis::Y, units::Axis::Z]
-            .map(|axis| config.homing_endstop(axis).map(|stop| stop.homing_position.0));
+        let motion = motion_config(config).ok();
+        let setup = motion.iter().flat_map(|motion| motion.actuators.0).flatten().map(|motor| motor.direction_setup);
+        let direction_setup_ns = setup.max().unwrap_or(0) * units::TICK_NANOSECONDS;
+        let kinematics = motion.map(|motion| motion.kinematics);
+        let home = home(config);
         let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id, tool.actuator()?))).collect();
-        Self { steps_per_mm, kinematics, home, extruders }
+        Self { steps_per_mm, kinematics, home, direction_setup_ns, extruders }
     }
 
     /// The motor of a tool.
@@ -70,6 +71,15 @@ impl Machine {
         steps
     }
 
+    /// A difference of motor positions in steps, where a motor that turns round and round may differ by whole turns.
+    pub fn within_a_turn(&self, motor: Actuator, steps: f64) -> f64 {
+        let turn = self.kinematics.and_then(|kinematics| kinematics.turn_of(motor));
+        match (turn, self.steps_per_mm[motor as usize]) {
+            (Some(degrees), Some(scale)) => steps - (steps / (degrees * scale)).round() * degrees * scale,
+            _ => steps,
+        }
+    }
+
     /// A Cartesian printer with one extruder, for tests.
     #[cfg(test)]
     pub fn printer() -> Self {
@@ -77,7 +87,25 @@ impl Machine {
             steps_per_mm: [Some(80.0), Some(80.0), Some(400.0), Some(415.0), None, None],
             kinematics: Some(Kinematics::Cartesian),
             home: [Some(0.0); 3],
+            direction_setup_ns: 500,
             extruders: vec![(0, Actuator::Delta)],
         }
     }
+}
+
+/// Where homing leaves X, Y and Z (`machine/src/homing.rs`).
+fn home(config: &MachineConfig) -> [Option<f64>; 3] {
+    let stops = [Axis::X, Axis::Y, Axis::Z].map(|axis| config.homing_endstop(axis));
+    let mut home = stops.map(|stop| stop.map(|stop| stop.homing_position.0));
+    let [x, y, z] = &mut home;
+    let both = x.is_some() && y.is_some();
+    if both && (config.homing.delta || config.homing.move_to_origin) {
+        (*x, *y) = (Some(0.0), Some(0.0));
+    }
+    // A delta goes down from its switches before it goes to the middle.
+    if let (true, true, Some(z), Some(stop)) = (config.homing.delta, config.homing.move_to_origin, z.as_mut(), stops[2])
+    {
+        *z -= stop.retract.0;
+    }
+    home
 }

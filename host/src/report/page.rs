@@ -148,16 +148,9 @@ fn path(report: &Report) -> PathData {
     let mut corners = report.samples.corners(has_extruder, 0.01, 6.0, MOST_CORNERS);
     if let (Ok(machine), Ok(program)) = (&report.machine, &report.program)
         && let Some(anchor) = anchor(&report.executed, machine, program)
-        && let Some(home) = program.path.first()
     {
-        let here = machine.point(anchor.stop.steps.map(|steps| steps as f64));
         let begin_s = if anchor.stop.until_ns == u64::MAX { 0.0 } else { anchor.stop.until_ns as f64 * 1e-9 };
         corners.retain(|corner| corner.time_s >= begin_s - report.samples.period_s);
-        for corner in &mut corners {
-            for (axis, mm) in corner.at.iter_mut().enumerate() {
-                *mm += home.at[axis] - here[axis];
-            }
-        }
     }
     let tube = tube(&corners);
     let floats = |of: &dyn Fn(&Corner) -> f64| base64(corners.iter().flat_map(|c| (of(c) as f32).to_le_bytes()));

@@ -2,7 +2,7 @@
 
 use super::edges::Executed;
 use super::machine::Machine;
-use units::Actuator;
+use units::{Actuator, MAX_ACTUATORS};
 
 /// What the machine did on the way to a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub struct Corner {
 pub struct Samples {
     /// Seconds between two.
     pub period_s: f64,
-    /// X, Y, Z in mm from where the motors stood at power-on, and filament in mm.
+    /// X, Y, Z of the machine in mm, and filament in mm.
     pub points: Vec<[f64; 4]>,
 }
 
@@ -45,19 +45,27 @@ const FEEDING_MM_PER_S: f64 = 0.03;
 const MOVING_MM_PER_S: f64 = 0.05;
 
 impl Samples {
-    /// Reads positions every `period_s`. `e` is the motor whose steps count as filament.
-    pub fn take(executed: &Executed, machine: &Machine, e: Option<Actuator>, period_s: f64) -> Self {
+    /// Reads positions every `period_s`. `origin`: where each motor stood at power-on, in steps of the machine's own count. `e`
+    /// is the motor whose steps count as filament.
+    pub fn take(
+        executed: &Executed,
+        machine: &Machine,
+        origin: &[f64; MAX_ACTUATORS],
+        e: Option<Actuator>,
+        period_s: f64,
+    ) -> Self {
         let mut readers: Vec<_> = executed.tracks.iter().map(super::edges::Track::reader).collect();
         let count = (executed.end_ns as f64 * 1e-9 / period_s) as usize + 2;
         let points = (0..count)
             .map(|index| {
                 let time_ns = (index as f64 * period_s * 1e9) as u64;
-                let mut steps = [0.0; 6];
+                let mut steps = [0.0; MAX_ACTUATORS];
                 for (steps, reader) in steps.iter_mut().zip(&mut readers) {
                     *steps = reader.steps_at(time_ns);
                 }
-                let [x, y, z, ..] = machine.point(steps);
                 let filament = e.and_then(|e| Some(steps[e as usize] / machine.steps_per_mm[e as usize]?));
+                steps.iter_mut().zip(origin).for_each(|(steps, origin)| *steps += origin);
+                let [x, y, z, ..] = machine.point(steps);
                 [x, y, z, filament.unwrap_or(0.0)]
             })
             .collect();
@@ -187,7 +195,7 @@ fn from_chord(from: &[f64; 4], to: &[f64; 4], point: &[f64; 4]) -> (f64, f64) {
 /// The largest distance of the executed path from the programmed one, mm, from `begin` (a sample) on. Both are walked
 /// forward together, so a path that takes a short cut is noticed even where the shortcut crosses the path. None when
 /// the program has no path.
-pub fn largest_deviation(samples: &Samples, begin: usize, origin: [f64; 3], program: &[[f64; 3]]) -> Option<f64> {
+pub fn largest_deviation(samples: &Samples, begin: usize, program: &[[f64; 3]]) -> Option<f64> {
     /// How many programmed pieces ahead the machine may be of the piece it was on.
     const AHEAD: usize = 24;
     const TIE_MM: f64 = 0.01;
@@ -197,7 +205,7 @@ pub fn largest_deviation(samples: &Samples, begin: usize, origin: [f64; 3], prog
         return None;
     }
     for point in samples.points.get(begin..)? {
-        let point = [point[0] - origin[0], point[1] - origin[1], point[2] - origin[2], 0.0];
+        let point = [point[0], point[1], point[2], 0.0];
         let ahead = piece..(piece + AHEAD).min(program.len() - 1);
         let apart = |candidate: usize| {
             let [from, to] = [program[candidate], program[candidate + 1]].map(|[x, y, z]| [x, y, z, 0.0]);
@@ -255,10 +263,11 @@ mod tests {
     fn deviation_is_the_distance_from_the_programmed_line_and_sees_short_cuts() {
         let program = [[0.0; 3], [20.0, 0.0, 0.0], [20.0, 20.0, 0.0]];
         let path = corner_path();
-        assert!(largest_deviation(&path, 0, [0.0; 3], &program).unwrap() < 1e-9);
-        assert!((largest_deviation(&path, 0, [0.0, 0.5, 0.0], &program).unwrap() - 0.5).abs() < 0.01);
+        assert!(largest_deviation(&path, 0, &program).unwrap() < 1e-9);
+        let shifted = program.map(|[x, y, z]| [x, y + 0.5, z]);
+        assert!((largest_deviation(&path, 0, &shifted).unwrap() - 0.5).abs() < 0.01);
         let diagonal = samples((0..=1_000).map(|n| [f64::from(n) * 0.02, f64::from(n) * 0.02, 0.0, 0.0]));
-        assert!(largest_deviation(&diagonal, 0, [0.0; 3], &program).unwrap() > 9.0);
-        assert_eq!(largest_deviation(&path, 0, [0.0; 3], &program[..1]), None);
+        assert!(largest_deviation(&diagonal, 0, &program).unwrap() > 9.0);
+        assert_eq!(largest_deviation(&path, 0, &program[..1]), None);
     }
 }

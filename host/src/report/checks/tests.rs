@@ -86,7 +86,7 @@ fn what_the_run_itself_says_is_held_against_it() {
         ("The trace holds", |run| run.summary.actuators.get_mut("alpha").unwrap().steps += 1),
         ("The trace has", |run| run.summary.edge_hash = "1234".into()),
         ("No step edge", |run| {
-            run.summary.step_error_ns = Some(crate::report::run::StepError { max: 300.0, rms: 9.0 })
+            run.summary.step_error_ns = Some(crate::report::run::StepError { max: 800.0, rms: 9.0 })
         }),
     ];
     for (begins, change) in faults {
