@@ -118,7 +118,7 @@ impl fmt::Display for Module<'_> {
 /// `switch fan`, `every switch` or `[zprobe]`
 fn write_label(f: &mut fmt::Formatter<'_>, section: &str, noun: &str, name: &str) -> fmt::Result {
     match (noun, name) {
-        ("", _) | ("entry", "") => write!(f, "[{section}]"),
+        ("", _) | (crate::schema::UNREAD, "") => write!(f, "[{section}]"),
         (_, "") => write!(f, "every {noun}"),
         _ => write!(f, "{noun} {name}"),
     }

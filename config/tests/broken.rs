@@ -91,6 +91,11 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("a probe without a pin", "[zprobe]\nenable = true\n"),
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
+    (
+        "two switches on one timer channel",
+        "[pwm1]\nfrequency = 5000\n\n[switch]\na.enable = true\na.output_pin = PWM1_1\na.output_type = hwpwm\na.input_on_command = M3\nb.enable = true\nb.output_pin = PE9\nb.output_type = digital\nb.input_on_command = M8\n",
+    ),
+    ("a part that nothing reads yet", "[temperature switch]\nhotend.enable = true\n"),
     ("a function that is still to come", "[laser]\nenable = true\npwm_pin = PWM1_1\n"),
     (
         "an external driver that steps faster than its pulses",

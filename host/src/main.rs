@@ -26,7 +26,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Check a configuration; exits 1 when the machine must not be started with it, 2 when it cannot be read
+    /// Check a configuration; exits 1 when something of the machine stays off or all of it, 2 when the file cannot be read
     Check {
         /// The configuration
         file: PathBuf,

@@ -78,7 +78,7 @@ fn a_configuration_that_cannot_be_read_is_told() {
 fn an_unknown_key_is_located() {
     let plan = Plan::new().with("alpha.max_rate = 18000", "alpha.max_rat = 18000");
     let line = 1 + CONFIG.lines().position(|line| line.starts_with("alpha.max_rate")).expect("the sample has it");
-    let told = format!("config.ini: line {line}, column 1: error: alpha.max_rat: [actuator] has no setting 'max_rat'");
+    let told = format!("config.ini: line {line}, column 1: fatal: alpha.max_rat: [actuator] has no setting 'max_rat'");
     let mut velvet = stays_off(plan, &told);
     velvet.assert_card_listed("config.ini");
 }

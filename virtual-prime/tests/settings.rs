@@ -108,8 +108,11 @@ fn timers_run_at_their_frequency() {
 fn the_auxiliary_uart_is_what_the_configuration_says() {
     let bytes_in = |lines: &[&str], port: usize, ms: u64| {
         let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
-        let line =
-            velvet.bench.vm.with(move |stopped| stopped.session.board().console(port).clone()).expect("the run goes on");
+        let line = velvet
+            .bench
+            .vm
+            .with(move |stopped| stopped.session.board().console(port).clone())
+            .expect("the run goes on");
         line.receive();
         line.send(b"help\n");
         velvet.hear(ms);
@@ -123,6 +126,24 @@ fn the_auxiliary_uart_is_what_the_configuration_says() {
     assert_eq!(bytes_in(&on(&["[uart console] console = false"]), 1, 200), 0, "it only sends");
     let (fast, slow) = (bytes_in(&on(&[]), 1, 50), bytes_in(&on(&["[uart console] baudrate = 9600"]), 1, 50));
     assert!(slow > 10 && slow < 60 && fast > 3 * slow, "{fast} bytes at 115200 baud, {slow} at 9600");
+}
+
+/// An error in the bed's settings costs the bed: its output is not driven, and the rest of the machine works.
+#[test]
+fn a_broken_bed_stays_off_and_the_machine_moves() {
+    let mut velvet = Plan::new().set("[temperature control] bed.max_temp = hot").start();
+    assert!(velvet.said().contains("these stay off: temperature control bed\n"), "{}", velvet.said());
+    let said = velvet.ask("M140 S60", SECOND);
+    assert!(said.starts_with("error:temperature control bed is off: see [temperature control] bed.max_temp"), "{said}");
+    velvet.ask("M104 S60", SECOND);
+    velvet.ask("G28 X", 60 * SECOND);
+    assert!(position(&mut velvet, Alpha).abs() < 0.05);
+    let of = |velvet: &mut Velvet, name: &str| {
+        velvet
+            .world(|world| world.heater_index(name).map(|index| (world.heater_c(index), world.heater_mean_duty(index))))
+    };
+    let (bed, hotend) = (of(&mut velvet, "bed").expect("a bed"), of(&mut velvet, "hotend").expect("a hotend"));
+    assert!(bed.1 == 0.0 && hotend.0 > 25.0, "bed {bed:?}, hotend {hotend:?}");
 }
 
 /// The milliseconds and bytes that `mem` says.

@@ -8,9 +8,9 @@ use crate::ledger::{MAX_WRITTEN, Path, Span};
 use crate::machine::BoardId;
 use crate::module::Module;
 use crate::report::At;
-use crate::schema::{CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support};
+use crate::schema::{CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support, UNREAD};
 use crate::suggest;
-use crate::text::nearest;
+use crate::text::{cut, nearest};
 use crate::value::{self, Value};
 
 /// The name under which the schema keeps defaults of that board.
@@ -31,7 +31,12 @@ impl Reader<'_> {
                 let Some(row) = section.settings.get(setting) else { return };
                 let path = Path::new(index, setting, place);
                 let value_span = if value.is_empty() { at } else { self.span(line, value) };
-                self.take_value(path, row, value, at, value_span);
+                let key = match section.form {
+                    // Nothing keeps the names of instances to come.
+                    Form::Named(instances) if instances.noun == UNREAD => cut(format_args!("[{}] {key}", section.name)),
+                    _ => path.text(self.config),
+                };
+                self.take_value(path, row, value, (at, value_span), &key);
             }
         }
     }
@@ -124,13 +129,12 @@ impl Reader<'_> {
         None
     }
 
-    fn take_value(&mut self, path: Path, row: &'static Setting, text: &str, at: Span, value_span: Span) {
-        let key = path.text(self.config);
+    fn take_value(&mut self, path: Path, row: &'static Setting, text: &str, (at, value_span): (Span, Span), key: &str) {
         match value::parse(&row.kind, text) {
             Err(flaw) => {
                 self.ledger.mark_unreadable(path);
                 let reason = format_args!("{}", flaw.reason());
-                let at = At::new(value_span, &key, path.module(self.config));
+                let at = At::new(value_span, key, path.module(self.config));
                 match (flaw, row.typical) {
                     (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high => {
                         let fix = suggest::OtherUnit { unit: row.unit, value, is_low: false };
@@ -143,8 +147,8 @@ impl Reader<'_> {
                 }
             }
             Ok(value) => {
-                self.object_to(path, row, &key, &value, value_span);
-                self.doubt(path, row, &key, &value, value_span);
+                self.object_to(path, row, key, &value, value_span);
+                self.doubt(path, row, key, &value, value_span);
                 self.keep(path, row, &value);
                 // Instances of a section that is still to come are not told apart.
                 let has_place = row.support == Support::Now
@@ -156,12 +160,12 @@ impl Reader<'_> {
                 match self.ledger.write(path, value_span) {
                     Ok(Some(before)) => {
                         let reason = format_args!("is set before, in line {}; this one counts", before.line);
-                        let at = At::new(at, &key, Module::MACHINE);
+                        let at = At::new(at, key, Module::MACHINE);
                         self.reporter.report(Severity::Warning, at, reason, format_args!("delete one of them"));
                     }
                     Err(_) => {
                         let reason = format_args!("the file sets more than {MAX_WRITTEN} settings");
-                        let at = At::new(at, &key, Module::MACHINE);
+                        let at = At::new(at, key, Module::MACHINE);
                         self.reporter.report(Severity::Error, at, reason, format_args!("delete what is not enabled"));
                     }
                     Ok(None) => {}
@@ -192,7 +196,8 @@ impl Reader<'_> {
             Support::Now | Support::Dormant | Support::Absent { .. } => {}
             Support::NotYet { severity, advice } => {
                 // Whether it is asked for in earnest, the whole file shows: its function may be disabled.
-                if !self.ledger.wish(path, span) {
+                let is_nameless = path.section().and_then(Section::instances).is_some_and(|i| i.noun == UNREAD);
+                if is_nameless || !self.ledger.wish(path, span) {
                     let at = At::new(span, key, path.module(self.config));
                     check::not_supported(&mut self.reporter, severity, at, advice);
                 }

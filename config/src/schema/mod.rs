@@ -83,6 +83,9 @@ pub const SECTIONS: &[Section] = &[
     modules::NETWORK,
 ];
 
+/// The noun of instances that nothing keeps yet.
+pub(crate) const UNREAD: &str = "entry";
+
 /// A section of the file.
 pub struct Section {
     /// The text between the brackets.

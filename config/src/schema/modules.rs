@@ -4,8 +4,13 @@ use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text, word
 use super::{Form, Instances, PinRole, Section};
 
 /// Instances that nothing stores yet.
-const UNREAD: Instances =
-    Instances { noun: "entry", find: |_, _| Some(0), create: |_, _| Ok(0), name: |_, _| "", is_live: |_, _| true };
+const UNREAD: Instances = Instances {
+    noun: super::UNREAD,
+    find: |_, _| Some(0),
+    create: |_, _| Ok(0),
+    name: |_, _| "",
+    is_live: |_, _| true,
+};
 
 pub const LASER: Section = Section {
     name: "laser",

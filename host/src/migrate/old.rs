@@ -16,7 +16,8 @@ pub struct Line {
 /// All settings, in the order of the file; of two with one key the later.
 pub fn read(text: &str) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
-    for (index, line) in text.lines().enumerate() {
+    // Some editors put a mark before the first line.
+    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let (content, comment) = line.split_once('#').unwrap_or((line, ""));
         let mut words = content.split_whitespace();
         let Some(key) = words.next() else { continue };
@@ -34,8 +35,9 @@ mod tests {
 
     #[test]
     fn the_last_line_of_a_key_counts_and_comments_stay() {
-        let lines =
-            read("# head\n\nalpha_max_rate 300 # slow\nbeta_max_rate\t500# tab\nalpha_max_rate   600 unit\nx\n");
+        let lines = read(
+            "\u{feff} # head\n\nalpha_max_rate 300 # slow\nbeta_max_rate\t500# tab\nalpha_max_rate   600 unit\nx\n",
+        );
         let told: Vec<_> =
             lines.iter().map(|l| (l.number, l.key.as_str(), l.value.as_str(), l.comment.as_str())).collect();
         assert_eq!(told, [(4, "beta_max_rate", "500", "tab"), (5, "alpha_max_rate", "600", ""), (6, "x", "", "")]);
