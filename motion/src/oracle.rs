@@ -5,14 +5,14 @@
 //! half step. Input shaping and pressure advance it does by their definitions, from the table of pulses on. What it does not
 //! check is the plan itself (limits, junctions); the planner's laws do.
 
-use std::vec::Vec;
+use std::{sync::Arc, vec::Vec};
 
 mod arms;
 mod ways;
 
 use units::{Actuator, PerAxis};
 
-use crate::{FilterConfig, MotionConfig, PressureAdvance, trajectory::Piece};
+use crate::{FilterConfig, MotionConfig, PressureAdvance, path::Curve, trajectory::Piece};
 
 /// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A motor that
 /// creeps slower than a step a second, or that turns right on a crossing, has no better defined time.
@@ -30,13 +30,15 @@ pub struct Ideal {
     pieces: Vec<Timed>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Timed {
     /// Nanoseconds from boot.
     start: f64,
     piece: Piece,
     /// Those that were in force when it came: they hold until the next piece. They only change where the motors rest.
     filters: FilterConfig,
+    /// Of its spline, if it has one.
+    table: Option<Arc<ways::Table>>,
 }
 
 /// How far the edges of a run are from ideal.
@@ -85,7 +87,13 @@ impl Ideal {
     /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an override).
     pub fn push(&mut self, piece: &Piece) {
         let start = piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS);
-        self.pieces.push(Timed { start, piece: *piece, filters: self.filters });
+        let same = self.pieces.last().filter(|last| last.piece.path.curve == piece.path.curve);
+        let table = match (same, &piece.path.curve) {
+            (Some(last), _) => last.table.clone(),
+            (None, Curve::Spline(spline)) => Some(Arc::new(ways::Table::new(spline))),
+            _ => None,
+        };
+        self.pieces.push(Timed { start, piece: *piece, filters: self.filters, table });
     }
 
     /// Forgets pieces that have no influence after `at` (ns) any more.
@@ -160,14 +168,14 @@ impl Ideal {
 
     /// The trajectory before the filters.
     fn planned(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
-        let Timed { start, piece, .. } = self.pieces.get(self.index(at))?;
+        let Timed { start, piece, table, .. } = self.pieces.get(self.index(at))?;
         let seconds = (at - start) * 1e-9;
         let resting = seconds > piece.duration || seconds < 0.0;
         let t = seconds.clamp(0.0, piece.duration);
         let way = piece.speed * t + piece.acceleration * t.powi(2) / 2.0 + piece.jerk * t.powi(3) / 6.0;
         let rate = piece.speed + piece.acceleration * t + piece.jerk * t.powi(2) / 2.0;
         let speed = if resting { 0.0 } else { rate };
-        let (position, mut velocity) = ways::place(&piece.path, piece.base + way);
+        let (position, mut velocity) = ways::place(&piece.path, table.as_deref(), piece.base + way);
         for axis in units::Axis::ALL {
             velocity[axis] *= speed;
         }

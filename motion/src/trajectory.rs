@@ -24,10 +24,13 @@ pub fn tick_time(seconds: f64) -> TickTime {
     TickTime::from_bits(fixed_32(seconds * STEP_CLOCK_HZ as f64))
 }
 
-/// From one point in time to a later one, seconds; zero when it is not later. Exact below 21 s.
+/// From one point in time to a later one, seconds; zero when it is not later.
 #[must_use]
 pub(crate) fn seconds_between(from: TickTime, to: TickTime) -> f64 {
-    float_of_u64(to.saturating_sub(from).to_bits() as u64) / UNITS_PER_SECOND
+    let units = to.saturating_sub(from).to_bits();
+    // A slow move may take longer than the 21 s of 64 bits.
+    let (high, low) = (float_of_u64((units >> 64) as u64), float_of_u64(units as u64));
+    (high * 18_446_744_073_709_551_616.0 + low) / UNITS_PER_SECOND
 }
 
 /// The whole tick at a point in time.
@@ -106,6 +109,14 @@ pub(crate) fn along(origin: &PerAxis<f64>, direction: &PerAxis<f64>, distance: f
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_times_are_told_as_well_as_short_ones() {
+        for seconds in [1e-6, 20.0, 22.0, 3_600.0] {
+            let from = at_tick(Ticks(12_345));
+            assert!((seconds_between(from, from + tick_time(seconds)) / seconds - 1.0).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn seconds_become_ticks_and_nonsense_becomes_nothing() {

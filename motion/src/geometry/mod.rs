@@ -6,7 +6,11 @@
 mod arc;
 mod chords;
 mod line;
+mod nurbs;
+mod spline;
 
 pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS, Plane};
 pub use chords::{ArcSettings, Chords};
 pub use line::{Line, LineSettings};
+pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
+pub use spline::{Bezier, Smooth, SplineMoves};

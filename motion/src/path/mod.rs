@@ -7,10 +7,12 @@
 mod arc;
 mod limits;
 mod ring;
+mod spline;
 
 pub use arc::Arc;
 pub(crate) use limits::{envelope, unit};
 pub(crate) use ring::CurveRing;
+pub use spline::{EVEN_WITHIN, Spline};
 
 use units::{Axis, PerAxis};
 
@@ -25,6 +27,8 @@ pub enum Curve {
     Line,
     /// A part of a circle, or several turns of it.
     Arc(Arc),
+    /// A cubic.
+    Spline(Spline),
 }
 
 impl Curve {
@@ -40,6 +44,7 @@ impl Curve {
         match self {
             Self::Line => 0.0,
             Self::Arc(arc) => arc.length(),
+            Self::Spline(spline) => spline.length(),
         }
     }
 
@@ -55,6 +60,7 @@ impl Curve {
         match self {
             Self::Line => [0.0; 3],
             Self::Arc(arc) => arc.offset(s),
+            Self::Spline(spline) => spline.offset(s),
         }
     }
 
@@ -64,6 +70,7 @@ impl Curve {
         match self {
             Self::Line => [0.0; 3],
             Self::Arc(arc) => arc.slope(s),
+            Self::Spline(spline) => spline.slope(s),
         }
     }
 
@@ -73,6 +80,7 @@ impl Curve {
         match self {
             Self::Line => [0.0; 3],
             Self::Arc(arc) => arc.bend(s),
+            Self::Spline(spline) => spline.bend(s),
         }
     }
 }

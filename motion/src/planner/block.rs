@@ -125,7 +125,9 @@ impl Envelope {
             }
             return Some(envelope);
         }
-        let mut moving = Actuator::ALL.into_iter().filter(|actuator| moves(&motors[*actuator]));
+        // Where two motors work together one of them may just count although no axis does: that is no move of A, B or C.
+        let auxiliary = |actuator: &Actuator| *actuator as usize >= Axis::PRIMARY.len();
+        let mut moving = Actuator::ALL.into_iter().filter(|motor| auxiliary(motor) && moves(&motors[*motor]));
         let first = moving.next()?;
         let alone = moving.next().is_none();
         Some(Self::auxiliary(first, alone, motors, limits))

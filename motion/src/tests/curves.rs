@@ -1,4 +1,4 @@
-//! Arcs and helices: edges against the reference, limits along the whole path, hard cases.
+//! Arcs, helices and splines: edges against the reference, limits along the whole path, hard cases.
 
 use std::vec::Vec;
 
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     FilterConfig, Kinematics, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind,
-    geometry::{Arc, ArcShape, Plane},
+    geometry::{Arc, ArcShape, Bezier, Plane, SplineMoves},
     kinematics::{LinearDelta, tests::machines},
     oracle::StepError,
     path::Curve,
@@ -32,8 +32,20 @@ struct Stroke {
     rise: f64,
     filament: f64,
     feed: f64,
-    /// A straight line in place of the arc.
-    straight: bool,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Arc,
+    Straight,
+    /// With its last three control points seen from the start, in radii.
+    Spline([(f64, f64); 3]),
+}
+
+fn kinds() -> impl Strategy<Value = Kind> {
+    let place = (-1.0..1.0_f64, -1.0..1.0_f64);
+    prop_oneof![3 => Just(Kind::Arc), 2 => Just(Kind::Straight), 2 => prop::array::uniform3(place).prop_map(Kind::Spline)]
 }
 
 fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
@@ -41,54 +53,65 @@ fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
     let radius = prop_oneof![1.0..20.0_f64, 0.05..1.0_f64, 0.001..0.05_f64];
     let shape =
         (plane, radius, 0.0..6.2_f64, 0.02..6.2_f64, any::<bool>(), prop_oneof![6 => Just(1_u32), 1 => 2_u32..5]);
-    let more = (-1.0..1.0_f64, -0.3..0.6_f64, 5.0..300.0_f64, prop::bool::weighted(0.3));
-    let stroke = (shape, more).prop_map(
-        |((plane, radius, towards, sweep, clockwise, turns), (rise, filament, feed, straight))| Stroke {
-            plane,
-            radius,
-            towards,
-            sweep,
-            clockwise,
-            turns,
-            rise: rise * radius,
-            filament,
-            feed,
-            straight,
-        },
-    );
+    let more = (-1.0..1.0_f64, -0.3..0.6_f64, 5.0..300.0_f64, kinds());
+    let stroke =
+        (shape, more).prop_map(|((plane, radius, towards, sweep, clockwise, turns), (rise, filament, feed, kind))| {
+            Stroke { plane, radius, towards, sweep, clockwise, turns, rise: rise * radius, filament, feed, kind }
+        });
     prop::collection::vec(stroke, 1..8)
 }
 
 /// The moves of a program that begins at `start`.
 fn program(start: PerAxis<f64>, strokes: &[Stroke]) -> Vec<Move> {
     let mut here = start;
-    strokes
-        .iter()
-        .map(|stroke| {
-            let (first, second) = stroke.plane.axes();
-            let rises = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second).expect("a third");
-            let (to_centre_first, to_centre_second) =
-                (stroke.radius * stroke.towards.cos(), stroke.radius * stroke.towards.sin());
-            let angle = if stroke.clockwise { -stroke.sweep } else { stroke.sweep };
-            let mut to = here;
-            to[first] += to_centre_first - stroke.radius * (stroke.towards + angle).cos();
-            to[second] += to_centre_second - stroke.radius * (stroke.towards + angle).sin();
-            to[rises] += stroke.rise;
-            to[Axis::A] += stroke.filament;
-            let shape = ArcShape {
-                plane: stroke.plane,
-                to_centre_first,
-                to_centre_second,
-                clockwise: stroke.clockwise,
-                turns: stroke.turns,
-            };
-            let arc = Arc::new(here, to, &shape).expect("an arc");
-            let curve = arc.parts(1).next().map_or(Curve::Line, |(_, curve)| curve);
-            here = to;
-            let straight = Move::feed(to, MmPerSecond(stroke.feed));
-            if stroke.straight { straight } else { Move { curve, ..straight } }
-        })
+    let mut moves = Vec::new();
+    for stroke in strokes {
+        let added = match stroke.kind {
+            Kind::Spline(places) => spline(here, stroke, places),
+            _ => arc(here, stroke),
+        };
+        here = added.last().map_or(here, |last| last.target);
+        moves.extend(added);
+    }
+    moves
+}
+
+/// A Bezier curve in the plane of X and Y.
+fn spline(here: PerAxis<f64>, stroke: &Stroke, places: [(f64, f64); 3]) -> Vec<Move> {
+    let seen = |(x, y): (f64, f64)| [here[Axis::X] + stroke.radius * x, here[Axis::Y] + stroke.radius * y, 0.0];
+    let [q, r, s] = places.map(seen);
+    let mut to = here;
+    (to[Axis::X], to[Axis::Y]) = (s[0], s[1]);
+    to[Axis::Z] += stroke.rise;
+    to[Axis::A] += stroke.filament;
+    SplineMoves::new(Bezier::cubic([seen((0.0, 0.0)), q, r, s]), here, to)
+        .map(|(target, curve)| Move { curve, ..Move::feed(target, MmPerSecond(stroke.feed)) })
         .collect()
+}
+
+/// An arc, or the line between its ends.
+fn arc(here: PerAxis<f64>, stroke: &Stroke) -> Vec<Move> {
+    let (first, second) = stroke.plane.axes();
+    let rises = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second).expect("a third");
+    let (to_centre_first, to_centre_second) =
+        (stroke.radius * stroke.towards.cos(), stroke.radius * stroke.towards.sin());
+    let angle = if stroke.clockwise { -stroke.sweep } else { stroke.sweep };
+    let mut to = here;
+    to[first] += to_centre_first - stroke.radius * (stroke.towards + angle).cos();
+    to[second] += to_centre_second - stroke.radius * (stroke.towards + angle).sin();
+    to[rises] += stroke.rise;
+    to[Axis::A] += stroke.filament;
+    let shape = ArcShape {
+        plane: stroke.plane,
+        to_centre_first,
+        to_centre_second,
+        clockwise: stroke.clockwise,
+        turns: stroke.turns,
+    };
+    let arc = Arc::new(here, to, &shape).expect("an arc");
+    let curve = arc.parts(1).next().map_or(Curve::Line, |(_, curve)| curve);
+    let straight = Move::feed(to, MmPerSecond(stroke.feed));
+    std::vec![if stroke.kind == Kind::Straight { straight } else { Move { curve, ..straight } }]
 }
 
 fn draw(config: MotionConfig, start: PerAxis<f64>, moves: &[Move]) -> Rig {
@@ -146,7 +169,7 @@ proptest! {
     #![proptest_config(cases(24))]
 
     #[test]
-    fn every_edge_of_arcs_is_where_the_reference_puts_it(strokes in strokes(), core in any::<bool>()) {
+    fn every_edge_of_curves_is_where_the_reference_puts_it(strokes in strokes(), core in any::<bool>()) {
         let mut config = printer();
         if core {
             config.kinematics = Kinematics::CoreXy;
@@ -162,7 +185,7 @@ proptest! {
     #![proptest_config(cases(4))]
 
     #[test]
-    fn arcs_of_every_machine_keep_time_and_limits(strokes in strokes(), shares in prop::array::uniform3(0.4..0.6_f64)) {
+    fn curves_of_every_machine_keep_time_and_limits(strokes in strokes(), shares in prop::array::uniform3(0.4..0.6_f64)) {
         for (kinematics, span) in machines() {
             let [x, y, z] = [0, 1, 2].map(|n| span[n][0] + (span[n][1] - span[n][0]) * shares[n]);
             let start = at(x, y, z, 0.0);
@@ -173,6 +196,7 @@ proptest! {
                 radius: 0.15 * stroke.radius,
                 rise: if is_lathe { 0.0 } else { 0.1 * stroke.rise },
                 plane: if is_lathe { Plane::Xz } else { stroke.plane },
+                kind: if is_lathe { Kind::Arc } else { stroke.kind },
                 filament: if has_extruder { stroke.filament } else { 0.0 },
                 ..*stroke
             }).collect();
@@ -181,7 +205,7 @@ proptest! {
     }
 
     #[test]
-    fn filtered_arcs_are_where_the_reference_puts_them(strokes in strokes()) {
+    fn filtered_curves_are_where_the_reference_puts_them(strokes in strokes()) {
         let shaper = |kind, frequency| Some(Shaper { kind, frequency, damping: 0.1 });
         let config = MotionConfig {
             filters: FilterConfig {
