@@ -17,6 +17,7 @@ use crate::modal::{Modal, Saved};
 use crate::overrides::Overrides;
 use crate::player::Player;
 use crate::ports::{FileHandle, PATH_BYTES, Ports};
+use crate::splines::Splines;
 use crate::state::{Event, State};
 use crate::switches::SwitchBank;
 use crate::tools::Tools;
@@ -41,6 +42,7 @@ pub struct Controller<P: Ports> {
     pub(crate) target: Target,
     pub(crate) state: State,
     pub(crate) modal: Modal,
+    pub(crate) splines: Splines,
     pub(crate) saved: Vec<Saved, SAVED_STATES>,
     /// Machine position where the last accepted move ends.
     pub(crate) position: PerAxis<f64>,
@@ -86,6 +88,7 @@ impl<P: Ports> Controller<P> {
             target: Target::Nobody,
             state: State::Idle,
             modal: Modal::new(MmPerSecond(0.0), MmPerSecond(0.0)),
+            splines: Splines::default(),
             saved: Vec::new(),
             position: PerAxis([0.0; units::MAX_AXES]),
             tools: Tools::default(),

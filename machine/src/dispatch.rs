@@ -5,7 +5,9 @@ use gcode::{Block, Code, Letter, Line, Refusal};
 use crate::console::Target;
 use crate::controller::Controller;
 use crate::failure::{Answer, Failure, Outcome, message};
+use crate::modal::PathMode;
 use crate::ports::Ports;
+use crate::splines::Splines;
 use crate::state::State;
 
 /// M-codes that run while halted: ends, power, temperatures and reports.
@@ -129,12 +131,15 @@ impl<P: Ports> Controller<P> {
 
     async fn run_g(&mut self, code: Code, block: &Block<'_>) -> Outcome {
         match (code.number, code.subcode) {
-            (0..=3, 0) => self.motion_code(code.number, block).await,
+            (0..=3, 0) | (5, 0..=2) => self.motion_code(code, block).await,
+            (5, 3) => self.close_nurbs(block).await,
             (4, 0) => self.dwell_code(block).await,
             (10, 0) if block.has('L') => self.set_offsets(block),
             (10, 0) => self.retract().await,
             (11, 0) => self.recover().await,
-            (17..=21 | 49 | 53..=59 | 90 | 91, _) | (43, 0..=2) => self.modal_code(code, block).await,
+            (17..=21 | 49 | 53..=59 | 90 | 91, _) | (43, 0..=2) | (61, 0 | 1) | (64, 0) => {
+                self.modal_code(code, block).await
+            }
             (28, _) => self.home_code(code.subcode, block).await,
             (92, 0..=4) => self.g92(code.subcode, block).await,
             _ => Ok(Answer::Unknown),
@@ -202,6 +207,8 @@ impl<P: Ports> Controller<P> {
         self.wait_idle().await?;
         self.modal.system = 0;
         self.modal.absolute = true;
+        self.modal.path = PathMode::Exact;
+        self.splines = Splines::default();
         self.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
         Ok(Answer::Ok)
     }

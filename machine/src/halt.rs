@@ -9,6 +9,7 @@ use units::{Axis, Micros};
 use crate::console::Target;
 use crate::controller::Controller;
 use crate::ports::Ports;
+use crate::splines::Splines;
 use crate::state::{Event, State};
 
 /// Motion must have come to rest by then, else it is cut.
@@ -165,6 +166,7 @@ impl<P: Ports> Controller<P> {
 
     /// M999.
     pub(crate) async fn clear_halt(&mut self) {
+        self.splines = Splines::default();
         self.release();
         self.wait_release().await;
         self.say(format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));

@@ -3,6 +3,8 @@
 //! Order of offsets: machine = work + coordinate system - G92 + tool offset. Everything here is in mm and mm/s; inches
 //! and minutes end where a word is read.
 
+use gcode::Code;
+use motion::Corner;
 use motion::geometry::Plane;
 use units::{Axis, MmPerSecond, PerAxis};
 
@@ -23,29 +25,75 @@ pub enum MotionMode {
     ArcClockwise,
     /// G3.
     ArcCounterClockwise,
+    /// G5.
+    Cubic,
+    /// G5.1.
+    Quadratic,
+    /// G5.2.
+    Nurbs,
 }
 
 impl MotionMode {
-    /// From the number of a G-code.
+    /// From the number and subcode of a G-code.
     #[must_use]
-    pub const fn from_g(number: u16) -> Option<Self> {
-        Some(match number {
-            0 => Self::Rapid,
-            1 => Self::Linear,
-            2 => Self::ArcClockwise,
-            3 => Self::ArcCounterClockwise,
+    pub const fn from_g(number: u16, subcode: u8) -> Option<Self> {
+        Some(match (number, subcode) {
+            (0, 0) => Self::Rapid,
+            (1, 0) => Self::Linear,
+            (2, 0) => Self::ArcClockwise,
+            (3, 0) => Self::ArcCounterClockwise,
+            (5, 0) => Self::Cubic,
+            (5, 1) => Self::Quadratic,
+            (5, 2) => Self::Nurbs,
             _ => return None,
         })
     }
 
-    /// The number of its G-code.
+    /// Its G-code.
     #[must_use]
-    pub const fn number(self) -> u16 {
+    pub const fn code(self) -> Code {
         match self {
-            Self::Rapid => 0,
-            Self::Linear => 1,
-            Self::ArcClockwise => 2,
-            Self::ArcCounterClockwise => 3,
+            Self::Rapid => Code::g(0),
+            Self::Linear => Code::g(1),
+            Self::ArcClockwise => Code::g(2),
+            Self::ArcCounterClockwise => Code::g(3),
+            Self::Cubic => Code::g(5),
+            Self::Quadratic => Code::g(5).sub(1),
+            Self::Nurbs => Code::g(5).sub(2),
+        }
+    }
+}
+
+/// What becomes of the corners of a program: the modal group of G61.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum PathMode {
+    /// G61: they are drawn as they are.
+    #[default]
+    Exact,
+    /// G61.1: and the machine stops in each.
+    ExactStop,
+    /// G64: they are rounded, leaving the path by so many mm at most.
+    Rounded(f64),
+}
+
+impl PathMode {
+    /// Its G-code.
+    #[must_use]
+    pub const fn code(self) -> Code {
+        match self {
+            Self::Exact => Code::g(61),
+            Self::ExactStop => Code::g(61).sub(1),
+            Self::Rounded(_) => Code::g(64),
+        }
+    }
+
+    /// What a move asks for.
+    #[must_use]
+    pub const fn corner(self) -> Corner {
+        match self {
+            Self::Exact => Corner::Sharp,
+            Self::ExactStop => Corner::Stop,
+            Self::Rounded(tolerance) => Corner::Rounded(tolerance),
         }
     }
 }
@@ -68,13 +116,15 @@ pub struct Modal {
     pub motion: MotionMode,
     /// Plane of arcs.
     pub plane: Plane,
+    /// Corners.
+    pub path: PathMode,
     /// G20.
     pub inches: bool,
     /// G90.
     pub absolute: bool,
     /// M82.
     pub e_absolute: bool,
-    /// Rate of G1 to G3.
+    /// Rate of G1 to G5.
     pub feed_rate: MmPerSecond,
     /// Rate of G0.
     pub seek_rate: MmPerSecond,
@@ -93,12 +143,13 @@ pub struct Modal {
 }
 
 impl Modal {
-    /// The state at boot: G0 G17 G21 G54 G90 M82.
+    /// The state at boot: G0 G17 G21 G54 G61 G90 M82.
     #[must_use]
     pub const fn new(feed_rate: MmPerSecond, seek_rate: MmPerSecond) -> Self {
         Self {
             motion: MotionMode::Rapid,
             plane: Plane::Xy,
+            path: PathMode::Exact,
             inches: false,
             absolute: true,
             e_absolute: true,

@@ -1,6 +1,6 @@
-//! G0 to G3 and G4: from words to moves in machine space.
+//! G0, G1 and G4, and what all motion codes share: from words to moves in machine space.
 
-use gcode::Block;
+use gcode::{Block, Code};
 use motion::geometry::Line;
 use motion::path::Curve;
 use motion::{Mode, Move, Refusal};
@@ -14,9 +14,9 @@ use crate::ports::Ports;
 use crate::state::Event;
 
 impl<P: Ports> Controller<P> {
-    /// G0 to G3.
-    pub(crate) async fn motion_code(&mut self, number: u16, block: &Block<'_>) -> Outcome {
-        if let Some(mode) = MotionMode::from_g(number) {
+    /// G0 to G3, G5 to G5.2.
+    pub(crate) async fn motion_code(&mut self, code: Code, block: &Block<'_>) -> Outcome {
+        if let Some(mode) = MotionMode::from_g(code.number, code.subcode) {
             self.modal.motion = mode;
         }
         let done = self.motion_block(block).await;
@@ -26,23 +26,33 @@ impl<P: Ports> Controller<P> {
 
     /// Words without a code: the last motion code goes on.
     pub(crate) async fn motion_words(&mut self, block: &Block<'_>) -> Outcome {
-        self.motion_code(self.modal.motion.number(), block).await
+        self.motion_code(self.modal.motion.code(), block).await
     }
 
     async fn motion_block(&mut self, block: &Block<'_>) -> Outcome {
         self.take_rates(block)?;
         let mode = self.modal.motion;
+        self.spline_state(mode, block)?;
+        if mode == MotionMode::Nurbs {
+            return self.control_point(block);
+        }
         let target = self.target_of(block)?;
-        let is_arc = matches!(mode, MotionMode::ArcClockwise | MotionMode::ArcCounterClockwise);
-        if target == self.position && !is_arc {
+        let is_line = matches!(mode, MotionMode::Rapid | MotionMode::Linear);
+        if target == self.position && is_line {
             return Ok(Answer::Ok);
         }
         if self.config.motion.must_be_homed && !self.all_homed() {
             return Err(Failure::alarm("Must be homed before moving"));
         }
-        if is_arc {
-            return self.arc(block, target, mode == MotionMode::ArcClockwise).await;
+        match mode {
+            MotionMode::Rapid | MotionMode::Linear => self.line(block, target, mode).await,
+            MotionMode::Cubic => self.cubic(block, target).await,
+            MotionMode::Quadratic => self.quadratic(block, target).await,
+            _ => self.arc(block, target, mode == MotionMode::ArcClockwise).await,
         }
+    }
+
+    async fn line(&mut self, block: &Block<'_>, target: PerAxis<f64>, mode: MotionMode) -> Outcome {
         let (rate, kind) = match mode {
             MotionMode::Rapid => (self.modal.seek_rate, Mode::Rapid),
             _ => (self.modal.feed_rate, Mode::Feed),
@@ -121,7 +131,8 @@ impl<P: Ports> Controller<P> {
         mode: Mode,
     ) -> Result<(), Failure> {
         self.enable_motors()?;
-        let request = Move { target, feed_rate: rate, mode, power: self.modal.power, curve };
+        let request =
+            Move { target, feed_rate: rate, mode, power: self.modal.power, curve, corner: self.modal.path.corner() };
         loop {
             match self.ports.motion(|motion| motion.submit(&request)) {
                 Ok(()) => break,

@@ -6,12 +6,12 @@ use motion::geometry::Plane;
 use units::Axis;
 
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::modal::COORDINATE_SYSTEMS;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::modal::{COORDINATE_SYSTEMS, PathMode};
 use crate::ports::Ports;
 
 impl<P: Ports> Controller<P> {
-    /// G17 to G21, G43.1, G43.2, G49, G53 to G59.3, G90, G91.
+    /// G17 to G21, G43.1, G43.2, G49, G53 to G59.3, G61, G61.1, G64, G90, G91.
     pub(crate) async fn modal_code(&mut self, code: Code, block: &Block<'_>) -> Outcome {
         match (code.number, code.subcode) {
             (17, 0) => self.modal.plane = Plane::Xy,
@@ -25,8 +25,33 @@ impl<P: Ports> Controller<P> {
             (53, 0) => return self.machine_move(block).await,
             (54..=59, 0) => self.modal.system = usize::from(code.number - 54),
             (59, subcode @ 1..=3) => self.modal.system = 5 + usize::from(subcode),
+            (61, 0) => self.modal.path = PathMode::Exact,
+            (61, 1) => self.modal.path = PathMode::ExactStop,
+            (64, 0) => return self.round_corners(block),
             (90 | 91, 0) => self.modal.absolute = code.number == 90,
             _ => return Ok(Answer::Unknown),
+        }
+        Ok(Answer::Ok)
+    }
+
+    /// G64: P is how far the rounding of a corner may leave it; without it the junction deviation, which the speed through a sharp
+    /// corner is worked out with. Q (merging of lines that are nearly one) has nothing to do here and says so.
+    fn round_corners(&mut self, block: &Block<'_>) -> Outcome {
+        let usual = self.ports.motion(|motion| motion.config().map(|config| config.limits.junction_deviation));
+        let tolerance = match block.get('P') {
+            Some(word) => self.modal.to_mm(word),
+            None => usual.unwrap_or_default().get(),
+        };
+        if !(tolerance.is_finite() && tolerance >= 0.0) {
+            let text = format_args!("P is a distance, zero or more, column {}", block.column_of('P'));
+            return Err(Failure::Refused(message(text)));
+        }
+        self.modal.path = PathMode::Rounded(tolerance);
+        if block.has('Q') {
+            self.say(format_args!(
+                "// NOTE: Q is not needed, short lines are kept (column {})\n",
+                block.column_of('Q')
+            ));
         }
         Ok(Answer::Ok)
     }

@@ -85,7 +85,7 @@ impl<P: Ports> Controller<P> {
         self.ports.motion(|motion| motion.live_position())
     }
 
-    /// `[GC:G0 G54 G17 G21 G90 G94 M0 M5 M9 T0 F4000.0000 S0.0000]`
+    /// `[GC:G0 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F4000.0000 S0.0000]`
     pub(crate) fn report_modal(&mut self, target: Target) {
         let modal = &self.modal;
         let spindle = self.config.switches.iter().position(|switch| switch.name == "spindle");
@@ -99,13 +99,13 @@ impl<P: Ports> Controller<P> {
             motion::geometry::Plane::Yz => 19,
         };
         let requested = if modal.motion == MotionMode::Rapid { modal.seek_rate } else { modal.feed_rate };
-        let (motion, units) = (modal.motion.number(), if modal.inches { 20 } else { 21 });
+        let (motion, path, units) = (modal.motion.code(), modal.path.code(), if modal.inches { 20 } else { 21 });
         let (distance, spindle) = (if modal.absolute { 90 } else { 91 }, if spindle_on { 3 } else { 5 });
         let (feed, power, tool) = (modal.in_program_units(requested.per_minute()), modal.power, self.tools.active_id());
         self.consoles.write(
             target,
             format_args!(
-                "[GC:G{motion} {system} G{plane} G{units} G{distance} G94 M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
+                "[GC:{motion} {system} G{plane} G{units} G{distance} G94 {path} M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
             ),
         );
     }

@@ -104,7 +104,7 @@ impl<P: Ports> Controller<P> {
         let _by_switch = self.switch_code(block).await?;
         match block.code {
             None => self.motion_words(block).await?,
-            Some(Code { letter: G, number: number @ 0..=3, .. }) => self.motion_code(number, block).await?,
+            Some(code @ Code { letter: G, number: 0..=3, .. }) => self.motion_code(code, block).await?,
             Some(Code { letter: G, number: 4, .. }) => self.dwell_code(block).await?,
             Some(Code { letter: G, number: 10, .. }) => self.retract().await?,
             Some(Code { letter: G, number: 11, .. }) => self.recover().await?,

@@ -47,7 +47,7 @@ pub use feed::StepFeed;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, State};
-pub use moves::{Mode, Move, Refusal};
+pub use moves::{Corner, Mode, Move, Refusal};
 pub use trigger::{Latch, Trigger};
 
 /// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it likes).

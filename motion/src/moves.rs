@@ -14,6 +14,18 @@ pub enum Mode {
     Feed,
 }
 
+/// What becomes of the corner between a move and the one before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Corner {
+    /// It stays as sharp as it is, and is taken at the speed of the junction deviation (G61).
+    #[default]
+    Sharp,
+    /// It stays sharp, and the machine stands still in it (G61.1).
+    Stop,
+    /// Between two straight moves of one mode and power it is rounded by an arc that leaves it by this much at most, mm (G64 P).
+    Rounded(f64),
+}
+
 /// A move from wherever the previous one ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Move {
@@ -28,19 +40,21 @@ pub struct Move {
     /// What X, Y and Z do on the way, seen from where the previous move ends; a line for a straight move. The target is where
     /// it ends in any case: what the two differ by is spread over the whole way.
     pub curve: Curve,
+    /// The corner at its beginning.
+    pub corner: Corner,
 }
 
 impl Move {
     /// A working move without power.
     #[must_use]
     pub const fn feed(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Feed, power: 0.0, curve: Curve::Line }
+        Self { target, feed_rate, mode: Mode::Feed, power: 0.0, curve: Curve::Line, corner: Corner::Sharp }
     }
 
     /// A positioning move.
     #[must_use]
     pub const fn rapid(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Rapid, power: 0.0, curve: Curve::Line }
+        Self { target, feed_rate, mode: Mode::Rapid, power: 0.0, curve: Curve::Line, corner: Corner::Sharp }
     }
 }
 

@@ -122,7 +122,7 @@ fn a_mistake_in_the_config_is_located_and_can_be_mended_over_the_console() {
     let plan = Plan::new(CARTESIAN).with("alpha.steps_per_mm = 80 ", "alpha.steps_per_mm = eighty ");
     let mut bench = plan.start();
     let line = bench.greeting().lines().find(|line| line.contains("alpha.steps_per_mm")).expect("a finding").to_owned();
-    assert!(line.starts_with("config.ini: line 4") && line.contains("fatal: "), "{line}");
+    assert!(line.starts_with("config.ini: line 39, ") && line.contains("fatal: "), "{line}");
     assert!(bench.say("G1 X10 F600").starts_with("error:the configuration has errors"));
     bench.run(&["cd /sd"]);
     assert_eq!(bench.say("M28 config.ini"), "Writing to file: config.ini\nok\n");

@@ -139,7 +139,7 @@ impl Motion {
         let Some(config) = &self.config else { return false };
         let flushed = self.flushed.wrapping_sub(self.planner.released()) as i32 > 0;
         flushed
-            || self.planner.len() >= config.queue_size
+            || self.planner.len() + usize::from(self.wants_two) >= config.queue_size
             || self.curves.is_full()
             || now.since(self.seen.1) >= config.queue_delay
     }

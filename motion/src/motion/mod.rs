@@ -14,6 +14,7 @@
 //! what the feed has taken, at most 1.5 ms ahead of the motors.
 
 mod asking;
+mod corner;
 mod cursor;
 mod filtered;
 mod request;
@@ -100,6 +101,8 @@ pub struct Motion {
     planned: PerAxis<f64>,
     /// The last submitted block, for the corner after it. `None`: begins from rest.
     last: Option<Last>,
+    /// A move waits for room for itself and the arc that rounds its corner.
+    wants_two: bool,
     /// Blocks before this count may be released although the queue is not full.
     flushed: u32,
     /// Count of blocks when the queue last grew, and since when it has not.
@@ -117,6 +120,8 @@ struct Last {
     /// Unit direction of X Y Z at its end, if any of them moves.
     direction: Option<[f64; 3]>,
     block: Block,
+    /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before any corner was rounded, mm.
+    line: Option<(PerAxis<f64>, f64)>,
 }
 
 impl Default for Motion {
@@ -142,6 +147,7 @@ impl Motion {
             knots: PerActuator([StepPosition::ZERO; units::MAX_ACTUATORS]),
             planned: PerAxis([0.0; units::MAX_AXES]),
             last: None,
+            wants_two: false,
             flushed: 0,
             seen: (0, Ticks(0)),
             resting: true,
@@ -225,6 +231,11 @@ impl Motion {
     /// Nothing more will come soon: run what is queued without waiting for the queue to fill.
     pub fn flush(&mut self) {
         self.flushed = self.planner.pushed();
+        // What runs now keeps its corner.
+        self.planner.set_reserve(0.0);
+        if let Some(last) = &mut self.last {
+            last.line = None;
+        }
     }
 
     /// Brakes along the path from the present state; keeps the rest for [`Self::resume`].

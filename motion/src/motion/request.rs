@@ -2,13 +2,13 @@
 
 use units::{Actuator, Axis, PerActuator, PerAxis};
 
-use super::{Last, Motion, State};
+use super::{Last, Motion, State, corner::MOST_CUT};
 use crate::{
     config::{Limits, MotionConfig},
     greatest,
     knots::{MAX_STEPS, steps_per_mm},
     least,
-    moves::{Move, Refusal},
+    moves::{Corner, Move, Refusal},
     path::{self, Curve, Path},
     planner::{Envelope, SMALLEST, corner_sq},
 };
@@ -27,7 +27,8 @@ impl Motion {
             return Err(Refusal::Stopping);
         }
         let is_curved = !request.curve.is_line();
-        if self.planner.len() >= config.queue_size || (is_curved && self.curves.is_full()) {
+        let may_curve = is_curved || matches!(request.corner, Corner::Rounded(_));
+        if self.planner.len() >= config.queue_size || (may_curve && self.curves.is_full()) {
             return Err(Refusal::Full);
         }
         let mut delta = request.target;
@@ -45,32 +46,47 @@ impl Motion {
             return Ok(());
         }
         no_orphan(config, &delta)?;
-        let Some(envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
+        let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
         let limits = config.limits;
         let straight = Move { curve: Curve::Line, ..*request };
+        let length = envelope.length;
+        let unit = PerAxis(delta.0.map(|part| part / length));
+        let rounding = self.rounding(&envelope, &unit, request);
+        self.wants_two = rounding.is_some() && self.planner.len() + 2 > config.queue_size;
+        if self.wants_two {
+            return Err(Refusal::Full);
+        }
+        if let Some(rounding) = rounding {
+            envelope.length -= rounding.cut;
+            self.round(&rounding, &straight, &limits);
+        }
         self.push(&envelope, envelope.primary, &straight, &limits);
+        if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
+            last.line = Some((unit, length));
+            self.planner.set_reserve(MOST_CUT * length);
+        }
         Ok(())
     }
 
     /// `exit` is the direction in which it ends.
-    fn push(&mut self, envelope: &Envelope, exit: Option<[f64; 3]>, request: &Move, limits: &Limits) {
+    pub(super) fn push(&mut self, envelope: &Envelope, exit: Option<[f64; 3]>, request: &Move, limits: &Limits) {
         let mut block = envelope.block(request);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
         let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last };
         block.corner_sq = match last {
-            Some(last) => {
+            Some(last) if request.corner != Corner::Stop => {
                 let acceleration = least(last.block.acceleration, block.acceleration);
                 corner_sq(last.direction, envelope.primary, acceleration, limits)
             }
-            None => limits.minimum_speed.get() * limits.minimum_speed.get(),
+            _ => limits.minimum_speed.get() * limits.minimum_speed.get(),
         };
         let cruise_before = last.map_or(cruise, |last| last.block.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
         // The queue was found to have room.
         let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
         self.planned = request.target;
-        self.last = Some(Last { direction: exit, block });
+        self.last = Some(Last { direction: exit, block, line: None });
     }
 }
 
@@ -122,7 +138,8 @@ fn check_request(config: &MotionConfig, request: &Move) -> Result<(), Refusal> {
     if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
         return Err(Refusal::NotFinite);
     }
-    if !request.curve.is_sound() {
+    let tolerance = if let Corner::Rounded(tolerance) = request.corner { tolerance } else { 0.0 };
+    if !(request.curve.is_sound() && tolerance.is_finite() && tolerance >= 0.0) {
         return Err(Refusal::NotFinite);
     }
     if request.feed_rate.get() <= 0.0 {

@@ -34,12 +34,15 @@ pub struct Planner {
     settled: u32,
     /// Squared speed with which the last block ends: that of a standstill.
     rest_sq: f64,
+    /// How much of the last block the rounding of a corner behind it may yet take, mm. Its entry speed is planned without that, so that
+    /// it can only grow.
+    reserve: f64,
 }
 
 impl Planner {
     /// An empty queue.
     pub(crate) const fn new() -> Self {
-        Self { blocks: [Block::EMPTY; CAPACITY], first: 0, end: 0, planned: 0, settled: 0, rest_sq: 0.0 }
+        Self { blocks: [Block::EMPTY; CAPACITY], first: 0, end: 0, planned: 0, settled: 0, rest_sq: 0.0, reserve: 0.0 }
     }
 
     /// How many blocks wait.
@@ -89,9 +92,25 @@ impl Planner {
         block.entry_limit_sq = entry_limit_sq(&block, cruise_before, overrides);
         block.entry_sq = 0.0;
         self.rest_sq = rest * rest;
+        self.reserve = 0.0;
         *self.block_mut(self.end) = block;
         self.end = self.end.wrapping_add(1);
         true
+    }
+
+    /// A corner behind the last block may yet take so much of it, mm; or nothing any more.
+    pub(crate) fn set_reserve(&mut self, reserve: f64) {
+        if reserve != self.reserve && !self.is_empty() {
+            self.reserve = reserve;
+            self.planned = self.end.wrapping_sub(1);
+        }
+    }
+
+    /// Lets the last block end earlier by `by` mm, no more than its reserve, at `target`.
+    pub(crate) fn shorten_last(&mut self, by: f64, target: &units::PerAxis<f64>) {
+        let last = self.block_mut(self.end.wrapping_sub(1));
+        last.length -= by;
+        last.target = *target;
     }
 
     /// Reverse pass over whatever is new. At most one visit to each block.
@@ -102,11 +121,13 @@ impl Planner {
         let mut exit_sq = self.rest_sq;
         let mut count = self.end;
         let mut settled = self.settled;
+        let mut reserve = self.reserve;
         while count != self.first {
             count = count.wrapping_sub(1);
             let known = count.wrapping_sub(self.planned) as i32 >= 0;
             let block = self.block_mut(count);
-            let reachable_sq = exit_sq + 2.0 * block.acceleration * block.length;
+            let reachable_sq = exit_sq + 2.0 * block.acceleration * (block.length - reserve);
+            reserve = 0.0;
             let entry_sq = if reachable_sq < block.entry_limit_sq { reachable_sq } else { block.entry_limit_sq };
             if entry_sq == block.entry_limit_sq && count.wrapping_sub(settled) as i32 > 0 {
                 settled = count;

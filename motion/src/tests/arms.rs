@@ -79,10 +79,10 @@ pub fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseErr
                 config.kinematics.velocities(&piece.point_after(piece.distance(t)), &way)
             };
             prop_assert!(config.kinematics.reaches(&point), "{point:?} is out of reach");
-            let (before, after) = (speeds(t - 1e-7), speeds(t + 1e-7));
+            let (before, now, after) = (speeds(t - 1e-7), speeds(t), speeds(t + 1e-7));
             for actuator in Actuator::ALL {
-                let (rate, limit) = (after[actuator].abs(), config.limits.actuator_rate[actuator].get());
-                prop_assert!(rate <= limit * 1.001, "{actuator:?} at {rate}/s");
+                let (rate, limit) = (now[actuator].abs(), config.limits.actuator_rate[actuator].get());
+                prop_assert!(rate <= limit * 1.001, "{actuator:?} at {rate}/s in {piece:?}");
                 let own = config.limits.actuator_acceleration[actuator].map_or(f64::INFINITY, MmPerSecond2::get);
                 let acceleration = (after[actuator] - before[actuator]).abs() / 2e-7;
                 prop_assert!(acceleration <= own * 1.001 + 0.1, "{actuator:?} at {acceleration}/s^2, {piece:?}");

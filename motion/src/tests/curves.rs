@@ -127,7 +127,7 @@ fn draw(config: MotionConfig, start: PerAxis<f64>, moves: &[Move]) -> Rig {
 }
 
 /// Speed and acceleration of the path as vectors, and of X, Y and Z, are nowhere beyond their limits.
-fn path_within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
+pub fn path_within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     for piece in &rig.access.pieces {
         let velocity = |t: f64| {
             let [x, y, z, ..] = piece.tangent_after(piece.distance(t)).0.map(|part| part * piece.speed_at(t));
