@@ -20,6 +20,10 @@ native)
     ;;
 *) echo "make run: BOARD is virtual or native, not '$BOARD'"; exit 2 ;;
 esac
+# How the job moves, drawn where its edges were compared.
+if [ $status -eq 0 ] && [ -n "${VERIFY:-}" ]; then
+    target/native/velvet motion "$OUT" --config "$CONFIG" --gcode "$GCODE" >/dev/null || { echo "the motion page could not be written"; exit 1; }
+fi
 # The page is worth having for a failed run too. It is written silently: the run's own reason stays the last line.
 if [ -f "$OUT/summary.json" ]; then
     target/native/velvet report "$OUT" --config "$CONFIG" --gcode "$GCODE" >/dev/null || { echo "the report page could not be written"; exit 1; }

@@ -10,6 +10,7 @@ mod check;
 mod colour;
 mod flash;
 mod migrate;
+mod motion_page;
 mod plot;
 mod progress;
 mod report;
@@ -48,6 +49,8 @@ enum Command {
     Run(run::Options),
     /// Compare every step edge of a run with the ideal trajectory of its job, whichever board made them
     Verify(verify::Options),
+    /// Draw how a job moves: OUT/motion.html with speed, acceleration, jerk, corners, and each step's distance from ideal
+    Motion(motion_page::Options),
     /// Draw the page about a run: OUT/report.html
     Report {
         /// The run's folder
@@ -116,6 +119,10 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Migrate(options) => Ok(success(migrate::migrate(&options)?)),
         Command::Run(options) => Ok(success(run::run(&options)?)),
         Command::Verify(options) => Ok(success(verify::verify(&options)?)),
+        Command::Motion(options) => {
+            println!("{}", motion_page::write(&options)?.display());
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Report { out, sources } => {
             let page = report::Report::read(&out, &sources)?.write_page(&out)?;
             println!("{}", page.display());

@@ -41,6 +41,9 @@ struct Timed {
     table: Option<Arc<ways::Table>>,
 }
 
+/// Where the bins of [`StepError::bins`] end, ns.
+pub const BIN_ENDS_NS: [f64; 11] = [1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 250.0, 1000.0];
+
 /// How far the edges of a run are from ideal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepError {
@@ -50,6 +53,8 @@ pub struct StepError {
     pub max: f64,
     /// Sum of squares, ns^2.
     sum_of_squares: f64,
+    /// How many edges were off by less than each of [`BIN_ENDS_NS`] and no less than the one before; last, by more.
+    pub bins: [u64; BIN_ENDS_NS.len() + 1],
 }
 
 impl StepError {
@@ -58,6 +63,7 @@ impl StepError {
         self.edges += 1;
         self.max = self.max.max(error);
         self.sum_of_squares += error * error;
+        self.bins[BIN_ENDS_NS.partition_point(|end| *end <= error)] += 1;
     }
 
     /// Root of the mean square, ns.

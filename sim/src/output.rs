@@ -146,7 +146,7 @@ mod tests {
         for part in ["\"lines\": 7", "\"halted\": \"a \\\"reason\\\"\"", "\"beta\": {\"steps\": 3,"] {
             assert!(summary.contains(part), "{part} is not in {summary}");
         }
-        for result in [Err("a \"step\"".to_owned()), Ok(StepError { max_ns: 7.0, rms_ns: 2.5 })] {
+        for result in [Err("a \"step\"".to_owned()), Ok(StepError { max_ns: 7.0, rms_ns: 2.5, bins: [0; 12] })] {
             add_verification(&directory, &result).expect("a summary");
         }
         let verified = read("summary.json");

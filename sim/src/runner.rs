@@ -6,6 +6,7 @@
 //! ticks. So step times are those of the board; only the moment at which the dispatcher sees something differs.
 
 mod bank;
+pub mod curves;
 mod job;
 mod ports;
 mod storage;

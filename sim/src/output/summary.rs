@@ -10,12 +10,14 @@ pub struct StepError {
     pub max_ns: f64,
     /// Root mean square, nanoseconds.
     pub rms_ns: f64,
+    /// Edges by distance: below 1, 2, 3, 4, 5, 10, 20, 50, 100, 250 and 1000 ns, and beyond.
+    pub bins: [u64; 12],
 }
 
 #[cfg(feature = "runner")]
 impl From<motion::oracle::StepError> for StepError {
     fn from(error: motion::oracle::StepError) -> Self {
-        Self { max_ns: error.max, rms_ns: error.rms() }
+        Self { max_ns: error.max, rms_ns: error.rms(), bins: error.bins }
     }
 }
 

@@ -41,12 +41,29 @@ impl PlannedMotion {
         }
     }
 
+    /// The pieces of trajectory, before any filter, in order.
+    pub fn pieces(&self) -> impl Iterator<Item = &Piece> {
+        self.pieces.iter().map(|(piece, _)| piece)
+    }
+
+    /// The filters that were in force at its beginning.
+    #[must_use]
+    pub fn filters(&self) -> FilterConfig {
+        self.pieces.first().map_or(FilterConfig::NONE, |(_, filters)| *filters)
+    }
+
     /// The trajectory.
     #[must_use]
     pub fn ideal(&self) -> Ideal {
+        self.ideal_through(None)
+    }
+
+    /// The trajectory as it would be with these filters all along, or with those that were in force.
+    #[must_use]
+    pub fn ideal_through(&self, other: Option<FilterConfig>) -> Ideal {
         let mut ideal = Ideal::new(self.config);
         for (piece, filters) in &self.pieces {
-            ideal.set_filters(*filters);
+            ideal.set_filters(other.unwrap_or(*filters));
             ideal.push(piece);
         }
         ideal
