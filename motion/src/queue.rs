@@ -6,14 +6,15 @@
 //! stores on a Cortex-M7, no `unsafe`, no critical section.
 //!
 //! Depth: the feed writes at most [`crate::feed::HORIZON`] ahead (about 1.5 ms), so that a hold begins within 2 ms.
-//! [`CAPACITY`] events cover that horizon at 2.7 million events a second.
+//! [`CAPACITY`] events cover that horizon at 1.4 million events a second; beyond, the feed writes less far ahead: at 2 million
+//! a second a millisecond, twice its period.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use units::{Actuator, Direction};
 
 /// How many events fit. A power of two, so that wrapping is a mask.
-pub const CAPACITY: usize = 4096;
+pub const CAPACITY: usize = 2048;
 const MASK: u32 = CAPACITY as u32 - 1;
 
 /// What happens at one instant: a motor steps, or its direction pin gets a new level.
