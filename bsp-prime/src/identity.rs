@@ -5,6 +5,7 @@ use core::fmt;
 use stm32h7xx_hal::pac;
 
 use crate::pins::{self, Input, Mode, PinSpec, Pull, table};
+use crate::silicon;
 
 /// Which motor drivers are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,8 @@ pub struct Identity {
     pub chips: MotorChips,
     /// Why the last reset happened.
     pub reset_cause: ResetCause,
+    /// The option bytes have the Cortex-M4 start as well, which must not be.
+    pub second_core_starts: bool,
 }
 
 /// Why the chip was reset.
@@ -97,7 +100,14 @@ impl Identity {
         let code = unsafe { (*pac::DBGMCU::ptr()).idc.read().bits() };
         let board = read_identity_resistors();
         let chips = if board == 1 { MotorChips::Tmc2660 } else { MotorChips::Tmc2590 };
-        Self { unique_id, device: ((code & 0xFFF) as u16, (code >> 16) as u16), board, chips, reset_cause }
+        Self {
+            unique_id,
+            device: ((code & 0xFFF) as u16, (code >> 16) as u16),
+            board,
+            chips,
+            reset_cause,
+            second_core_starts: silicon::second_core_starts(),
+        }
     }
 }
 

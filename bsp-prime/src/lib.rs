@@ -19,6 +19,7 @@ pub mod memory;
 pub mod pins;
 pub mod pwm;
 pub mod sd;
+mod silicon;
 pub mod spi;
 pub mod step_engine;
 pub mod thread_stack;

@@ -109,6 +109,7 @@ mod app {
             uarts: [board.uart0.1, board.uart1.1],
             board_id: board.identity.board,
             after_watchdog: board.identity.reset_cause == ResetCause::Watchdog,
+            second_core_starts: board.identity.second_core_starts,
         };
         let shared = Shared {
             motion: cx.local.motion,

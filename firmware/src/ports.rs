@@ -43,6 +43,7 @@ pub struct Owned {
     pub uarts: [UartPort; 2],
     pub board_id: u8,
     pub after_watchdog: bool,
+    pub second_core_starts: bool,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -262,6 +263,7 @@ where
             version: env!("VELVET_VERSION"),
             build_date: env!("VELVET_BUILD_DATE"),
             after_watchdog: self.owned.after_watchdog,
+            second_core_starts: self.owned.second_core_starts,
         }
     }
 

@@ -37,6 +37,12 @@ impl<P: Ports> Controller<P> {
         if board.after_watchdog {
             self.say(format_args!("WARNING: the watchdog reset the board: the firmware had stopped answering\n"));
         }
+        if board.second_core_starts {
+            self.say(format_args!(
+                "WARNING: the chip's second core (Cortex-M4) is set to start and may run anything: set the option byte BCM4 to \
+                 0, with STM32CubeProgrammer: STM32_Programmer_CLI -c port=SWD -ob BCM4=0\n"
+            ));
+        }
         let mut findings = Vec::new();
         let since = self.ports.now();
         let read = self.read_config(&mut findings).await;

@@ -48,6 +48,8 @@ pub struct BoardInfo {
     pub build_date: &'static str,
     /// It starts anew because the watchdog was not fed.
     pub after_watchdog: bool,
+    /// The chip is set to start its second core, which nothing tells what to do.
+    pub second_core_starts: bool,
 }
 
 /// Memory use, for `mem`.

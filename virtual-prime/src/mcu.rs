@@ -3,16 +3,22 @@
 use rigless::device::{Device, ErasedDevice, ResetCause};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::stm32h743::Stm32h743;
+use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
 use crate::outputs::{SharedWorld, TappedExti};
+use crate::peripherals::fmc::Fmc;
 use crate::peripherals::iwdg::Iwdg;
 use crate::peripherals::pwr::PrimePwr;
 use crate::peripherals::rtc::Rtc;
 use crate::peripherals::sdmmc::Sdmmc;
 use crate::pins::Wiring;
+
+/// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
+const BCM4: u64 = 1 << 22;
+const BCM7: u64 = 1 << 23;
 
 /// The microcontroller.
 #[derive(Debug)]
@@ -22,6 +28,7 @@ pub struct PrimeMcu {
     /// EXTI, listening to the pins.
     exti: TappedExti,
     pwr: PrimePwr,
+    fmc: Fmc,
     iwdg: Iwdg,
     rtc: Rtc,
     /// The SD card's controller, with its slot.
@@ -32,7 +39,9 @@ pub struct PrimeMcu {
 #[derive(Clone, Copy, Debug)]
 struct Slots {
     exti: usize,
+    flash: usize,
     pwr: usize,
+    fmc: usize,
     iwdg: usize,
     rtc: usize,
     sdmmc: usize,
@@ -56,7 +65,9 @@ impl PrimeMcu {
             ports,
             consoles: [slot("USART2")?, slot("USART3")?, slot("UART4")?],
             exti: slot("EXTI")?,
+            flash: slot("Flash")?,
             pwr: slot("PWR")?,
+            fmc: slot("FMC")?,
             iwdg: slot("IWDG")?,
             rtc: slot("RTC")?,
             sdmmc: slot("SDMMC1")?,
@@ -64,12 +75,14 @@ impl PrimeMcu {
         let mut mcu = Self {
             exti: TappedExti::new(wiring, world),
             pwr: PrimePwr::default(),
+            fmc: Fmc,
             iwdg: Iwdg::default(),
             rtc: Rtc::default(),
             sdmmc: Sdmmc::new(None),
             slots,
             part,
         };
+        mcu.set_second_core(false);
         // Every model of ours sits on the registers it was written for.
         mcu.check()?;
         Ok(mcu)
@@ -80,6 +93,15 @@ impl PrimeMcu {
         let registers = self.part.bus_mut().slot_mut(self.slots.pwr).registers_mut();
         self.pwr.inner.set_supply(millivolts, registers);
         self.pwr.inner.set_analog_supply(millivolts, registers);
+    }
+
+    /// Programs the option bytes of an H745: the M7 starts after reset, and the M4 or not.
+    pub fn set_second_core(&mut self, starts: bool) {
+        let bits = BCM7 | if starts { BCM4 } else { 0 };
+        let options = OptionBytes { optsr: OptionBytes::FACTORY.optsr | bits, ..OptionBytes::FACTORY };
+        let mut flash = std::mem::replace(&mut self.part.flash, Flash::new());
+        flash.keep_options(options, self.part.bus_mut().slot_mut(self.slots.flash).registers_mut());
+        self.part.flash = flash;
     }
 
     /// Tells the machine the level of a pin that the emulator does not announce.
@@ -112,6 +134,7 @@ impl Mcu for PrimeMcu {
         self.part.reset(at, cause);
         Device::reset(&mut self.exti);
         Device::reset(&mut self.pwr);
+        Device::reset(&mut self.fmc);
         Device::reset(&mut self.iwdg);
         Device::reset(&mut self.rtc);
         Device::reset(&mut self.sdmmc);
@@ -132,6 +155,7 @@ impl Mcu for PrimeMcu {
         let ours: &mut dyn ErasedDevice = match slot {
             slot if slot == self.slots.exti => &mut self.exti,
             slot if slot == self.slots.pwr => &mut self.pwr,
+            slot if slot == self.slots.fmc => &mut self.fmc,
             slot if slot == self.slots.iwdg => &mut self.iwdg,
             slot if slot == self.slots.rtc => &mut self.rtc,
             slot if slot == self.slots.sdmmc => &mut self.sdmmc,

@@ -1,5 +1,6 @@
 //! Peripherals of the STM32H745 that the emulator lacks or models for another part.
 
+pub mod fmc;
 pub mod iwdg;
 pub mod pwr;
 pub mod rtc;

@@ -75,6 +75,17 @@ fn a_configuration_that_cannot_be_read_is_told() {
 }
 
 #[test]
+fn a_second_core_that_is_set_to_start_is_told_with_what_to_do() {
+    const TOLD: &str = "set the option byte BCM4 to 0";
+    let mut velvet = Plan::new().with_second_core().start();
+    assert!(velvet.said().contains(TOLD), "{}", velvet.said());
+    // The machine works all the same.
+    assert!(velvet.ask("M119", SECOND).contains("ok"));
+    let without = Plan::new().start();
+    assert!(!without.said().contains(TOLD), "{}", without.said());
+}
+
+#[test]
 fn an_unknown_key_is_located() {
     let plan = Plan::new().with("alpha.max_rate = 18000", "alpha.max_rat = 18000");
     let line = 1 + CONFIG.lines().position(|line| line.starts_with("alpha.max_rate")).expect("the sample has it");

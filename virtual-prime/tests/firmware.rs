@@ -6,6 +6,8 @@ mod common;
 
 use common::MS;
 use common::velvet::{Plan, SECOND};
+use rigless::mcu::Mcu;
+use rigless::soc::stm32h743::generated::{fmc, syscfg};
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 
@@ -15,6 +17,23 @@ fn the_image_greets_and_the_board_has_nothing_to_complain_about() {
     velvet.type_in("version");
     velvet.hear_until("Prime", SECOND);
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_external_memory_bank_is_closed_and_the_outputs_are_compensated() {
+    let mut velvet = Plan::new().start();
+    let (bank, cell) = velvet
+        .bench
+        .vm
+        .with(|stopped| {
+            let bus = stopped.session.board().mcu.bus();
+            let bank = bus.registers("FMC").map(|file| file.get(fmc::Register::Bcr1));
+            (bank, bus.registers("SYSCFG").map(|file| file.get(syscfg::Register::Cccsr)))
+        })
+        .expect("the image runs");
+    // RM0399 section 23.7.6: the reset value 0x30DB without MBKEN. Section 13.3.7: EN and READY.
+    assert_eq!(bank, Some(0x30DA));
+    assert_eq!(cell.map(|cell| cell & 0x101), Some(0x101));
 }
 
 #[test]

@@ -166,6 +166,7 @@ impl Ports for HostPorts {
             version: env!("CARGO_PKG_VERSION"),
             build_date: "-",
             after_watchdog: false,
+            second_core_starts: false,
         }
     }
 

@@ -45,13 +45,28 @@ pub struct Plan {
     card: Card,
     elf: PathBuf,
     built_as: Option<String>,
+    second_core: bool,
 }
 
 impl Plan {
     /// The sample printer, whole.
     pub fn new() -> Self {
         let files = Vec::new();
-        Self { config: CONFIG.into(), files, faults: Vec::new(), card: Card::Volume, elf: image(), built_as: None }
+        Self {
+            config: CONFIG.into(),
+            files,
+            faults: Vec::new(),
+            card: Card::Volume,
+            elf: image(),
+            built_as: None,
+            second_core: false,
+        }
+    }
+
+    /// The option bytes have the second core start.
+    pub const fn with_second_core(mut self) -> Self {
+        self.second_core = true;
+        self
     }
 
     /// Changes a piece of the configuration, which must have it.
@@ -120,6 +135,7 @@ impl Plan {
         let (machine, _) = config::parse(built.as_bytes(), BoardId::Prime2590, &mut ());
         let mut board =
             PrimeBoard::new(WorldConfig::of(&machine, Chip::Tmc2590)).expect("the board's tables are right");
+        board.mcu.set_second_core(self.second_core);
         let mut on_card = self.files;
         on_card.insert(0, ("config.ini".to_owned(), self.config.into_bytes()));
         let volume = || sd_image::build(None, &on_card).expect("a volume");
