@@ -116,7 +116,7 @@ impl Board {
         let guards = claim_guards(&mut pins);
         step_engine::start(device.TIM2, &mut core.NVIC);
         let mut debug = uart::port(PortName::Debug);
-        debug.1.open(DEBUG_BAUD);
+        debug.1.open(DEBUG_BAUD, uart::Frame::PLAIN);
         Ok(Self {
             identity: Identity::read(reset_cause),
             pins,

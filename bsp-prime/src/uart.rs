@@ -1,4 +1,4 @@
-//! The three serial ports: USART2 (debug console, PD5/PD6), USART3 (UART 0, PD8/PB11), UART4 (UART 1, PB9/PH14), 8N1.
+//! The three serial ports: USART2 (debug console, PD5/PD6), USART3 (UART 0, PD8/PB11), UART4 (UART 1, PB9/PH14).
 //!
 //! The interrupt hands received bytes to its caller's sink and moves bytes to send from a ring to the hardware FIFO (16 each way); nobody waits.
 //! Only the interrupt touches the control registers after set-up: a writer fills the ring and pends the interrupt, which then switches the
@@ -23,11 +23,14 @@ const FIFO_BYTES: usize = 16;
 struct Shared {
     tx: ByteRing<TX_BYTES>,
     line_errors: AtomicU32,
+    /// Bits of a received word that are not data: the parity bit arrives with them.
+    not_data: AtomicU32,
 }
 
 // All zeros, which is what the board fills this region with.
 #[unsafe(link_section = ".axisram")]
-static SHARED: [Shared; 3] = [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0) } }; 3];
+static SHARED: [Shared; 3] =
+    [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0), not_data: AtomicU32::new(0) } }; 3];
 
 /// One of the board's ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +74,48 @@ impl PortName {
     }
 }
 
+/// Parity of each word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// No parity bit.
+    None,
+    /// An odd number of ones, parity bit included.
+    Odd,
+    /// An even number.
+    Even,
+}
+
+/// What a word looks like on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    word_bits: u8,
+    parity: Parity,
+    two_stop_bits: bool,
+}
+
+impl Frame {
+    /// 8 bits, no parity, 1 stop bit.
+    pub const PLAIN: Self = Self { word_bits: 8, parity: Parity::None, two_stop_bits: false };
+
+    /// Words of 7 to 9 bits, parity bit included, as the chip counts them; 1 or 2 stop bits. `None` when the chip cannot do that,
+    /// or the words carry fewer than 7 bits of data or more than a byte.
+    #[must_use]
+    pub const fn new(word_bits: u8, parity: Parity, stop_bits: u8) -> Option<Self> {
+        let data = if matches!(parity, Parity::None) { word_bits } else { word_bits.wrapping_sub(1) };
+        let possible = matches!(word_bits, 7..=9) && matches!(data, 7 | 8) && matches!(stop_bits, 1 | 2);
+        if possible { Some(Self { word_bits, parity, two_stop_bits: stop_bits == 2 }) } else { None }
+    }
+
+    /// Bits of a received word, as a byte, that carry no data.
+    const fn not_data(self) -> u32 {
+        let eight = match self.parity {
+            Parity::None => self.word_bits >= 8,
+            _ => self.word_bits == 9,
+        };
+        if eight { 0 } else { 0x80 }
+    }
+}
+
 /// The interrupt's half of a port.
 #[derive(Debug)]
 pub struct UartInterrupt {
@@ -104,8 +149,9 @@ impl UartInterrupt {
     pub fn on_interrupt(&mut self, mut receive: impl FnMut(u8)) {
         let uart = self.registers();
         let status = uart.isr.read();
-        if status.ore().bit_is_set() || status.fe().bit_is_set() || status.nf().bit_is_set() {
-            uart.icr.write(|w| w.orecf().set_bit().fecf().set_bit().ncf().set_bit());
+        if status.ore().bit_is_set() || status.fe().bit_is_set() || status.nf().bit_is_set() || status.pe().bit_is_set()
+        {
+            uart.icr.write(|w| w.orecf().set_bit().fecf().set_bit().ncf().set_bit().pecf().set_bit());
             let errors = &self.shared.line_errors;
             errors.store(errors.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         }
@@ -113,7 +159,7 @@ impl UartInterrupt {
             if uart.isr.read().rxne().bit_is_clear() {
                 break;
             }
-            receive(uart.rdr.read().rdr().bits() as u8);
+            receive(uart.rdr.read().rdr().bits() as u8 & !(self.shared.not_data.load(Ordering::Relaxed) as u8));
         }
         self.fill(uart);
     }
@@ -143,8 +189,8 @@ impl UartPort {
         [tx, rx]
     }
 
-    /// Opens the port at `baud`, 8N1. Once: its interrupt owns the registers from then on.
-    pub fn open(&mut self, baud: u32) {
+    /// Opens the port at `baud`. Once: its interrupt owns the registers from then on.
+    pub fn open(&mut self, baud: u32, frame: Frame) {
         let (tx, rx, function) = self.name.pins();
         pins::configure(tx, Mode::Alternate(function), Pull::Floating, false);
         // An open receive pin must read as an idle line.
@@ -156,7 +202,17 @@ impl UartPort {
         let divider = (PCLK_HZ + baud / 2).checked_div(baud).unwrap_or(0).clamp(16, 0xFFFF);
         // SAFETY: with 16-fold oversampling the whole 16-bit divider is the field; values from 16 on are valid.
         uart.brr.write(|w| unsafe { w.bits(divider) });
-        uart.cr1.write(|w| w.fifoen().set_bit().re().set_bit().te().set_bit().rxneie().set_bit().ue().set_bit());
+        self.shared.not_data.store(frame.not_data(), Ordering::Relaxed);
+        // RM0399 section 51.8.4, USART_CR2: STOP = 00 is one stop bit, 10 two.
+        let stop_bits = if frame.two_stop_bits { 0b10 << 12 } else { 0 };
+        // SAFETY: STOP alone; every other field at its reset value.
+        uart.cr2.write(|w| unsafe { w.bits(stop_bits) });
+        // RM0399 section 51.8.1, USART_CR1: M1 M0 = 00 is eight bits, 01 nine, 10 seven; the parity bit counts.
+        uart.cr1.write(|w| {
+            w.m1().bit(frame.word_bits == 7).m0().bit(frame.word_bits == 9);
+            w.pce().bit(frame.parity != Parity::None).ps().bit(frame.parity == Parity::Odd)
+        });
+        uart.cr1.modify(|_, w| w.fifoen().set_bit().re().set_bit().te().set_bit().rxneie().set_bit().ue().set_bit());
     }
 
     /// Queues as much of `bytes` as fits and says how much that was.
@@ -180,7 +236,7 @@ impl UartPort {
         self.shared.tx.is_empty()
     }
 
-    /// Interrupts so far that found an overrun, framing or noise error.
+    /// Interrupts so far that found an overrun, framing, parity or noise error.
     #[must_use]
     pub fn line_errors(&self) -> u32 {
         self.shared.line_errors.load(Ordering::Relaxed)

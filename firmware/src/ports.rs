@@ -4,7 +4,7 @@ use bsp_prime::pins::{Input, Output, Pins};
 use bsp_prime::pwm::Pwm;
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::MotorBus;
-use bsp_prime::uart::UartPort;
+use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::{adc, memory, thread_stack, time};
 use config::{MachineConfig, OutputPin};
 use heapless::Vec;
@@ -96,10 +96,15 @@ where
         if !uart.enable {
             return;
         }
-        if uart.bits != 8 || uart.stop_bits != 1 || uart.parity != config::Parity::None {
-            report.trouble("uart console: this firmware only does 8 bits, no parity, 1 stop bit");
+        let parity = match uart.parity {
+            config::Parity::None => Parity::None,
+            config::Parity::Odd => Parity::Odd,
+            config::Parity::Even => Parity::Even,
+        };
+        let Some(frame) = Frame::new(uart.bits, parity, uart.stop_bits) else {
+            report.trouble("uart console.bits: words of 7 or 8 bits and their parity bit, or of 7 or 8 bits without");
             return;
-        }
+        };
         let Some(port) = self.owned.uarts.get_mut(usize::from(uart.channel)) else {
             report.trouble(format_args!("uart console.channel = {}: this board has 0 and 1", uart.channel));
             return;
@@ -109,7 +114,7 @@ where
                 return;
             }
         }
-        port.open(uart.baudrate);
+        port.open(uart.baudrate, frame);
         if let Some(open) = self.open.get_mut(usize::from(uart.channel)) {
             *open = uart.console;
         }

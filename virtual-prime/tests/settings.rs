@@ -4,6 +4,8 @@
 mod common;
 
 use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use rigless::mcu::Mcu;
+use rigless::soc::stm32h743::generated::usart1;
 use units::Actuator::{Alpha, Delta};
 
 /// The sample with everything that can be elsewhere moved to other connectors.
@@ -103,7 +105,7 @@ fn timers_run_at_their_frequency() {
     }
 }
 
-/// `[uart console]`: `enable`, `console`, `channel`, `baudrate`.
+/// `[uart console]`: `enable`, `console`, `channel`, `baudrate`, `bits`, `stop_bits`, `parity`.
 #[test]
 fn the_auxiliary_uart_is_what_the_configuration_says() {
     let bytes_in = |lines: &[&str], port: usize, ms: u64| {
@@ -126,6 +128,25 @@ fn the_auxiliary_uart_is_what_the_configuration_says() {
     assert_eq!(bytes_in(&on(&["[uart console] console = false"]), 1, 200), 0, "it only sends");
     let (fast, slow) = (bytes_in(&on(&[]), 1, 50), bytes_in(&on(&["[uart console] baudrate = 9600"]), 1, 50));
     assert!(slow > 10 && slow < 60 && fast > 3 * slow, "{fast} bytes at 115200 baud, {slow} at 9600");
+    // The port's registers (RM0399 section 51.8): M1 and M0, PCE, PS in CR1; STOP in CR2.
+    let frame = |lines: &[&str]| {
+        let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
+        let registers = velvet.bench.vm.with(|stopped| {
+            let bus = stopped.session.board().mcu.bus();
+            bus.registers("USART3").map(|file| (file.get(usart1::Register::Cr1), file.get(usart1::Register::Cr2)))
+        });
+        let (cr1, cr2) = registers.flatten().expect("a port of the chip");
+        let length = match (cr1 >> 28 & 1, cr1 >> 12 & 1) {
+            (0, 0) => 8,
+            (0, 1) => 9,
+            _ => 7,
+        };
+        (length, cr1 >> 10 & 1, cr1 >> 9 & 1, cr2 >> 12 & 3)
+    };
+    assert_eq!(frame(&on(&[])), (8, 0, 0, 0));
+    assert_eq!(frame(&on(&["[uart console] bits = 7", "[uart console] stop_bits = 2"])), (7, 0, 0, 2));
+    assert_eq!(frame(&on(&["[uart console] bits = 9", "[uart console] parity = odd"])), (9, 1, 1, 0));
+    assert_eq!(frame(&on(&["[uart console] parity = even"])), (8, 1, 0, 0));
 }
 
 /// An error in the bed's settings costs the bed: its output is not driven, and the rest of the machine works.

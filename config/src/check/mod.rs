@@ -11,6 +11,7 @@ mod outputs;
 mod pins;
 mod shapers;
 mod tools;
+mod uart;
 
 use crate::diagnostic::Severity;
 use crate::ledger::{Ledger, Path};
@@ -30,6 +31,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     homing::check(&mut checks);
     heat::check(&mut checks);
     tools::check(&mut checks);
+    uart::check(&mut checks);
     outputs::check(&mut checks);
     pins::check(&mut checks);
 }

@@ -5,7 +5,6 @@ use super::{Form, PinRole, Section};
 use crate::machine::{Command, Parity};
 use crate::pin::PinName;
 
-const EIGHT_N_ONE: &str = "use 8 bits, no parity, 1 stop bit";
 const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
 
 pub const GENERAL: Section = Section {
@@ -138,12 +137,8 @@ pub const UART_CONSOLE: Section = Section {
         integer("baudrate", "115200", (1_200, 3_000_000), |c, _, v| c.uart.baudrate = v as u32, "Bit rate.")
             .unit("baud")
             .v1("uart0.baud_rate"),
-        integer("bits", "8", (7, 9), |c, _, v| c.uart.bits = v as u8, "Word length, parity bit included.")
-            .unit("bits")
-            .not_yet(EIGHT_N_ONE),
-        integer("stop_bits", "1", (1, 2), |c, _, v| c.uart.stop_bits = v as u8, "Stop bits.")
-            .unit("bits")
-            .not_yet(EIGHT_N_ONE),
+        integer("bits", "8", (7, 9), |c, _, v| c.uart.bits = v as u8, "Word length, parity bit included.").unit("bits"),
+        integer("stop_bits", "1", (1, 2), |c, _, v| c.uart.stop_bits = v as u8, "Stop bits.").unit("bits"),
         word(
             "parity",
             "none",
@@ -155,9 +150,8 @@ pub const UART_CONSOLE: Section = Section {
                     _ => Parity::None,
                 }
             },
-            "Parity.",
-        )
-        .not_yet(EIGHT_N_ONE),
+            "Parity of each word; its bit counts among `bits`.",
+        ),
     ],
 };
 
