@@ -65,10 +65,16 @@ pub fn render_all(findings: &[Diagnostic], summary: Summary, file: &str, text: &
             counts.push(plural(count, word));
         }
     }
+    let mut off: std::vec::Vec<&str> = std::vec::Vec::new();
+    for part in findings.iter().flat_map(|finding| finding.off.split(" and ")) {
+        if !part.is_empty() && !off.contains(&part) {
+            off.push(part);
+        }
+    }
     let outcome = match (summary.fatals, summary.errors) {
-        (0, 0) => "",
-        (0, _) => "; the machine starts without what stays off",
-        _ => "; the machine does not start",
+        (0, 0) => String::new(),
+        (0, _) => std::format!("; the machine starts without {}", off.join(", ")),
+        _ => "; the machine does not start".into(),
     };
     let _ = match summary.total() {
         0 => writeln!(out, "{file}: no findings"),
