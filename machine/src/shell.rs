@@ -81,8 +81,8 @@ impl<P: Ports> Controller<P> {
                 if let Some(bytes) = memory.stack_unused_bytes {
                     self.say(format_args!("stack never used: {bytes} bytes\n"));
                 }
-                let (millis, bytes) = (self.config_took.millis(), config::READING_BYTES);
-                self.say(format_args!("configuration: read in {millis} ms within {bytes} bytes\n"));
+                let (millis, bytes) = (self.config_took.0 as f64 / 1_000.0, config::READING_BYTES);
+                self.say(format_args!("configuration: read in {millis:.2} ms within {bytes} bytes\n"));
                 return Ok(Some(Answer::Said));
             }
             "ls" => self.list_command(arguments).await,
