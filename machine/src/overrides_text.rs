@@ -7,6 +7,7 @@ use units::{Actuator, Axis};
 use crate::controller::Controller;
 use crate::heat::LawSettings;
 use crate::ports::Ports;
+use crate::tuning::advance_of;
 
 /// The lines of one part of the machine.
 pub type Text = heapless::String<1_408>;
@@ -29,6 +30,7 @@ impl<P: Ports> Controller<P> {
     }
 
     fn write_extruders(&mut self, text: &mut Text) -> core::fmt::Result {
+        let filters = self.ports.motion(|motion| motion.config().map(|config| config.filters)).unwrap_or_default();
         for tool in self.tools.all() {
             let settings = &tool.settings;
             let id = settings.tool_id;
@@ -48,6 +50,11 @@ impl<P: Ports> Controller<P> {
                 settings.recover_length.0,
                 settings.recover_rate.per_minute()
             )?;
+            let advance = filters.advance.get(advance_of(tool.axis)).copied().flatten();
+            // Zero is worth saving where the configuration says something else.
+            if let Some(advance) = advance.filter(|a| a.factor > 0.0 || settings.pressure_advance_s > 0.0) {
+                writeln!(text, ";Pressure advance (s):\nM900 K{:.5} P{id}", advance.factor)?;
+            }
         }
         Ok(())
     }

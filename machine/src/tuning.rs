@@ -113,20 +113,24 @@ impl<P: Ports> Controller<P> {
         Ok(Answer::Ok)
     }
 
-    /// M900 K: pressure advance of the tool in use, in seconds. Waits for standstill, since the filters change.
+    /// M900 K: pressure advance of the tool in use, or of tool P, in seconds. Waits for standstill, since the filters change.
     pub(crate) async fn pressure_advance_code(&mut self, block: &Block<'_>) -> Outcome {
-        let Some(axis) = self.tools.active().map(|tool| tool.axis) else {
-            return Err(Failure::refused("no extruder in use"));
+        let tool = match block.get('P') {
+            Some(id) => self.tools.all().iter().find(|tool| f64::from(tool.settings.tool_id) == id),
+            None => self.tools.active(),
         };
-        // Tools turn A, B and C, in this order.
-        let index = (axis as usize).saturating_sub(Axis::PRIMARY.len());
+        let Some(axis) = tool.map(|tool| tool.axis) else {
+            return Err(Failure::refused("no such extruder"));
+        };
+        let index = advance_of(axis);
         if let Some(factor) = block.get('K') {
             self.wait_idle().await?;
             let config = self.ports.motion(|motion| motion.config().copied());
             let mut config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
-            if let Some(Some(advance)) = config.filters.advance.get_mut(index) {
-                advance.factor = factor;
-            }
+            let Some(Some(advance)) = config.filters.advance.get_mut(index) else {
+                return Err(Failure::refused("this extruder has no pressure advance"));
+            };
+            advance.factor = factor;
             self.ports.motion(|motion| motion.configure(config)).map_err(refuse)?;
             return Ok(Answer::Ok);
         }
@@ -152,6 +156,11 @@ impl<P: Ports> Controller<P> {
             actuator.steps_per_mm = per_mm;
         }
     }
+}
+
+/// Where an extruder's pressure advance is among the filters: tools turn A, B and C, in this order.
+pub(crate) const fn advance_of(axis: Axis) -> usize {
+    (axis as usize).saturating_sub(Axis::PRIMARY.len())
 }
 
 fn refuse(error: ConfigError) -> Failure {

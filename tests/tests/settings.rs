@@ -6,7 +6,7 @@ use units::Actuator::Alpha;
 const SAVED: &str = "config-override";
 
 /// Everything that M500 can save is set to something of its own.
-const CHANGES: [&str; 11] = [
+const CHANGES: [&str; 12] = [
     "M92 X81 E400",
     "M203 X120 Y130 Z14 P200",
     "M203.1 Z13",
@@ -15,6 +15,7 @@ const CHANGES: [&str; 11] = [
     "M207 S4 F1200 Z0.5 Q300",
     "M208 S0.25 F600",
     "M200 D1.75",
+    "M900 K0.04",
     "M301 S1 P22 I1.5 D90 X120 Y200",
     "M143 S1 P250",
     "M206 X0.5 Y-0.25 Z1",
