@@ -79,6 +79,10 @@ impl Motion {
     }
 
     fn rest_a_moment(&mut self) -> Option<()> {
+        // Where a position was just declared, the filters have always stood.
+        if self.filters.drained && self.filters.newest().is_rest() {
+            return None;
+        }
         if !self.filters.newest().is_rest() {
             self.filters.cut_piece = None;
             self.filters.push(Stretch::rest(self.clock, self.place));

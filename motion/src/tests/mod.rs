@@ -4,6 +4,7 @@ mod arms;
 mod corners;
 mod curves;
 mod filters;
+mod hard;
 mod laws;
 mod rig;
 mod stops;
