@@ -21,6 +21,7 @@ const SLIPS: &[(&str, &str, &[&str])] = &[
     ("bed.max_temp = 120", "bed.max_temp 120", &["temperature control bed"]),
     ("bed.max_temp = 120", "max_temp = 120", &["every temperature control"]),
     ("bed.enable = true", "bed.enable = yes", &["temperature control bed"]),
+    ("bed.enable = true", "bed.enabel = true", &["temperature control bed"]),
     ("bed.thermistor_pin = ADC1_3", "bed.thermistor_pin = nc", &["temperature control bed"]),
     ("fan.output_pin = PE1 ", "fan.output_pin = PE3 ", &["temperature control bed", "switch fan"]),
     ("fan.output_type = sigmadeltapwm", "fan.output_type = pwm", &["switch fan"]),

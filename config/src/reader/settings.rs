@@ -13,6 +13,9 @@ use crate::suggest;
 use crate::text::{cut, nearest};
 use crate::value::{self, Value};
 
+/// The key of an instance's own switch.
+const ENABLE: &str = "enable";
+
 /// The name under which the schema keeps defaults of that board.
 const TMC2660_BOARD: &str = "tmc2660 board";
 
@@ -59,12 +62,33 @@ impl Reader<'_> {
                     return None;
                 };
                 let is_common = name == "common";
-                let setting = self.find_key(section, at, key, rest, is_common)?;
+                let Some(setting) = self.find_key(section, at, key, rest, is_common) else {
+                    if !is_common && nearest(rest, [ENABLE].into_iter()).is_some() {
+                        self.mark_misspelt_enable(index, section, &instances, at, name);
+                    }
+                    return None;
+                };
                 if is_common {
                     return Some((setting, 0));
                 }
                 Some((setting, self.find_instance(index, section, &instances, at, name)?))
             }
+        }
+    }
+
+    /// Nobody knows whether this instance is enabled: it stays off, rather than out of sight.
+    fn mark_misspelt_enable(
+        &mut self,
+        index: usize,
+        section: &'static Section,
+        instances: &Instances,
+        at: Span,
+        name: &str,
+    ) {
+        if let Some(setting) = section.position(ENABLE, false)
+            && let Some(place) = self.find_instance(index, section, instances, at, name)
+        {
+            self.ledger.mark_unreadable(Path::new(index, setting, place));
         }
     }
 
