@@ -85,6 +85,7 @@ pub fn write(options: &Options) -> Result<PathBuf> {
         chip: Chip::Tmc2590.model(),
         faults: Vec::new(),
         verify: true,
+        profile: false,
     };
     let mut progress = Progress::new();
     let plan = runner::plan(&job, &[], None, &mut |share| progress.show(share)).map_err(|reason| anyhow!(reason))?;

@@ -107,9 +107,8 @@ impl<P: Ports> Controller<P> {
             return Err(Failure::refused("unable to set continuous jog mode"));
         }
         self.wait_idle().await?;
-        let acceleration =
-            self.ports.motion(|motion| motion.config().map_or(1.0, |config| config.limits.acceleration.0));
-        let braking = rate * rate / (2.0 * acceleration);
+        let braking =
+            self.ports.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
         let piece = if braking > LEAST_PIECE { braking } else { LEAST_PIECE };
         self.jog_pieces(by, piece, rate).await?;
         self.ports.motion(motion::Motion::stop);

@@ -75,7 +75,11 @@ impl<P: Ports> Controller<P> {
                 write!(text, " {}{:.5}", axis.letter(), own.0)?;
             }
         }
-        write!(text, "\n;Junction deviation:\nM205 X{:.5}", limits.junction_deviation.0)?;
+        write!(text, "\n;Junction deviation:\nM205")?;
+        // An X would set the square corner velocity aside.
+        if limits.square_corner_velocity.is_none() {
+            write!(text, " X{:.5}", limits.junction_deviation.0)?;
+        }
         let z_deviation = limits.z_junction_deviation.map_or(-1.0, |deviation| deviation.0);
         write!(text, " Z{z_deviation:.5} S{:.5}\n;Max speeds in mm/s:\nM203", limits.minimum_speed.0)?;
         for (axis, speed) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {

@@ -181,6 +181,8 @@ fn set_accelerations(limits: &mut Limits, block: &Block<'_>) {
 fn set_corners(limits: &mut Limits, block: &Block<'_>) {
     if let Some(deviation) = block.get('X') {
         limits.junction_deviation = Mm(deviation);
+        // It counts from now on.
+        limits.square_corner_velocity = None;
     }
     if let Some(deviation) = block.get('Z') {
         limits.z_junction_deviation = (deviation >= 0.0).then_some(Mm(deviation));

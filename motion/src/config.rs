@@ -1,6 +1,6 @@
 //! What the machine's configuration tells this crate, already typed, and the checks only this crate can make.
 
-use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2, PerActuator, STEP_CLOCK_HZ, Ticks};
+use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, PerActuator, STEP_CLOCK_HZ, Ticks};
 
 use crate::{
     filters::{
@@ -9,7 +9,7 @@ use crate::{
         shaper::FREQUENCY_RANGE,
     },
     kinematics::Kinematics,
-    planner,
+    least, planner,
 };
 
 /// Everything that is fixed while the machine moves.
@@ -64,6 +64,14 @@ pub struct Limits {
     pub acceleration: MmPerSecond2,
     /// Acceleration of each motor, where it has its own limit (`acceleration`, M204 X..).
     pub actuator_acceleration: PerActuator<Option<MmPerSecond2>>,
+    /// Jerk of a move along its path (`jerk`), mm/s^3. `None` here and in `axis_jerk`: speed profiles are trapezoids.
+    pub jerk: Option<MmPerSecond3>,
+    /// Jerk of the X, Y and Z component of any move (`x_axis_max_jerk`), mm/s^3.
+    pub axis_jerk: [Option<MmPerSecond3>; 3],
+    /// Speed kept through a right angle at `acceleration`; takes the place of both junction deviations.
+    pub square_corner_velocity: Option<MmPerSecond>,
+    /// Share of the way between two slow places that is left for cruising, 0 to 0.95; trapezoids only.
+    pub cruise_ratio: f64,
     /// How far the virtual arc of a corner may leave it; sets the speed kept through corners.
     pub junction_deviation: Mm,
     /// The same for moves of Z alone. `None`: as `junction_deviation`.
@@ -84,6 +92,10 @@ impl Limits {
         actuator_rate: PerActuator([MmPerSecond::from_per_minute(30_000.0); units::MAX_ACTUATORS]),
         acceleration: MmPerSecond2(100.0),
         actuator_acceleration: PerActuator([None; units::MAX_ACTUATORS]),
+        jerk: None,
+        axis_jerk: [None; 3],
+        square_corner_velocity: None,
+        cruise_ratio: 0.0,
         junction_deviation: Mm(0.05),
         z_junction_deviation: None,
         minimum_speed: MmPerSecond(0.0),
@@ -118,6 +130,12 @@ pub enum ConfigError {
     Acceleration,
     /// An axis speed limit must be a finite number above zero.
     AxisSpeed(Axis),
+    /// A jerk must be a finite number above zero.
+    Jerk,
+    /// The square corner velocity must be a finite number above zero.
+    SquareCornerVelocity,
+    /// The minimum cruise ratio must lie between 0 and 0.95, and be zero with jerk.
+    CruiseRatio,
     /// `max_speed` must be a finite number above zero.
     MaxSpeed,
     /// A junction deviation must be a finite number, not negative.
@@ -144,6 +162,9 @@ impl core::fmt::Display for ConfigError {
             Self::Slave(a) => write!(f, "{}.slaved_to must name another motor that is not a slave", a.name()),
             Self::Acceleration => f.write_str("default_acceleration must be above zero"),
             Self::AxisSpeed(axis) => write!(f, "the speed limit of axis {} must be above zero", axis.letter()),
+            Self::Jerk => f.write_str("a jerk must be above zero"),
+            Self::SquareCornerVelocity => f.write_str("square_corner_velocity must be above zero"),
+            Self::CruiseRatio => f.write_str("minimum_cruise_ratio must be 0 to 0.95, and 0 where a jerk is set"),
             Self::MaxSpeed => f.write_str("max_speed must be above zero"),
             Self::JunctionDeviation => f.write_str("junction_deviation must not be negative"),
             Self::MinimumSpeed => f.write_str("minimum_planner_speed must not be negative"),
@@ -223,6 +244,21 @@ impl MotionConfig {
 }
 
 impl Limits {
+    /// Speed profiles are limited in jerk.
+    #[must_use]
+    pub fn has_jerk(&self) -> bool {
+        self.jerk.is_some() || self.axis_jerk.iter().any(Option::is_some)
+    }
+
+    /// Path on which any move comes to rest from `speed` mm/s, mm; motors' own accelerations aside.
+    #[must_use]
+    pub fn braking_length(&self, speed: f64) -> f64 {
+        let acceleration = self.acceleration.get();
+        let jerks = self.jerk.iter().chain(self.axis_jerk.iter().flatten());
+        let jerk = jerks.map(|jerk| jerk.get()).fold(f64::INFINITY, least);
+        0.5 * speed * (speed / acceleration + acceleration / jerk)
+    }
+
     /// Checks every limit.
     ///
     /// # Errors
@@ -246,6 +282,15 @@ impl Limits {
         }
         if self.max_speed.is_some_and(|limit| !positive(limit.get())) {
             return Err(ConfigError::MaxSpeed);
+        }
+        if self.jerk.iter().chain(self.axis_jerk.iter().flatten()).any(|jerk| !positive(jerk.get())) {
+            return Err(ConfigError::Jerk);
+        }
+        if self.square_corner_velocity.is_some_and(|speed| !positive(speed.get())) {
+            return Err(ConfigError::SquareCornerVelocity);
+        }
+        if !(0.0..=0.95).contains(&self.cruise_ratio) || (self.has_jerk() && self.cruise_ratio > 0.0) {
+            return Err(ConfigError::CruiseRatio);
         }
         let z_deviation = self.z_junction_deviation.unwrap_or_default().get();
         for deviation in [self.junction_deviation.get(), z_deviation] {

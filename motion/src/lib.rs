@@ -35,8 +35,10 @@ pub mod path;
 pub mod planner;
 pub mod profile;
 pub mod queue;
+mod ramp;
 mod run;
 mod series;
+mod smooth;
 #[cfg(test)]
 mod tests;
 pub mod trajectory;

@@ -256,6 +256,8 @@ impl Ideal {
             }
             window *= 1.5;
         }
-        None
+        // A turn so close behind the crossing that no window of these ends between the two.
+        let near = |nanoseconds: &f64| beyond(at + nanoseconds).is_some_and(|off| off.abs() <= 4.0 * ON_CROSSING_STEPS);
+        (0..4_000).map(|half| f64::from(half) * 0.5 - 1e3).filter(near).map(f64::abs).reduce(f64::min)
     }
 }

@@ -24,11 +24,14 @@ pub struct Phase {
     pub length: f64,
 }
 
-/// At most three phases: ramp, cruise, ramp. Phases that do not occur have no duration.
+/// How many phases a profile may have: a ramp up, a cruise, a ramp down. A block may need several profiles.
+pub const MAX_PHASES: usize = 7;
+
+/// The phases of a block. Those that do not occur have no duration. A trapezoid has three: ramp, cruise, ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     /// In order of time.
-    pub phases: [Phase; 3],
+    pub phases: [Phase; MAX_PHASES],
     /// Speed at the end, mm/s.
     pub exit: f64,
 }
@@ -57,7 +60,7 @@ fn ramp(from: f64, to: f64, length: f64) -> Phase {
     Phase { duration, speed: from, acceleration: (to - from) / duration, jerk: 0.0, length }
 }
 
-fn cruise(speed: f64, length: f64) -> Phase {
+pub(crate) fn cruise(speed: f64, length: f64) -> Phase {
     if length <= 0.0 || speed <= 0.0 {
         return Phase::default();
     }
@@ -70,7 +73,7 @@ impl Profile {
     #[must_use]
     pub fn trapezoid(length: f64, entry: f64, cruise_speed: f64, exit: f64, acceleration: f64) -> Self {
         let (entry_sq, exit_sq, cruise_sq) = (entry * entry, exit * exit, cruise_speed * cruise_speed);
-        let single = Self { phases: [ramp(entry, exit, length), Phase::default(), Phase::default()], exit };
+        let single = Self::of_phases([ramp(entry, exit, length), Phase::default(), Phase::default()], exit);
         if entry > cruise_speed {
             let slowing = (entry_sq - cruise_sq) / (2.0 * acceleration);
             let braking = (cruise_sq - exit_sq) / (2.0 * acceleration);
@@ -93,9 +96,16 @@ impl Profile {
         Self::of(length, entry, peak, exit, ramps)
     }
 
+    fn of_phases([first, middle, last]: [Phase; 3], exit: f64) -> Self {
+        let mut phases = [Phase::default(); MAX_PHASES];
+        let [a, b, c, ..] = &mut phases;
+        (*a, *b, *c) = (first, middle, last);
+        Self { phases, exit }
+    }
+
     fn of(length: f64, entry: f64, peak: f64, exit: f64, [first, last]: [f64; 2]) -> Self {
         let middle = length - first - last;
-        Self { phases: [ramp(entry, peak, first), cruise(peak, middle), ramp(peak, exit, last)], exit }
+        Self::of_phases([ramp(entry, peak, first), cruise(peak, middle), ramp(peak, exit, last)], exit)
     }
 
     /// Braking from `entry` with `acceleration` until standstill, or to the end of `length` if that comes first.
@@ -103,10 +113,10 @@ impl Profile {
     pub fn brake(length: f64, entry: f64, acceleration: f64) -> Self {
         let stopping = entry * entry / (2.0 * acceleration);
         if stopping <= length {
-            return Self { phases: [ramp(entry, 0.0, stopping), Phase::default(), Phase::default()], exit: 0.0 };
+            return Self::of_phases([ramp(entry, 0.0, stopping), Phase::default(), Phase::default()], 0.0);
         }
         let exit = libm::sqrt(entry * entry - 2.0 * acceleration * length);
-        Self { phases: [ramp(entry, exit, length), Phase::default(), Phase::default()], exit }
+        Self::of_phases([ramp(entry, exit, length), Phase::default(), Phase::default()], exit)
     }
 
     /// Path length of all phases, mm.

@@ -10,6 +10,8 @@ use crate::{
     path::{Curve, Path},
     planner::Block,
     profile::{Phase, Profile},
+    ramp::Ramp,
+    smooth::{Draft, Ramps},
     trajectory::{Piece, TickTime, tick_time},
 };
 
@@ -22,6 +24,10 @@ pub(crate) struct Run {
     /// What each motor does for a millimetre of path at the cursor, once it is known.
     pub rates: Option<PerActuator<f64>>,
     profile: Profile,
+    /// The ramps that the profile is made of, when it is limited in jerk.
+    ramps: Ramps,
+    /// Seconds from the beginning of the present phase to the cursor.
+    local: f64,
     /// Phase the cursor is in, and how many of its slices are taken.
     phase: usize,
     taken: u32,
@@ -65,13 +71,22 @@ fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
 }
 
 impl Run {
-    /// Begins a block at `origin` and time `start`, moving with `speed`.
-    pub fn new(block: Block, curve: Curve, origin: PerAxis<f64>, start: TickTime, speed: f64) -> Self {
+    /// Begins a block at `origin` and time `start`, moving with `speed`, in the ramp that goes on from the block before.
+    pub fn new(
+        block: Block,
+        curve: Curve,
+        origin: PerAxis<f64>,
+        start: TickTime,
+        speed: f64,
+        carried: Option<(Ramp, f64)>,
+    ) -> Self {
         Self {
             block,
             path: Path::new(origin, &block.target, block.length, curve),
             rates: None,
             profile: Profile::default(),
+            ramps: Ramps::carried(carried),
+            local: 0.0,
             phase: 0,
             taken: 0,
             phase_start: start,
@@ -94,10 +109,27 @@ impl Run {
     /// Gives the rest of the block, from the cursor at `now` on, this profile.
     pub fn follow(&mut self, profile: Profile, now: TickTime) {
         self.profile = profile;
+        self.ramps = Ramps::default();
+        self.begin_profile(now);
+    }
+
+    /// As [`Self::follow`], a draft of ramps.
+    pub fn follow_ramps(&mut self, draft: &Draft, now: TickTime) {
+        (self.profile, self.ramps) = (draft.profile, draft.ramps);
+        self.begin_profile(now);
+    }
+
+    fn begin_profile(&mut self, now: TickTime) {
         self.phase = 0;
         self.taken = 0;
+        self.local = 0.0;
         self.phase_start = now;
         self.phase_base = self.travelled;
+    }
+
+    /// The ramp that the cursor is in, and how many seconds it has run. `None` where there is no acceleration.
+    pub fn ramp(&self) -> Option<(Ramp, f64)> {
+        self.ramps.at(&self.profile, self.phase, self.local)
     }
 
     /// Machine position at the cursor.
@@ -152,8 +184,10 @@ impl Run {
             self.phase_start = end;
             self.phase += 1;
             self.taken = 0;
+            self.local = 0.0;
             self.close();
         } else {
+            self.local = local;
             self.speed = phase.speed_at(local);
             self.travelled = self.phase_base + phase.distance(local);
         }

@@ -11,6 +11,6 @@ mod steps;
 mod time;
 
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
-pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, Ohms, Volts};
+pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, Ohms, Volts};
 pub use steps::{Direction, StepCount, StepPosition};
 pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};

@@ -68,6 +68,9 @@ quantity!(
     /// Acceleration in millimetres per second squared.
     MmPerSecond2(f64), "mm/s^2");
 quantity!(
+    /// Jerk, the rate of change of acceleration, in millimetres per second cubed.
+    MmPerSecond3(f64), "mm/s^3");
+quantity!(
     /// Temperature in degrees Celsius.
     Celsius(f32), "C");
 quantity!(

@@ -9,6 +9,7 @@ mod motors;
 mod names;
 mod outputs;
 mod pins;
+mod planner;
 mod shapers;
 mod tools;
 mod uart;
@@ -26,6 +27,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     let mut checks = Checks { config, ledger, reporter };
     wishes(&mut checks);
     names::check(&mut checks);
+    planner::check(&mut checks);
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);

@@ -1,7 +1,7 @@
 //! Path and speed: `[motion control]`, `[planner]`, `[conveyor]`.
 
 use super::Arms;
-use units::{Micros, Mm, MmPerSecond, MmPerSecond2};
+use units::{Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 /// How actuators relate to Cartesian axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -91,8 +91,14 @@ pub struct PlannerConfig {
     pub queue_size: u16,
     /// How long an idle queue may collect blocks before motion starts.
     pub queue_delay: Micros,
-    /// Jerk limit in mm/s^3; none: trapezoidal speed profiles.
-    pub jerk_mm_per_s3: Option<f64>,
+    /// Speed kept through a right angle, in place of the deviation; none: the deviation counts.
+    pub square_corner_velocity: Option<MmPerSecond>,
+    /// Share of each run up and down that is left for cruising.
+    pub minimum_cruise_ratio: f64,
+    /// Jerk limit along the path; none here and for every axis: trapezoidal speed profiles.
+    pub jerk: Option<MmPerSecond3>,
+    /// Jerk limits of X, Y and Z.
+    pub axis_jerk: [Option<MmPerSecond3>; 3],
 }
 
 /// Which input shaper, `[input shaper]`.

@@ -3,7 +3,7 @@
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, word};
 use super::{Form, Section};
 use crate::machine::ArmSolution;
-use units::{Micros, Mm, MmPerSecond, MmPerSecond2};
+use units::{Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 /// The words of `arm_solution`, and what they mean.
 const ARM_SOLUTIONS: &[&str] = &[
@@ -218,8 +218,7 @@ pub const PLANNER: Section = Section {
             (0.0, 10.0),
             |c, _, v| c.planner.junction_deviation = Mm(v),
             "How far a rounded corner would miss the exact one; sets the speed kept through it. 0 stops at every corner.",
-        ).klipper("[printer] square_corner_velocity")
-        .unit("mm").typical(0.0001, 1.0)
+        ).unit("mm").typical(0.0001, 1.0)
         .v1("junction_deviation"),
         number(
             "z_junction_deviation",
@@ -252,14 +251,46 @@ pub const PLANNER: Section = Section {
             "jerk",
             "0",
             NOT_NEGATIVE,
-            |c, _, v| c.planner.jerk_mm_per_s3 = (v > 0.0).then_some(v),
-            "Limit of the rate of change of acceleration; 0 for trapezoidal speed profiles.",
+            |c, _, v| c.planner.jerk = some_jerk(v),
+            "Limit of the rate of change of acceleration along the path: speed profiles are then S-curves. 0 here and for every axis: \
+             trapezoids. Ramps take acceleration / jerk longer. Short moves need more planner_queue_size.",
         )
-        .unit("mm/s^3")
-        .velvet()
-        .not_yet_harmless("leave it out; speed profiles are trapezoids"),
+        .unit("mm/s^3").typical(1_000.0, 10_000_000.0)
+        .velvet(),
+        axis_jerk("x_axis_max_jerk", |c, _, v| c.planner.axis_jerk[0] = some_jerk(v), "The same for the X part of a move."),
+        axis_jerk("y_axis_max_jerk", |c, _, v| c.planner.axis_jerk[1] = some_jerk(v), "The same for the Y part of a move."),
+        axis_jerk("z_axis_max_jerk", |c, _, v| c.planner.axis_jerk[2] = some_jerk(v), "The same for the Z part of a move."),
+        number(
+            "square_corner_velocity",
+            "0",
+            (0.0, 1_000.0),
+            |c, _, v| c.planner.square_corner_velocity = (v > 0.0).then_some(MmPerSecond(v)),
+            "Speed kept through a right angle at default_acceleration; other corners in proportion. Above 0 it takes the place of both \
+             junction deviations; M205 X goes back to them.",
+        )
+        .unit("mm/s").typical(0.1, 50.0)
+        .klipper("[printer] square_corner_velocity")
+        .velvet(),
+        number(
+            "minimum_cruise_ratio",
+            "0",
+            (0.0, 0.95),
+            |c, _, v| c.planner.minimum_cruise_ratio = v,
+            "Share of the way between two slow places that is cruised: the peak between is lowered for it. Calms short zigzags. For \
+             trapezoids only.",
+        )
+        .klipper("[printer] minimum_cruise_ratio")
+        .velvet(),
     ],
 };
+
+fn some_jerk(jerk: f64) -> Option<MmPerSecond3> {
+    (jerk > 0.0).then_some(MmPerSecond3(jerk))
+}
+
+const fn axis_jerk(key: &'static str, set: super::Set<f64>, summary: &'static str) -> super::Setting {
+    number(key, "0", NOT_NEGATIVE, set, summary).unit("mm/s^3").typical(1_000.0, 10_000_000.0).velvet()
+}
 
 pub const CONVEYOR: Section = Section {
     name: "conveyor",

@@ -10,7 +10,7 @@
 
 use units::{Axis, PerAxis};
 
-use super::Motion;
+use super::{Motion, request::shares_of_curve};
 use crate::{
     config::Limits,
     least,
@@ -80,7 +80,8 @@ impl Motion {
         let path = Path::new(rounding.from, &rounding.to, rounding.arc.length(), curve);
         let exit = path::unit(&path, rounding.arc.length());
         let target = self.planned;
-        self.push(&rounding.envelope, Some(exit), &along, limits);
+        let shares = shares_of_curve(&path, rounding.arc.length());
+        self.push(&rounding.envelope, Some(exit), Some(shares), &along, limits);
         self.curves.push(curve);
         self.planned = target;
     }

@@ -11,6 +11,7 @@ use crate::{
     path::Curve,
     planner::Block,
     profile::Profile,
+    ramp::Ramp,
     run::{Run, Slice},
     trajectory::{at_tick, whole_ticks},
     trigger::Trigger,
@@ -72,16 +73,22 @@ impl Motion {
                 self.rest_here();
                 None
             }
+            State::Running if !finished && self.is_smooth() => {
+                // A jerk-limited plan may end before its block does.
+                self.follow_plan();
+                Some(())
+            }
             _ => {
                 self.place = point;
+                let carried = run.ramp();
                 self.run = None;
-                self.begin_next(speed, now)
+                self.begin_next(speed, carried, now)
             }
         }
     }
 
     /// Starts the next block at the cursor with this speed.
-    fn begin_next(&mut self, speed: f64, now: Ticks) -> Option<()> {
+    fn begin_next(&mut self, speed: f64, carried: Option<(Ramp, f64)>, now: Ticks) -> Option<()> {
         self.planner.plan();
         let starved = !self.planner.is_empty() && !self.planner.front_is_settled() && !self.may_release(now);
         if starved && self.state == State::Running {
@@ -92,7 +99,7 @@ impl Motion {
             return None;
         };
         let curve = self.curve_of(&block);
-        self.run = Some(Run::new(block, curve, self.place, self.clock, speed));
+        self.run = Some(Run::new(block, curve, self.place, self.clock, speed, carried));
         match self.state {
             State::Running => self.follow_plan(),
             _ => self.brake(),
@@ -124,7 +131,7 @@ impl Motion {
         self.planner.plan();
         let block = self.planner.release()?;
         let curve = self.curve_of(&block);
-        self.run = Some(Run::new(block, curve, self.place, self.clock, entry));
+        self.run = Some(Run::new(block, curve, self.place, self.clock, entry, None));
         self.follow_plan();
         Some(())
     }
@@ -146,6 +153,9 @@ impl Motion {
 
     /// Gives the running block the planned profile from the cursor on.
     pub(super) fn follow_plan(&mut self) {
+        if self.is_smooth() {
+            return self.follow_smoothly();
+        }
         let Some(run) = &mut self.run else { return };
         self.planner.plan();
         let (length, acceleration) = (run.remaining(), run.block.acceleration);
@@ -156,11 +166,22 @@ impl Motion {
         let highest_sq = least(self.planner.next_entry_sq(), entry_sq + gain_sq);
         let exit = libm::sqrt(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
         let cruise = run.block.cruise(&self.overrides);
+        let (cruise, exit) = if self.planner.is_calm() {
+            self.peak_sq = run.block.calm().peak_sq().unwrap_or(self.peak_sq);
+            let cruise = least(cruise, libm::sqrt(self.peak_sq));
+            // As slow as that, if it can be as slow.
+            (cruise, greatest(least(exit, cruise), libm::sqrt(greatest(entry_sq - gain_sq, 0.0))))
+        } else {
+            (cruise, exit)
+        };
         run.follow(Profile::trapezoid(length, run.speed, cruise, exit, acceleration), self.clock);
     }
 
     /// Gives the running block a profile that brakes from the cursor on.
     pub(super) fn brake(&mut self) {
+        if self.is_smooth() {
+            return self.follow_smoothly();
+        }
         match &mut self.run {
             Some(run) if run.remaining() > 0.0 => {
                 let profile = Profile::brake(run.remaining(), run.speed, run.block.acceleration);

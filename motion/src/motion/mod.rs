@@ -18,6 +18,7 @@ mod corner;
 mod cursor;
 mod filtered;
 mod request;
+mod smoothly;
 
 use units::{PerActuator, PerAxis, StepPosition, Ticks};
 
@@ -88,6 +89,8 @@ pub struct Motion {
     overrides: Overrides,
     state: State,
     run: Option<Run>,
+    /// Greatest squared speed of the run up or down under way, where a minimum cruise ratio is kept.
+    peak_sq: f64,
     piece: Option<Piece>,
     /// The trajectory is settled up to here.
     clock: TickTime,
@@ -141,6 +144,7 @@ impl Motion {
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
             state: State::Running,
             run: None,
+            peak_sq: f64::INFINITY,
             piece: None,
             clock: TickTime::ZERO,
             place: PerAxis([0.0; units::MAX_AXES]),

@@ -10,7 +10,7 @@ use crate::{
     least,
     moves::{Corner, Move, Refusal},
     path::{self, Curve, Path},
-    planner::{Envelope, SMALLEST, corner_sq},
+    planner::{Envelope, SMALLEST, corner_sq, is_smooth},
 };
 
 impl Motion {
@@ -41,7 +41,7 @@ impl Motion {
             no_orphan(config, &ways_of_curve(&path, &delta))?;
             let envelope = path::envelope(config, &path, length, request.feed_rate.get())?;
             let (limits, exit) = (config.limits, Some(path::unit(&path, length)));
-            self.push(&envelope, exit, request, &limits);
+            self.push(&envelope, exit, Some(shares_of_curve(&path, length)), request, &limits);
             self.curves.push(request.curve);
             return Ok(());
         }
@@ -60,7 +60,7 @@ impl Motion {
             envelope.length -= rounding.cut;
             self.round(&rounding, &straight, &limits);
         }
-        self.push(&envelope, envelope.primary, &straight, &limits);
+        self.push(&envelope, envelope.primary, envelope.primary, &straight, &limits);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
@@ -68,19 +68,30 @@ impl Motion {
         Ok(())
     }
 
-    /// `exit` is the direction in which it ends.
-    pub(super) fn push(&mut self, envelope: &Envelope, exit: Option<[f64; 3]>, request: &Move, limits: &Limits) {
+    /// `exit` is the direction in which it ends; `shares` is how much of a millimetre of path each of X Y Z moves at most.
+    pub(super) fn push(
+        &mut self,
+        envelope: &Envelope,
+        exit: Option<[f64; 3]>,
+        shares: Option<[f64; 3]>,
+        request: &Move,
+        limits: &Limits,
+    ) {
         let mut block = envelope.block(request);
+        block.limit_jerk(shares, limits);
+        self.planner.keep_calm(limits.cruise_ratio);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
         let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last };
         block.corner_sq = match last {
             Some(last) if request.corner != Corner::Stop => {
                 let acceleration = least(last.block.acceleration, block.acceleration);
-                corner_sq(last.direction, envelope.primary, acceleration, limits)
+                let gain_sq = least(last.block.acceleration * last.block.length, block.acceleration * block.length);
+                corner_sq(last.direction, envelope.primary, acceleration, gain_sq, limits)
             }
             _ => limits.minimum_speed.get() * limits.minimum_speed.get(),
         };
+        block.smooth = last.is_some_and(|last| is_smooth(last.direction, envelope.primary));
         let cruise_before = last.map_or(cruise, |last| last.block.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
         // The queue was found to have room.
@@ -88,6 +99,18 @@ impl Motion {
         self.planned = request.target;
         self.last = Some(Last { direction: exit, block, line: None });
     }
+}
+
+/// How much of a millimetre of a curve each axis moves at most: all of it, unless it hardly takes part, as Z in a slow helix.
+pub(super) fn shares_of_curve(path: &Path, length: f64) -> [f64; 3] {
+    let mut shares = [0.0; 3];
+    for part in 0..=8 {
+        let unit = path::unit(path, 0.125 * f64::from(part) * length);
+        for (share, part) in shares.iter_mut().zip(unit) {
+            *share = greatest(*share, libm::fabs(part));
+        }
+    }
+    shares.map(|share| if share > 0.3 { 1.0 } else { 1.2 * share })
 }
 
 /// Which axes a curve moves, and by how much at least one of them.

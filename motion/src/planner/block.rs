@@ -24,6 +24,13 @@ pub struct Block {
     pub length: f64,
     /// Path acceleration, mm/s^2.
     pub acceleration: f64,
+    /// Path jerk, mm/s^3; zero where profiles are trapezoids.
+    pub jerk: f64,
+    /// The path goes on into this block without a corner: it may be entered while the speed changes.
+    pub(crate) smooth: bool,
+    /// What some kinds of look-ahead must know besides: [`Block::brake`] or [`Block::calm`].
+    pub(super) notes: [f64; 3],
+    pub(super) sure: bool,
     /// Path speed that no override may exceed, mm/s.
     pub speed_limit: f64,
     /// Path speed that was asked for, mm/s.
@@ -49,6 +56,10 @@ impl Block {
         target: PerAxis([0.0; units::MAX_AXES]),
         length: 0.0,
         acceleration: 0.0,
+        jerk: 0.0,
+        smooth: false,
+        notes: [0.0; 3],
+        sure: true,
         speed_limit: 0.0,
         requested: 0.0,
         corner_sq: 0.0,

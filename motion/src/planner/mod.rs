@@ -10,10 +10,13 @@
 //! and in practice those within one braking distance. No pass needs a square root: speeds are squared throughout.
 
 mod block;
+mod brake;
+mod calm;
 mod junction;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
+pub(crate) use brake::{Brake, ROUNDING, is_smooth};
 pub(crate) use junction::corner_sq;
 
 /// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. 28 KiB.
@@ -37,12 +40,29 @@ pub struct Planner {
     /// How much of the last block the rounding of a corner behind it may yet take, mm. Its entry speed is planned without that, so that
     /// it can only grow.
     reserve: f64,
+    /// Nothing will be appended soon: the last block's end is where the path ends.
+    complete: bool,
+    /// In force.
+    overrides: Overrides,
+    /// Share of the acceleration that the calm plan may use.
+    calm_share: Option<f64>,
 }
 
 impl Planner {
     /// An empty queue.
     pub(crate) const fn new() -> Self {
-        Self { blocks: [Block::EMPTY; CAPACITY], first: 0, end: 0, planned: 0, settled: 0, rest_sq: 0.0, reserve: 0.0 }
+        Self {
+            blocks: [Block::EMPTY; CAPACITY],
+            first: 0,
+            end: 0,
+            planned: 0,
+            settled: 0,
+            rest_sq: 0.0,
+            reserve: 0.0,
+            complete: true,
+            overrides: Overrides { feed: 1.0, rapid: 1.0 },
+            calm_share: None,
+        }
     }
 
     /// How many blocks wait.
@@ -76,6 +96,11 @@ impl Planner {
         &mut self.blocks[count as usize % CAPACITY]
     }
 
+    /// The block so many after the front.
+    pub(crate) fn ahead(&self, index: usize) -> Option<&Block> {
+        if index < self.len() { Some(self.block(self.first.wrapping_add(index as u32))) } else { None }
+    }
+
     /// The block that would be released next.
     #[must_use]
     pub fn front(&self) -> Option<&Block> {
@@ -91,6 +116,11 @@ impl Planner {
         let mut block = block;
         block.entry_limit_sq = entry_limit_sq(&block, cruise_before, overrides);
         block.entry_sq = 0.0;
+        self.overrides = *overrides;
+        let before = if self.is_empty() { None } else { Some(self.block(self.end.wrapping_sub(1))) };
+        if let Some(calm) = self.calm_from(&block, before) {
+            block.set_calm(calm);
+        }
         self.rest_sq = rest * rest;
         self.reserve = 0.0;
         *self.block_mut(self.end) = block;
@@ -118,6 +148,9 @@ impl Planner {
         if self.planned == self.end {
             return;
         }
+        if self.has_jerk() {
+            return self.plan_brakes();
+        }
         let mut exit_sq = self.rest_sq;
         let mut count = self.end;
         let mut settled = self.settled;
@@ -125,16 +158,22 @@ impl Planner {
         while count != self.first {
             count = count.wrapping_sub(1);
             let known = count.wrapping_sub(self.planned) as i32 >= 0;
+            let after = count.wrapping_add(1);
+            let calm = self.calmed(self.block(count), if after == self.end { None } else { Some(self.block(after)) });
             let block = self.block_mut(count);
             let reachable_sq = exit_sq + 2.0 * block.acceleration * (block.length - reserve);
             reserve = 0.0;
             let entry_sq = if reachable_sq < block.entry_limit_sq { reachable_sq } else { block.entry_limit_sq };
-            if entry_sq == block.entry_limit_sq && count.wrapping_sub(settled) as i32 > 0 {
+            let at_limit = entry_sq == block.entry_limit_sq && calm.is_none_or(|calm| calm.entry_sq == entry_sq);
+            if at_limit && count.wrapping_sub(settled) as i32 > 0 {
                 settled = count;
             }
             // An old block that keeps its speed shields all before it.
-            if !known && entry_sq == block.entry_sq {
+            if !known && entry_sq == block.entry_sq && calm.is_none_or(|calm| calm == block.calm()) {
                 break;
+            }
+            if let Some(calm) = calm {
+                block.set_calm(calm);
             }
             block.entry_sq = entry_sq;
             exit_sq = entry_sq;
@@ -150,12 +189,17 @@ impl Planner {
 
     /// Recomputes every junction for changed overrides. `cruise_before` belongs to the block that is being executed.
     pub(crate) fn replan(&mut self, cruise_before: f64, overrides: &Overrides) {
+        self.overrides = *overrides;
         let mut before = cruise_before;
         let mut count = self.first;
         while count != self.end {
             let block = self.block_mut(count);
             block.entry_limit_sq = entry_limit_sq(block, before, overrides);
             before = block.cruise(overrides);
+            let earlier = if count == self.first { None } else { Some(self.block(count.wrapping_sub(1))) };
+            if let Some(calm) = self.calm_from(self.block(count), earlier) {
+                self.block_mut(count).set_calm(calm);
+            }
             count = count.wrapping_add(1);
         }
         self.planned = self.first;

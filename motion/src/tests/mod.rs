@@ -6,5 +6,7 @@ mod curves;
 mod filters;
 mod hard;
 mod laws;
+mod optimum;
 mod rig;
+mod smooth;
 mod stops;

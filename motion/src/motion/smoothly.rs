@@ -1,0 +1,50 @@
+//! Jerk-limited profiles for the running block: what [`crate::smooth`] chooses, from the cursor on.
+
+use super::{Motion, State};
+use crate::smooth::{Ahead, Draft};
+
+impl Motion {
+    /// The running block has a jerk.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.block.jerk > 0.0)
+    }
+
+    /// Gives the running block the rest of the ramp under way and what follows it.
+    pub(super) fn follow_smoothly(&mut self) {
+        // What waits is all there is unless the queue is as full as it can be just after a block was taken out.
+        let full = self.config.as_ref().is_some_and(|config| self.planner.len() + 1 >= config.queue_size);
+        self.planner.plan();
+        self.planner.set_complete(!full);
+        let Some(run) = &mut self.run else { return };
+        let left = run.remaining();
+        if left <= 0.0 {
+            return;
+        }
+        let under_way = run.ramp();
+        let stopping = self.state != State::Running;
+        let (fresh, entry_sq) = self.planner.brake(&run.block, self.planner.front());
+        let room = fresh.length - (run.block.length - left);
+        let better = entry_sq >= run.block.entry_sq;
+        if better && (under_way.is_some() || fresh.is_safe(run.speed, room, &run.block.bounds())) {
+            run.block.set_brake(fresh, entry_sq);
+        }
+        let ahead = Ahead {
+            planner: &self.planner,
+            block: &run.block,
+            brake: run.block.brake(),
+            overrides: self.overrides,
+            cruise: run.block.cruise(&self.overrides),
+            left,
+        };
+        let mut draft = Draft::new(left, run.speed);
+        if let Some((ramp, elapsed)) = under_way {
+            let ramp = if stopping { ahead.redirect_to_rest(ramp, elapsed) } else { ahead.redirect(ramp, elapsed) };
+            draft.ramp(ramp, elapsed);
+        }
+        if draft.left > 0.0 {
+            if stopping { ahead.stop(&mut draft) } else { ahead.go(&mut draft) }
+        }
+        draft.finish(stopping);
+        run.follow_ramps(&draft, self.clock);
+    }
+}

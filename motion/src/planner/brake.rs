@@ -1,0 +1,212 @@
+//! Look-ahead with jerk: where each block must have slowed down, and to what.
+//!
+//! Ramps ([`crate::ramp`]) have an acceleration between their ends, so speeds at junctions do not say all. Instead each block knows
+//! its *anchor*: the junction ahead at which a ramp down has to end, with what speed, and how far that is. Without acceleration a
+//! speed v is safe at a distance S before the anchor with speed w if the ramp from v to w is no longer than S (or v is below w) and
+//! no junction between is passed too fast.
+//!
+//! Going backwards, the anchor of a block is either its own end or the anchor of the next block, passing through the junction with
+//! whatever acceleration there is. Passing through is allowed where the path goes straight on, the limits of acceleration and jerk
+//! are the same on both sides, and the junction's own limit does not hold speed down already. How fast a ramp may pass a
+//! junction is bounded twice, either is enough: by the steepest ramp to the anchor ([`crate::ramp::Bounds::launch`]), or because it
+//! begins no faster than the junction allows (`top`).
+//!
+//! A block that is known keeps its anchor unless the new one allows as much speed: so a speed that was safe stays
+//! safe whatever is appended. An anchor's speed may still grow as more becomes known; a ramp to a somewhat higher speed may be
+//! longer, by 8.9 % at most (`D(v, v/3) / D(v, 0) = 4/3 sqrt(2/3)`, the greatest there is), which is kept in reserve until it cannot.
+//!
+//! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps its anchor.
+
+use super::{Block, Planner};
+use crate::{config::Limits, greatest, least, ramp::Bounds};
+
+/// Ramps to an anchor whose speed is not final are given this much more room than they need.
+const RESERVE: f64 = 1.09;
+/// Rounding of path lengths, mm.
+pub(crate) const ROUNDING: f64 = 1e-9;
+/// Cosine of the greatest angle (26 degrees) at which a path counts as going on without a corner.
+const SMOOTH: f64 = 0.9;
+/// Shortest time in which the acceleration reaches its limit, seconds; stands in where no jerk limits an axis.
+const SHORTEST_RISE: f64 = 0.000_5;
+
+/// A block's anchor. (Its entry speed by this is in [`Block::entry_sq`].)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Brake {
+    /// From the block's beginning to the anchor, mm.
+    pub length: f64,
+    /// Greatest speed at the anchor.
+    pub speed: f64,
+    /// No ramp to the anchor may begin faster.
+    pub top: f64,
+    /// The anchor's speed is final.
+    pub sure: bool,
+}
+
+impl Brake {
+    /// Room that a ramp down from `speed` to the anchor takes, with reserve.
+    pub fn braking(&self, speed: f64, bounds: &Bounds) -> f64 {
+        if speed <= self.speed {
+            return 0.0;
+        }
+        bounds.length(speed, self.speed) * if self.sure { 1.0 } else { RESERVE }
+    }
+
+    /// A speed without acceleration is safe `room` before the anchor.
+    pub fn is_safe(&self, speed: f64, room: f64, bounds: &Bounds) -> bool {
+        let ramp = if speed <= self.speed { 0.0 } else { bounds.length(speed, self.speed) };
+        speed <= self.top * (1.0 + 1e-12) && ramp <= room + ROUNDING
+    }
+
+    /// The greatest such speed, with reserve.
+    fn reach(&self, room: f64, bounds: &Bounds) -> f64 {
+        bounds.reach(self.speed, if self.sure { room } else { room / RESERVE })
+    }
+}
+
+/// The path goes straight on, as nearly as a finely cut curve does.
+pub(crate) fn is_smooth(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> bool {
+    let (Some(before), Some(after)) = (before, after) else { return false };
+    before.iter().zip(after).map(|(p, n)| p * n).sum::<f64>() >= SMOOTH
+}
+
+/// The greatest `unit * 2^(n/4)` that is not above `value`.
+fn rounded_down(value: f64, unit: f64) -> f64 {
+    let n = libm::floor(4.0 * libm::log2(value / unit) + 1e-9);
+    least(unit * libm::exp2(0.25 * n), value)
+}
+
+impl Block {
+    /// The limits of ramps in it.
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds { acceleration: self.acceleration, jerk: self.jerk }
+    }
+
+    /// Ramps may run from `other` into this block or back: same limits.
+    pub(crate) fn ramps_like(&self, other: &Self) -> bool {
+        self.jerk == other.jerk && self.acceleration == other.acceleration
+    }
+
+    /// Sets the jerk that no axis exceeds, if any is configured. Acceleration and jerk are then rounded down to steps of
+    /// a fourth root of two, so that they stay the same from chord to chord of a curve.
+    ///
+    /// `shares` is how much of a millimetre of path each of X Y Z moves at most.
+    pub(crate) fn limit_jerk(&mut self, shares: Option<[f64; 3]>, limits: &Limits) {
+        if !limits.has_jerk() {
+            return;
+        }
+        let mut jerk = limits.jerk.map_or(f64::INFINITY, |jerk| jerk.get());
+        let mut unit = jerk;
+        for (part, limit) in shares.unwrap_or_default().iter().zip(limits.axis_jerk) {
+            if let (Some(limit), true) = (limit, *part != 0.0) {
+                unit = least(unit, limit.get());
+                jerk = least(jerk, limit.get() / libm::fabs(*part));
+            }
+        }
+        self.acceleration = rounded_down(self.acceleration, limits.acceleration.get());
+        let fastest = self.acceleration / SHORTEST_RISE;
+        self.jerk = if jerk < fastest { rounded_down(jerk, unit) } else { fastest };
+    }
+
+    /// Its anchor, where profiles are limited in jerk.
+    pub(crate) const fn brake(&self) -> Brake {
+        let [length, speed, top] = self.notes;
+        Brake { length, speed, top, sure: self.sure }
+    }
+
+    /// Sets its anchor, and its entry speed by that.
+    pub(crate) const fn set_brake(&mut self, brake: Brake, entry_sq: f64) {
+        self.notes = [brake.length, brake.speed, brake.top];
+        self.sure = brake.sure;
+        self.entry_sq = entry_sq;
+    }
+
+    /// Greatest speed at its beginning by its corner and both cruise speeds.
+    pub(crate) fn limit(&self) -> f64 {
+        libm::sqrt(self.entry_limit_sq)
+    }
+
+    /// The same, but for what the program asks: what no override changes.
+    pub(crate) fn bound(&self) -> f64 {
+        least(libm::sqrt(self.corner_sq), self.speed_limit)
+    }
+
+    /// It can be entered as fast as it may be.
+    fn is_at_limit(&self) -> bool {
+        self.entry_sq >= self.entry_limit_sq
+    }
+}
+
+impl Planner {
+    /// Profiles are limited in jerk.
+    pub(super) fn has_jerk(&self) -> bool {
+        !self.is_empty() && self.block(self.end.wrapping_sub(1)).jerk > 0.0
+    }
+
+    /// Says whether more is going to be appended soon.
+    pub(crate) fn set_complete(&mut self, complete: bool) {
+        if self.complete != complete {
+            self.complete = complete;
+            if self.has_jerk() && self.planned == self.end {
+                self.plan_brakes();
+            }
+        }
+    }
+
+    /// The anchor of a block before `next`, or before the end of all that is known; and the greatest safe speed without
+    /// acceleration at its beginning, squared.
+    pub(crate) fn brake(&self, block: &Block, next: Option<&Block>) -> (Brake, f64) {
+        let own = |speed, sure| Brake { length: block.length, speed, top: f64::INFINITY, sure };
+        let brake = match next {
+            None => own(libm::sqrt(self.rest_sq), self.complete),
+            Some(next) => {
+                let cruise = block.cruise(&self.overrides);
+                through(block, next, cruise).unwrap_or_else(|| own(libm::sqrt(next.entry_sq), next.is_at_limit()))
+            }
+        };
+        let entry = least(brake.top, greatest(brake.reach(brake.length, &block.bounds()), brake.speed));
+        (brake, least(entry * entry, block.entry_limit_sq))
+    }
+
+    /// The reverse pass.
+    pub(super) fn plan_brakes(&mut self) {
+        let mut count = self.end;
+        let mut settled = self.settled;
+        while count != self.first {
+            count = count.wrapping_sub(1);
+            let after = count.wrapping_add(1);
+            let next = if after == self.end { None } else { Some(self.block(after)) };
+            let block = self.block(count);
+            let (brake, entry_sq) = match next {
+                // A corner may yet take its end.
+                None => self.brake(&Block { length: block.length - self.reserve, ..*block }, None),
+                next => self.brake(block, next),
+            };
+            let is_new = count.wrapping_sub(self.planned) as i32 >= 0;
+            let same = brake == block.brake() && entry_sq == block.entry_sq;
+            if !is_new && (same || entry_sq < block.entry_sq) {
+                break;
+            }
+            let block = self.block_mut(count);
+            block.set_brake(brake, entry_sq);
+            if block.is_at_limit() && count.wrapping_sub(settled) as i32 > 0 {
+                settled = count;
+            }
+        }
+        self.planned = self.end;
+        self.settled = settled;
+    }
+}
+
+/// The anchor of the block after, if ramps may run through to it.
+fn through(block: &Block, next: &Block, cruise: f64) -> Option<Brake> {
+    if !next.smooth || !next.ramps_like(block) || next.is_at_limit() {
+        return None;
+    }
+    let (far, limit, bounds) = (next.brake(), next.limit(), block.bounds());
+    let top = if bounds.launch(far.speed, limit) < far.length { least(far.top, limit) } else { far.top };
+    // A long block need not be slow for the sake of a ramp that fits into it.
+    if top < cruise && bounds.length(cruise, libm::sqrt(next.entry_sq)) <= block.length {
+        return None;
+    }
+    Some(Brake { length: block.length + far.length, top, ..far })
+}
