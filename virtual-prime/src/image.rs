@@ -1,5 +1,6 @@
 //! What the image's symbol table knows: where functions begin, and where they end.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
@@ -8,7 +9,16 @@ use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 #[derive(Debug)]
 pub struct Symbols {
     functions: Vec<Function>,
-    objects: Vec<(String, u64)>,
+    objects: Vec<(String, Variable)>,
+}
+
+/// A variable's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Variable {
+    /// Address of its first byte.
+    pub address: u64,
+    /// Its length in bytes.
+    pub size: u64,
 }
 
 /// A function's place and code.
@@ -34,7 +44,7 @@ impl Symbols {
         for symbol in file.symbols() {
             let Ok(name) = symbol.name() else { continue };
             if symbol.kind() != SymbolKind::Text {
-                symbols.objects.push((name.into(), symbol.address()));
+                symbols.objects.push((name.into(), Variable { address: symbol.address(), size: symbol.size() }));
                 continue;
             }
             // Bit 0 of a function's symbol says Thumb.
@@ -67,10 +77,40 @@ impl Symbols {
             .find(|function| (function.address..function.address + function.code.len() as u64).contains(&address))
     }
 
-    /// The address of a variable.
+    /// A variable, by its symbol or by a piece of a mangled one.
     #[must_use]
-    pub fn object(&self, name: &str) -> Option<u64> {
-        self.objects.iter().find(|(object, _)| object == name).map(|&(_, address)| address)
+    pub fn object(&self, name: &str) -> Option<Variable> {
+        let exact = self.objects.iter().find(|(object, _)| object == name);
+        exact.or_else(|| self.objects.iter().find(|(object, _)| object.contains(name))).map(|&(_, variable)| variable)
+    }
+
+    /// The instructions that mask interrupts or let them through again, by address.
+    #[must_use]
+    pub fn masks(&self) -> BTreeMap<u64, Mask> {
+        self.functions.iter().flat_map(Function::masks).collect()
+    }
+}
+
+/// What an instruction does to PRIMASK, which masks every interrupt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mask {
+    /// `cpsid i`.
+    Set,
+    /// `cpsie i`.
+    Clear,
+    /// `msr primask, rn`: as it was before.
+    PutBack,
+}
+
+impl Mask {
+    /// ARM DDI 0403E.b, B5.2.1 (CPS) and B5.2.3 (MSR, SYSm 16).
+    const fn of(first: u16, second: u16) -> Option<Self> {
+        match (first, second) {
+            (0xB672, _) => Some(Self::Set),
+            (0xB662, _) => Some(Self::Clear),
+            (0xF380..=0xF38F, 0x8810) => Some(Self::PutBack),
+            _ => None,
+        }
     }
 }
 
@@ -79,23 +119,34 @@ impl Function {
     #[must_use]
     pub fn exits(&self) -> Vec<u64> {
         let end = self.address + self.code.len() as u64;
-        let half = |at: usize| self.code.get(at..at + 2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         let mut exits = Vec::new();
-        let mut at = 0;
-        while let Some(first) = half(at) {
-            let address = self.address + at as u64;
-            // ARM DDI 0403E.b, A5.1: 32-bit instructions begin with 0b11101, 0b11110 or 0b11111.
-            let wide = first >> 11 >= 0b11101;
-            let second = if wide { half(at + 2).unwrap_or(0) } else { 0 };
-            if leaves(first, second, wide)
-                || jump_target(address, first, second, wide)
-                    .is_some_and(|target| !(self.address..end).contains(&target))
-            {
+        self.walk(|address, first, second, wide| {
+            let jumps_away =
+                jump_target(address, first, second, wide).is_some_and(|target| !(self.address..end).contains(&target));
+            if jumps_away || leaves(first, second, wide) {
                 exits.push(address);
             }
+        });
+        exits
+    }
+
+    fn masks(&self) -> Vec<(u64, Mask)> {
+        let mut masks = Vec::new();
+        self.walk(|address, first, second, _| masks.extend(Mask::of(first, second).map(|mask| (address, mask))));
+        masks
+    }
+
+    /// Address, first and second half, and whether it has two, of each instruction. Constants between functions look like
+    /// instructions, and are never arrived at.
+    fn walk(&self, mut visit: impl FnMut(u64, u16, u16, bool)) {
+        let half = |at: usize| self.code.get(at..at + 2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        let mut at = 0;
+        while let Some(first) = half(at) {
+            // ARM DDI 0403E.b, A5.1: 32-bit instructions begin with 0b11101, 0b11110 or 0b11111.
+            let wide = first >> 11 >= 0b11101;
+            visit(self.address + at as u64, first, if wide { half(at + 2).unwrap_or(0) } else { 0 }, wide);
             at += if wide { 4 } else { 2 };
         }
-        exits
     }
 }
 
@@ -143,5 +194,13 @@ mod tests {
         let code = [0xB510, 0xE7FE, 0xF000, 0xF800, 0xF000, 0xBFFF, 0xBD10, 0xE8BD, 0x8010, 0x4770];
         let exits: Vec<_> = function(&code).exits().iter().map(|exit| exit - 0x0800_1000).collect();
         assert_eq!(exits, [8, 12, 14, 18]);
+    }
+
+    #[test]
+    fn instructions_that_mask_interrupts_are_found() {
+        // mrs r6, primask; cpsid i; nop; msr primask, r6; cpsie i; msr basepri, r6
+        let code = [0xF3EF, 0x8610, 0xB672, 0xBF00, 0xF386, 0x8810, 0xB662, 0xF386, 0x8811];
+        let found: Vec<_> = function(&code).masks().iter().map(|(at, mask)| (at - 0x0800_1000, *mask)).collect();
+        assert_eq!(found, [(4, Mask::Set), (8, Mask::PutBack), (12, Mask::Clear)]);
     }
 }

@@ -1,6 +1,15 @@
-//! What is watched while an image runs: its log (RTT), its crashes, and the instructions its functions take.
+//! What is watched while an image runs: its log (RTT), its crashes, the instructions its functions take, how long it masks
+//! interrupts, and how far its step queue is written ahead.
 //!
 //! All of it rides on the emulator's watches, which cost the image nothing and do not change its run.
+
+mod calls;
+mod masked;
+mod queue;
+
+pub use calls::{Call, CallStack};
+pub use masked::{Masking, Window};
+pub use queue::{QueueProbe, Sample};
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,7 +20,7 @@ use rigless::session::Session;
 use rigless::soc::Width;
 
 use crate::board::PrimeBoard;
-use crate::image::Symbols;
+use crate::image::{Mask, Symbols};
 use crate::vm::Observer;
 
 /// Layout of the RTT control block (SEGGER UM08001, "RTT control block"): 16 bytes of name, two counts, then 24 bytes
@@ -34,26 +43,20 @@ pub struct Recorded {
     pub semihosting: Vec<u8>,
     /// Where the processor met a fault, once it has.
     pub crashed: Option<String>,
-    /// Calls of the counted functions, by name.
-    pub calls: HashMap<String, Calls>,
+    /// Calls of the counted functions, by name, in the order in which they ended.
+    pub calls: HashMap<String, Vec<Call>>,
     /// Counted calls that have not ended.
     pub call_stack: CallStack,
+    /// When interrupts were masked, and for how many instructions.
+    pub masking: Masking,
+    /// How far the step queue was written ahead.
+    pub queue: Vec<Sample>,
 }
 
 impl Recorded {
-    fn enter(&mut self, name: &str, count: u64) {
-        self.call_stack.enter(name, count, &mut self.calls);
-    }
-
-    fn leave(&mut self, name: &str, count: u64) {
-        self.call_stack.leave(name, count, &mut self.calls);
-    }
-
     /// The run is over: calls that have left end now.
     pub fn end_calls(&mut self) {
-        while !self.call_stack.0.is_empty() {
-            self.call_stack.close_top(&mut self.calls);
-        }
+        self.call_stack.close_all(&mut self.calls);
     }
 }
 
@@ -64,68 +67,25 @@ impl Records {
     }
 }
 
-/// Instruction counts of one function's calls.
-#[derive(Clone, Debug, Default)]
-pub struct Calls {
-    /// One entry per call, in order: its own instructions, without those of counted functions that interrupted it.
-    pub instructions: Vec<u32>,
-}
-
-/// A call under way.
-#[derive(Clone, Debug)]
-struct Frame {
-    name: String,
-    entered: u64,
-    /// Instruction count after the last exit instruction that was reached. A conditional one may turn out not to be taken,
-    /// so the call ends for good only when something else is entered, or an outer call leaves.
-    left: Option<u64>,
-    /// Instructions of counted functions that ran in between.
-    nested: u64,
-}
-
-/// The counted calls under way, outermost first: interrupts nest.
-#[derive(Clone, Debug, Default)]
-pub struct CallStack(Vec<Frame>);
-
-impl CallStack {
-    fn enter(&mut self, name: &str, count: u64, calls: &mut HashMap<String, Calls>) {
-        while self.0.last().is_some_and(|top| top.left.is_some()) {
-            self.close_top(calls);
-        }
-        self.0.push(Frame { name: name.to_owned(), entered: count, left: None, nested: 0 });
-    }
-
-    /// An exit instruction of this function was reached; it counts itself.
-    fn leave(&mut self, name: &str, count: u64, calls: &mut HashMap<String, Calls>) {
-        if !self.0.iter().any(|frame| frame.name == name) {
-            return;
-        }
-        while self.0.last().is_some_and(|top| top.name != name) {
-            self.close_top(calls);
-        }
-        if let Some(top) = self.0.last_mut() {
-            top.left = Some(count + 1);
-        }
-    }
-
-    /// Ends the innermost call. One that never reached an exit is not recorded.
-    fn close_top(&mut self, calls: &mut HashMap<String, Calls>) {
-        let Some(frame) = self.0.pop() else { return };
-        let Some(left) = frame.left else { return };
-        let inclusive = left - frame.entered;
-        if let Some(outer) = self.0.last_mut() {
-            outer.nested += inclusive;
-        }
-        calls.entry(frame.name).or_default().instructions.push((inclusive - frame.nested.min(inclusive)) as u32);
-    }
-}
-
 #[derive(Clone, Debug)]
 enum Point {
     Rtt,
     Crash,
     Enter(String),
     Leave(String),
+    Mask(Mask),
+    Queue(QueueProbe),
+}
+
+/// What is to be measured, beside log and crashes.
+#[derive(Clone, Debug, Default)]
+pub struct Probe {
+    /// Functions whose instructions are counted, by symbol or by a name within a mangled one.
+    pub functions: Vec<String>,
+    /// Whether windows of masked interrupts are measured.
+    pub masked: bool,
+    /// The step queue to look at, as [`QueueProbe::find`] takes it.
+    pub queue: Option<String>,
 }
 
 /// The instruments, set up for one image.
@@ -138,14 +98,14 @@ pub struct Instruments {
 }
 
 impl Instruments {
-    /// Watches the image's RTT channel and its hard fault handler, if it has them, and counts these functions.
+    /// Watches the image's RTT channel and its hard fault handler, if it has them, and what the probe names.
     ///
     /// # Errors
-    /// When the image cannot be read or lacks a function.
-    pub fn new(elf: &Path, functions: &[String]) -> Result<(Self, Records), String> {
+    /// When the image cannot be read or lacks a function or a variable.
+    pub fn new(elf: &Path, probe: &Probe) -> Result<(Self, Records), String> {
         let symbols = Symbols::read(elf)?;
         let mut points: HashMap<u64, Vec<Point>> = HashMap::new();
-        let rtt = symbols.object("_SEGGER_RTT");
+        let rtt = symbols.object("_SEGGER_RTT").map(|block| block.address);
         if let Some(block) = rtt {
             points.entry(block + RTT_WRITE).or_default().push(Point::Rtt);
         }
@@ -153,13 +113,22 @@ impl Instruments {
             points.entry(handler.address).or_default().push(Point::Crash);
         }
         let records = Records::default();
-        for name in functions {
+        for name in &probe.functions {
             let function = symbols.function(name).ok_or_else(|| format!("{}: no function `{name}`", elf.display()))?;
             points.entry(function.address).or_default().push(Point::Enter(name.clone()));
             for exit in function.exits() {
                 points.entry(exit).or_default().push(Point::Leave(name.clone()));
             }
-            records.lock().calls.insert(name.clone(), Calls::default());
+            records.lock().calls.insert(name.clone(), Vec::new());
+        }
+        if probe.masked {
+            for (address, mask) in symbols.masks() {
+                points.entry(address).or_default().push(Point::Mask(mask));
+            }
+        }
+        if let Some(words) = &probe.queue {
+            let (address, queue) = QueueProbe::find(&symbols, words)?;
+            points.entry(address).or_default().push(Point::Queue(queue));
         }
         Ok((Self { records: records.clone(), points, rtt, armed: false }, records))
     }
@@ -210,8 +179,19 @@ impl Observer for Instruments {
                 Point::Crash => {
                     records.crashed.get_or_insert_with(|| format!("hard fault at {:.6} s", hit.at.0 as f64 * 1e-9));
                 }
-                Point::Enter(name) => records.enter(name, hit.instruction_count),
-                Point::Leave(name) => records.leave(name, hit.instruction_count),
+                Point::Enter(name) => {
+                    let Recorded { call_stack, calls, .. } = &mut *records;
+                    call_stack.enter(name, hit.at.0, hit.instruction_count, calls);
+                }
+                Point::Leave(name) => {
+                    let Recorded { call_stack, calls, .. } = &mut *records;
+                    call_stack.leave(name, hit.instruction_count, calls);
+                }
+                Point::Mask(mask) => records.masking.meet(*mask, hit.address, hit.at.0, hit.instruction_count),
+                Point::Queue(queue) => {
+                    let ahead_ns = queue.ahead_ns(|address| host.read(address, Width::W32).unwrap_or(0) as u32);
+                    records.queue.push(Sample { at_ns: hit.at.0, ahead_ns });
+                }
             }
         }
     }
@@ -222,33 +202,5 @@ impl Observer for Instruments {
 
     fn verdict(&self) -> Option<String> {
         self.records.lock().crashed.clone()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_interrupted_call_counts_only_its_own_instructions() {
-        let mut records = Recorded::default();
-        records.enter("outer", 100);
-        records.enter("inner", 110);
-        records.leave("inner", 119);
-        records.leave("outer", 129);
-        // Whatever comes next closes them.
-        records.enter("outer", 200);
-        assert_eq!(records.calls["inner"].instructions, [10]);
-        assert_eq!(records.calls["outer"].instructions, [20]);
-    }
-
-    #[test]
-    fn an_exit_that_was_not_taken_does_not_end_the_call() {
-        let mut records = Recorded::default();
-        records.enter("f", 0);
-        records.leave("f", 4);
-        records.leave("f", 9);
-        records.enter("f", 50);
-        assert_eq!(records.calls["f"].instructions, [10]);
     }
 }

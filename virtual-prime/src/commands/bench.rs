@@ -1,10 +1,17 @@
-//! `virtual-prime bench`: how many instructions functions take while a job runs.
+//! `virtual-prime bench`: what a job costs the image, in instructions.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
+use virtual_prime::instruments::{Call, Probe, Recorded};
 
-use super::job::{JobOptions, play};
+use super::job::{Finished, JobOptions, Study, play};
+
+/// The step feed writes this far ahead: what belongs to a motion begins so long before its first step.
+const AHEAD_NS: u64 = 2_000_000;
+/// The queue is looked at in full motion only: it fills at the beginning, and empties at the end.
+const SETTLED_NS: u64 = 5_000_000;
 
 /// Options of `bench`.
 #[derive(Args)]
@@ -14,6 +21,18 @@ pub struct Options {
     /// Functions to count, by symbol or by a name within a mangled one.
     #[arg(long, required = true, value_delimiter = ',')]
     function: Vec<String>,
+    /// Measure how long interrupts are masked while the machine moves.
+    #[arg(long)]
+    masked: bool,
+    /// Look how far the step queue is written ahead: FUNCTION,VARIABLE,OFFSET, looked at when the function is entered.
+    #[arg(long)]
+    queue: Option<String>,
+    /// Ask `?` and M105 all the time while the machine moves.
+    #[arg(long)]
+    flood: bool,
+    /// Type `!` after this many steps, and `~` later.
+    #[arg(long)]
+    hold_after: Option<u64>,
     /// Directory for the run's files; a temporary one when not given.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -26,39 +45,76 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<(), String> {
     let scratch = std::env::temp_dir().join(format!("virtual-prime-bench-{}", std::process::id()));
     let out = options.out.as_ref().unwrap_or(&scratch);
-    let finished = play(&options.job, &options.function, out)?;
+    let probe = Probe { functions: options.function.clone(), masked: options.masked, queue: options.queue.clone() };
+    let study = Study { probe, flood: options.flood, hold_after: options.hold_after };
+    let finished = play(&options.job, &study, out)?;
     if options.out.is_none() {
         // Left-over files in the system's temporary directory harm nobody.
         let _ = std::fs::remove_dir_all(&scratch);
     }
-    if let Some(reason) = finished.outcome.halted.or_else(|| finished.outcome.errors.into_iter().next()) {
-        return Err(reason);
+    if let Some(reason) = finished.outcome.halted.iter().chain(&finished.outcome.errors).next() {
+        return Err(reason.clone());
     }
+    print(&finished, &options.function);
+    Ok(())
+}
+
+fn print(finished: &Finished, functions: &[String]) {
     let records = finished.records.lock();
-    let rows: Vec<String> = options
-        .function
+    let moving = finished.moving.map_or(0..0, |(first, last)| first.saturating_sub(AHEAD_NS)..last + 1);
+    let rows: Vec<String> = functions
         .iter()
-        .map(|name| {
-            let mut counts = records.calls.get(name).map(|calls| calls.instructions.clone()).unwrap_or_default();
-            counts.sort_unstable();
-            format!("    {name:?}: {}", row(&counts))
-        })
+        .map(|name| format!("    {name:?}: {}", row(records.calls.get(name).map_or(&[], Vec::as_slice), &moving)))
         .collect();
     println!("{{");
     println!("  \"virtual_seconds\": {:.6},", finished.virtual_ns as f64 * 1e-9);
     println!("  \"instructions\": {},", finished.instructions);
     println!("  \"lines\": {},", finished.outcome.lines);
+    println!("  \"moving\": {},", motion(&records, &moving));
+    if let Some(held_ns) = finished.held_ns {
+        println!("  \"held_ns\": {held_ns},");
+    }
     println!("  \"functions\": {{\n{}\n  }}\n}}", rows.join(",\n"));
-    Ok(())
 }
 
-/// The distribution of a function's counts, sorted. One that was never called has none.
-fn row(counts: &[u32]) -> String {
-    let (Some(min), Some(max)) = (counts.first(), counts.last()) else { return "{\"calls\": 0}".into() };
+/// What happened from just before the first step to the last one.
+fn motion(records: &Recorded, moving: &Range<u64>) -> String {
+    let began: Vec<u64> = records.calls.values().flatten().filter(within(moving)).map(|call| call.before).collect();
+    let instructions = began.iter().max().zip(began.iter().min()).map_or(0, |(last, first)| last - first);
+    let mut text =
+        format!("{{\"seconds\": {:.6}, \"instructions\": {instructions}", (moving.end - moving.start) as f64 * 1e-9);
+    let windows = records.masking.windows.iter().filter(|window| moving.contains(&window.at_ns));
+    if let Some(longest) = windows.max_by_key(|window| window.instructions) {
+        text += &format!(", \"masked_max\": {}, \"masked_at\": {}", longest.instructions, longest.address);
+    }
+    let settled = moving.start + AHEAD_NS + SETTLED_NS..moving.end.saturating_sub(SETTLED_NS);
+    let mut ahead: Vec<u64> =
+        records.queue.iter().filter(|look| settled.contains(&look.at_ns)).map(|look| look.ahead_ns).collect();
+    ahead.sort_unstable();
+    if let (Some(least), Some(median)) = (ahead.first(), ahead.get(ahead.len() / 2)) {
+        text += &format!(", \"ahead_ns_min\": {least}, \"ahead_ns_median\": {median}");
+    }
+    text + "}"
+}
+
+fn within(moving: &Range<u64>) -> impl Fn(&&Call) -> bool {
+    let moving = moving.clone();
+    move |call| moving.contains(&call.at_ns)
+}
+
+/// The distribution of a function's counts; `moving` are those while the machine moves. One that was never called has none.
+fn row(calls: &[Call], moving: &Range<u64>) -> String {
+    let mut counts: Vec<u32> = calls.iter().map(|call| call.instructions).collect();
+    counts.sort_unstable();
+    let (Some(min), Some(max)) = (counts.first(), counts.last()) else {
+        return "{\"calls\": 0, \"max\": 0, \"total\": 0, \"moving\": 0}".into();
+    };
     let at = |share: f64| counts[((counts.len() - 1) as f64 * share) as usize];
-    let total: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+    let sum = |counts: &mut dyn Iterator<Item = u32>| counts.map(u64::from).sum::<u64>();
+    let total = sum(&mut counts.iter().copied());
+    let meanwhile = sum(&mut calls.iter().filter(within(moving)).map(|call| call.instructions));
     format!(
-        "{{\"calls\": {}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}}}",
+        "{{\"calls\": {}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}, \"moving\": {meanwhile}}}",
         counts.len(),
         at(0.5),
         at(0.99)

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use virtual_prime::console::Line;
-use virtual_prime::instruments::Instruments;
+use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
@@ -98,7 +98,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         sockets.push(socket);
     }
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
-    let (instruments, records) = Instruments::new(&options.elf, &[])?;
+    let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
     let table = texts(&options.elf)?;
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;

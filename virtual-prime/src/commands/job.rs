@@ -10,7 +10,7 @@ use sim::output::{Outcome, Recorder};
 use sim::session::Session;
 use virtual_prime::board::{CORE_HZ, SharedWorld};
 use virtual_prime::console::Line;
-use virtual_prime::instruments::{Instruments, Records};
+use virtual_prime::instruments::{Instruments, Probe, Records};
 use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
@@ -42,6 +42,22 @@ pub struct JobOptions {
     pub sd: Option<PathBuf>,
 }
 
+/// What a job is run for, beside its files.
+#[derive(Default)]
+pub struct Study {
+    /// What is measured.
+    pub probe: Probe,
+    /// Whether the operator asks for status and temperatures all the time while the machine moves.
+    pub flood: bool,
+    /// The operator types `!` once, after this many steps, and `~` [`HELD_NS`] later.
+    pub hold_after: Option<u64>,
+}
+
+/// How long a hold lasts.
+const HELD_NS: u64 = 200 * MS;
+/// Slices between two questions for temperatures of an operator who floods.
+const SLICES_PER_M105: u64 = 4;
+
 /// A job that has come to its end, one way or the other.
 pub struct Finished {
     /// How it went.
@@ -52,6 +68,10 @@ pub struct Finished {
     pub virtual_ns: u64,
     /// Instructions executed.
     pub instructions: u64,
+    /// The first and the last step, nanoseconds since power-on.
+    pub moving: Option<(u64, u64)>,
+    /// When `!` was typed.
+    pub held_ns: Option<u64>,
 }
 
 struct Running {
@@ -61,16 +81,19 @@ struct Running {
     records: Records,
     session: Session,
     recorder: Recorder,
+    moving: Option<(u64, u64)>,
+    held_ns: Option<u64>,
+    resumed: bool,
 }
 
-/// Runs a job, counting the instructions of these functions, and writes its files to `out`.
+/// Runs a job, measures what the study asks for, and writes its files to `out`.
 ///
 /// # Errors
 /// When it cannot be set up, or its files cannot be written. A job that fails is an [`Outcome`].
-pub fn play(options: &JobOptions, functions: &[String], out: &Path) -> Result<Finished, String> {
+pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished, String> {
     let gcode = fs::read(&options.gcode).map_err(|error| format!("{}: {error}", options.gcode.display()))?;
     let lines = gcode.iter().filter(|&&byte| byte == b'\n').count() as u64;
-    let mut running = start(options, functions, out, gcode)?;
+    let mut running = start(options, &study.probe, out, gcode)?;
     let fail = |error: io::Error| format!("{}: {error}", out.display());
     let table = texts(&options.elf)?;
     let mut frames = Log::new(table.as_ref());
@@ -79,6 +102,7 @@ pub fn play(options: &JobOptions, functions: &[String], out: &Path) -> Result<Fi
     let mut ended = None;
     while !running.session.is_over() && ended.is_none() {
         let span = running.slice(&mut meter).map_err(fail)?;
+        running.interfere(study);
         frames.take(&std::mem::take(&mut running.records.lock().rtt), &mut log);
         meter.show(running.vm.now_ns(), &running.session);
         let seconds = running.vm.now_ns() as f64 * 1e-9;
@@ -95,16 +119,17 @@ pub fn play(options: &JobOptions, functions: &[String], out: &Path) -> Result<Fi
     running.finish(lines, ended).map_err(fail)
 }
 
-fn start(options: &JobOptions, functions: &[String], out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
+fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
     let mut files = vec![(JOB.to_owned(), gcode)];
     files.extend(options.board.config_file()?);
     let mut board = options.board.build()?;
     board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
     let (console, world) = (board.console(0).clone(), board.world().clone());
     let recorder = Recorder::create(out, &world.lock()).map_err(|error| error.to_string())?;
-    let (instruments, records) = Instruments::new(&options.elf, functions)?;
+    let (instruments, records) = Instruments::new(&options.elf, probe)?;
     let vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
-    Ok(Running { vm, console, world, records, session: Session::new(JOB), recorder })
+    let session = Session::new(JOB);
+    Ok(Running { vm, console, world, records, session, recorder, moving: None, held_ns: None, resumed: false })
 }
 
 impl Running {
@@ -118,8 +143,35 @@ impl Running {
             self.console.send(words.as_bytes());
         }
         let load = meter.load(self.vm.now_ns(), self.vm.instructions());
-        self.recorder.observe(&mut self.world.lock(), load)?;
+        let mut world = self.world.lock();
+        if let [first, .., last] = world.trace().edges() {
+            self.moving = Some((self.moving.map_or(first.time_ns, |(began_ns, _)| began_ns), last.time_ns));
+        }
+        self.recorder.observe(&mut world, load)?;
         Ok(span)
+    }
+
+    /// The operator does what the study wants of him besides.
+    fn interfere(&mut self, study: &Study) {
+        let (now_ns, steps) = (self.vm.now_ns(), self.world.lock().trace().total());
+        match (study.hold_after, self.held_ns) {
+            (Some(after), None) if steps >= after => {
+                self.console.send(b"!");
+                self.held_ns = Some(now_ns);
+            }
+            (_, Some(held_ns)) if !self.resumed && now_ns >= held_ns + HELD_NS => {
+                self.console.send(b"~");
+                self.resumed = true;
+            }
+            _ => {}
+        }
+        // What is still on the wire would only wait there.
+        if study.flood && steps > 0 && self.console.unsent() == 0 {
+            self.console.send(b"?");
+            if (now_ns / SLICE_NS).is_multiple_of(SLICES_PER_M105) {
+                self.console.send(b"M105\n");
+            }
+        }
     }
 
     fn finish(mut self, lines: u64, ended: Option<String>) -> io::Result<Finished> {
@@ -134,6 +186,8 @@ impl Running {
             records: self.records,
             virtual_ns: self.vm.now_ns(),
             instructions: self.vm.instructions(),
+            moving: self.moving,
+            held_ns: self.held_ns,
         })
     }
 }

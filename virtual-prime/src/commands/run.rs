@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::job::{JobOptions, play};
+use super::job::{JobOptions, Study, play};
 
 /// Options of `run`.
 #[derive(Args)]
@@ -21,7 +21,7 @@ pub struct Options {
 /// # Errors
 /// Why the job did not go through.
 pub fn run(options: &Options) -> Result<(), String> {
-    let outcome = play(&options.job, &[], &options.out)?.outcome;
+    let outcome = play(&options.job, &Study::default(), &options.out)?.outcome;
     outcome.board.iter().for_each(|line| eprintln!("board: {line}"));
     match outcome.halted.or_else(|| outcome.errors.into_iter().next()) {
         None => Ok(()),

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
-use virtual_prime::instruments::Instruments;
+use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
@@ -41,7 +41,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     let files: Vec<_> = options.board.config_file()?.into_iter().collect();
     board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
     let consoles = [0, 1, 2].map(|index| board.console(index).clone());
-    let (instruments, records) = Instruments::new(&options.elf, &[])?;
+    let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
     let table = texts(&options.elf)?;
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use sim::world::WorldConfig;
 use virtual_prime::board::{PrimeBoard, SharedWorld};
 use virtual_prime::console::Line;
-use virtual_prime::instruments::{Instruments, Records};
+use virtual_prime::instruments::{Instruments, Probe, Records};
 use virtual_prime::vm::{Span, Vm};
 
 pub const MS: u64 = 1_000_000;
@@ -65,7 +65,7 @@ pub fn boot_on(name: &str, board: PrimeBoard) -> Bench {
 /// This board running this image.
 pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
     let console = board.console(0).clone();
-    let (instruments, records) = Instruments::new(elf, &[]).expect("an image with symbols");
+    let (instruments, records) = Instruments::new(elf, &Probe::default()).expect("an image with symbols");
     let vm = Vm::start(board, elf, Some(Box::new(instruments))).expect("the image loads");
     Bench { vm, console, records }
 }
