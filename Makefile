@@ -73,9 +73,9 @@ console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
 check: velvet
 	@$(VELVET) check "$(CONFIG)" $(if $(JSON),--json)
 
-## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory
-bench: firmware virtual-prime
-	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME)
+## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory; about 5 minutes
+bench: firmware virtual-prime velvet
+	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME) $(VELVET)
 
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"

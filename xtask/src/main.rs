@@ -18,7 +18,8 @@ const HELP: &str = "usage: cargo xtask <task>
   docs             what the documentation names exists
   image ELF BIN    the flash image as raw bytes from 0x0800_0000, for dfu-util
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
-  ledger ELF VP    what the image costs, counted by the virtual board VP, against the committed ledger
+  ledger ELF VP V  what the image costs, counted by the virtual board VP and verified by the velvet command V, against the
+                   committed ledger
   memory ELF       bytes taken in each memory region";
 
 fn main() -> ExitCode {
@@ -38,7 +39,7 @@ fn run(arguments: &[String]) -> Result<()> {
         ["deps"] => deps::check(root()),
         ["docs"] => docs::check(root()),
         ["image", elf, bin] => image::write(Path::new(elf), Path::new(bin)),
-        ["ledger", elf, board] => ledger::run(root(), Path::new(elf), Path::new(board)),
+        ["ledger", elf, board, velvet] => ledger::run(root(), Path::new(elf), Path::new(board), Path::new(velvet)),
         ["memory", elf] => memory::report(Path::new(elf)),
         ["itcm", elf] => itcm::check(Path::new(elf)),
         _ => bail!("{HELP}"),

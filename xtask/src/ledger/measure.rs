@@ -1,0 +1,159 @@
+//! From jobs on the virtual board to the ledger's numbers.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+use super::Ledger;
+use super::board::{BYTES, Bench, FEED, HEAT, Job, LATE, Measured, Results};
+use super::hold;
+use super::jobs;
+use super::machines::{KINDS, Kind, Machines};
+
+/// Instructions the core executes in a second of virtual time, and so what a second has room for.
+const INSTRUCTIONS_PER_S: f64 = 400e6;
+/// Rates of the fastest of three motors that are tried, best first: from what a configuration allows downwards.
+const RATES: [u32; 12] =
+    [1_000_000, 950_000, 900_000, 850_000, 800_000, 750_000, 700_000, 650_000, 600_000, 550_000, 500_000, 450_000];
+/// How fast the three axes are to each other, together, in the loaded job.
+const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
+/// The hold comes in the middle of its stroke.
+const HOLD_AFTER: u64 = 120_000;
+
+/// Runs every job.
+pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
+    let read = |file: &str| {
+        let path = root.join("bench").join(file);
+        fs::read_to_string(&path).with_context(|| path.display().to_string())
+    };
+    let machines = Machines { printer: read("config.ini")?, fast: read("fast.ini")? };
+    let results = bench.run(list(&machines))?;
+    let mut ledger = Ledger::new();
+    steps(&results, &mut ledger)?;
+    kinematics(&results, &mut ledger)?;
+    lines(&results, &mut ledger)?;
+    let printer = results.of("printer-3")?;
+    ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
+    let held = results.of("hold")?;
+    let held_ns = held.number(&["held_ns"])? as u64;
+    ledger.insert("hold_latency_us".into(), round(hold::latency_us(&held.out.join("steps.csv"), "alpha", held_ns)?));
+    let (max, rms) = bench.step_error(results.of("hard")?)?;
+    ledger.insert("step_error_max_ns".into(), max);
+    ledger.insert("step_error_rms_ns".into(), rms);
+    sustained(bench, &machines, &mut ledger)?;
+    Ok(ledger)
+}
+
+/// All jobs but those that look for the highest rate.
+fn list(machines: &Machines) -> Vec<Job> {
+    let (fast, printer) = (&machines.fast, &machines.printer);
+    let mut list: Vec<Job> = [1, 3, 4].map(|n| Job::new(format!("steps-{n}"), fast, jobs::steps(n, 1.0))).into();
+    list.push(Job::new("steps-6", &machines.six_motors(), jobs::steps(6, 0.5)));
+    list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
+    list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
+    list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
+    list.push(Job::new("hold", fast, jobs::stroke()).held_after(HOLD_AFTER));
+    list.push(Job::new("hard", &machines.shaped_printer(), jobs::hard()));
+    for kind in &KINDS {
+        for shaped in [false, true] {
+            list.push(Job::new(name(kind, shaped), &machines.of(kind, shaped), kind.job(shaped)));
+        }
+    }
+    list
+}
+
+fn name(kind: &Kind, shaped: bool) -> String {
+    format!("{}-{}", kind.word, if shaped { "shaped" } else { "plain" })
+}
+
+/// What the interrupt and the feed take for each step, by motors.
+fn steps(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    for (job, key) in
+        [("steps-1", "1"), ("steps-3", "3"), ("steps-4", "4"), ("steps-6", "6"), ("printer-3", "printer_3")]
+    {
+        let run = results.of(job)?;
+        let (emit, feed) = (run.emitting()? / run.steps()?, run.moving(FEED)? / run.steps()?);
+        ledger.insert(format!("emit_per_step_{key}"), round(emit));
+        ledger.insert(format!("feed_per_step_{key}"), round(feed));
+        if key == "3" {
+            ledger.insert("per_step_total".into(), round(emit + feed));
+            for statistic in ["min", "median", "p99", "max"] {
+                ledger.insert(format!("step_interrupt_{statistic}"), run.calls("TIM2", statistic)?);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    for kind in &KINDS {
+        for shaped in [false, true] {
+            let run = results.of(&name(kind, shaped))?;
+            let key = format!("solve_per_step_{}_{}", kind.word, if shaped { "shaped" } else { "plain" });
+            ledger.insert(key, round(run.moving(FEED)? / run.steps()?));
+        }
+    }
+    Ok(())
+}
+
+/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else.
+fn lines(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    let (few, many) = (results.of("lines-few")?, results.of("lines-many")?);
+    let each = |cost: &dyn Fn(&Measured) -> Result<f64>| -> Result<f64> {
+        Ok((cost(many)? - cost(few)?) / (many.lines()? - few.lines()?))
+    };
+    let planner = many.planner()?;
+    let line = each(&Measured::dispatcher)?;
+    let plan = each(&|run| run.number(&["functions", planner, "total"]))?;
+    let solve = each(&|run| run.number(&["functions", FEED, "total"]))?;
+    ledger.insert("line_instructions".into(), round(line));
+    ledger.insert("plan_instructions_per_block".into(), round(plan));
+    ledger.insert("block_instructions".into(), round(plan + solve));
+    let passes = [many.calls(planner, "max")?, results.of("hard")?.calls(planner, "max")?];
+    ledger.insert("plan_pass_max_instructions".into(), passes.into_iter().fold(0.0, f64::max));
+    // Everything that ran while the machine moved, its steps included.
+    ledger.insert("lines_per_s".into(), (INSTRUCTIONS_PER_S * many.lines()? / many.while_moving()?).round());
+    Ok(())
+}
+
+/// The highest rate at which no step comes late and none is put off, with everything else running; and what happens then.
+fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Result<()> {
+    let name = |rate: u32| format!("loaded-{rate}");
+    let job = |rate: u32| Job::new(name(rate), &machines.fastest(), jobs::loaded(rate)).under_load();
+    // Two at a time: there are two processors nearly everywhere.
+    for rates in RATES.chunks(2) {
+        let results = bench.run(rates.iter().map(|&rate| job(rate)).collect())?;
+        let mut fast_enough = None;
+        for &rate in rates.iter().rev() {
+            let run = results.of(&name(rate))?;
+            if keeps_up(run, rate)? {
+                fast_enough = Some((rate, run));
+            }
+        }
+        let Some((rate, run)) = fast_enough else { continue };
+        ledger.insert("sustained_steps_per_s".into(), (f64::from(rate) * LOADED_AXES).round());
+        let load = run.while_moving()? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+        ledger.insert("sustained_load_percent".into(), round(load * 100.0));
+        ledger.insert("queue_depth_ms".into(), run.number(&["moving", "ahead_ns_min"])? * 1e-6);
+        ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"])?);
+        ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
+        ledger.insert("heat_tick_max_instructions".into(), run.calls(HEAT, "max")?);
+        ledger.insert("console_byte_max_instructions".into(), run.calls(BYTES, "max")?);
+        return Ok(());
+    }
+    bail!("late steps even at {} steps/s a motor", RATES[RATES.len() - 1])
+}
+
+/// No step was late, the queue never ran dry, and the stroke took no longer than it must.
+fn keeps_up(run: &Measured, rate: u32) -> Result<bool> {
+    let late = run.number(&["functions", LATE, "calls"])?;
+    let least_s = jobs::loaded_seconds(rate);
+    // What is written ahead of the first step counts as moving.
+    let in_time = run.seconds_moving()? - 0.002 <= least_s * 1.005;
+    Ok(late == 0.0 && in_time && run.number(&["moving", "ahead_ns_min"])? > 0.0)
+}
+
+fn round(number: f64) -> f64 {
+    (number * 10.0).round() / 10.0
+}
