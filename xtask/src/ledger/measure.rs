@@ -135,7 +135,7 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
         ledger.insert("sustained_steps_per_s".into(), (f64::from(rate) * LOADED_AXES).round());
         let load = run.while_moving()? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
         ledger.insert("sustained_load_percent".into(), round(load * 100.0));
-        ledger.insert("queue_depth_ms".into(), run.number(&["moving", "ahead_ns_min"])? * 1e-6);
+        ledger.insert("queue_depth_ms".into(), run.number(&["moving", "ahead_ns_min"])?.round() / 1e6);
         ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"])?);
         ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
         ledger.insert("heat_tick_max_instructions".into(), run.calls(HEAT, "max")?);
