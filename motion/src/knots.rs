@@ -1,7 +1,7 @@
 //! Knots: each motor's position and speed at points of the trajectory, and the segments between them.
 //!
 //! Between two knots a motor follows the cubic that has the right position and speed at both ends (Hermite). Where
-//! the trajectory is a quadratic of time and the kinematics linear, the cubic is the trajectory itself. Otherwise the
+//! the trajectory is a cubic of time at most and the kinematics linear, the cubic is the trajectory itself. Otherwise the
 //! error is bounded by `T^4 / 384` times the fourth derivative of position (standard Hermite remainder): with
 //! [`SEGMENT_SECONDS`] that is 1.6e-16 s^4 times it, a thousandth of a microstep for anything a machine can follow.
 //!

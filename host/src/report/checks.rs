@@ -221,10 +221,13 @@ fn filament(evidence: &Evidence<'_>) -> Check {
 
 fn path(evidence: &Evidence<'_>) -> Check {
     const WHAT: &str = "The executed path follows the programmed one, within 0.05 mm";
-    let (_, program, anchor) = match anchored(evidence) {
+    let (machine, program, anchor) = match anchored(evidence) {
         Ok(known) => known,
         Err(why) => return skipped(WHAT, &why),
     };
+    if machine.shaped || program.rounds_corners {
+        return skipped(WHAT, "corners are rounded on purpose, by input shaping or G64");
+    }
     if evidence.samples.period_s > 0.002_1 {
         return skipped(WHAT, "the job is too long to hold every millisecond of it");
     }

@@ -18,6 +18,8 @@ pub struct Machine {
     pub home: [Option<f64>; 3],
     /// Longest time between a change of direction and the motor's next step, nanoseconds.
     pub direction_setup_ns: u32,
+    /// Input shapers round its corners on purpose.
+    pub shaped: bool,
     /// For each tool the motor that moves its filament.
     pub extruders: Vec<(u8, Actuator)>,
 }
@@ -44,7 +46,8 @@ impl Machine {
         let kinematics = motion.map(|motion| motion.kinematics);
         let home = home(config);
         let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id, tool.actuator()?))).collect();
-        Self { steps_per_mm, kinematics, home, direction_setup_ns, extruders }
+        let shaped = motion.is_some_and(|motion| motion.filters.shapers.iter().any(Option::is_some));
+        Self { steps_per_mm, kinematics, home, direction_setup_ns, shaped, extruders }
     }
 
     /// The motor of a tool.
@@ -88,6 +91,7 @@ impl Machine {
             kinematics: Some(Kinematics::Cartesian),
             home: [Some(0.0); 3],
             direction_setup_ns: 500,
+            shaped: false,
             extruders: vec![(0, Actuator::Delta)],
         }
     }

@@ -29,6 +29,8 @@ pub struct Program {
     pub extruded: BTreeMap<u8, f64>,
     /// A code whose effect on the position this reading does not know.
     pub unknown: Option<String>,
+    /// Corners are rounded on purpose (G64).
+    pub rounds_corners: bool,
     /// Whether the program homes.
     pub homes: bool,
     /// What the first comment calls it.
@@ -115,7 +117,8 @@ impl Program {
             (Letter::G, 90) => modal.absolute = true,
             (Letter::G, 91) => modal.absolute = false,
             (Letter::G, 92) if code.subcode == 0 => set_position(block, modal),
-            (Letter::G, 4 | 10 | 11 | 40 | 49 | 54 | 61 | 64 | 80 | 94) => {}
+            (Letter::G, 64) => self.rounds_corners = true,
+            (Letter::G, 4 | 10 | 11 | 40 | 49 | 54 | 61 | 80 | 94) => {}
             (Letter::G, _) => self.set_unknown(format!("line {}: {code}", self.lines)),
             (Letter::M, 82) => modal.absolute_e = true,
             (Letter::M, 83) => modal.absolute_e = false,
