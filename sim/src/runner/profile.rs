@@ -75,10 +75,10 @@ impl ProfileLog {
         let until = until.min(end);
         let mut grid = (begin / self.spacing).ceil() as u64;
         while grid as f64 * self.spacing < until {
-            self.push(sample(piece, grid as f64 * self.spacing, Some(grid)));
+            let spacing = self.spacing;
+            self.push(sample(piece, grid as f64 * spacing, Some(grid)));
             // It may be coarser by now.
-            let time = self.rows.last().map_or(until, |row| row.time);
-            grid = (time / self.spacing).floor() as u64 + 1;
+            grid = if self.spacing > spacing { grid / 2 } else { grid } + 1;
         }
         if rests {
             let rest = Row { speed: 0.0, acceleration: 0.0, jerk: 0.0, ..sample(piece, end, None) };
