@@ -113,11 +113,12 @@ impl StepFeed {
             motion.with(|motion| motion.triggered(trigger));
         }
         let urgent = self.moving && self.end < now.plus(URGENT);
+        let mut segment = Segment::default();
         while self.emit(queue) && self.end < now.plus(REFILL) {
-            let Some(segment) = motion.with(|motion| motion.take_segment(now)) else {
+            if !motion.with(|motion| motion.take_segment(now, &mut segment)) {
                 self.moving = false;
                 break;
-            };
+            }
             self.load(&segment);
         }
         let report = self.report(queue);

@@ -18,8 +18,8 @@ use crate::{
 };
 
 impl Motion {
-    /// The next half millisecond of trajectory at most, or `None` when there is nothing to do now.
-    pub(crate) fn take_segment(&mut self, now: Ticks) -> Option<Segment> {
+    /// The next half millisecond of trajectory at most, written to `segment`; false when there is nothing to do now.
+    pub(crate) fn take_segment(&mut self, now: Ticks, segment: &mut Segment) -> bool {
         if self.planner.pushed() != self.seen.0 {
             self.seen = (self.planner.pushed(), now);
         }
@@ -27,10 +27,11 @@ impl Motion {
             self.obey_bypass();
         }
         if self.filters.engaged() {
-            return self.filtered_segment(now);
+            return self.filtered_segment(now, segment);
         }
-        let slice = self.next_slice(now)?;
-        Some(self.segment(&slice, now))
+        let Some(slice) = self.next_slice(now) else { return false };
+        self.segment(&slice, now, segment);
+        true
     }
 
     /// The next slice of trajectory; it begins at the clock.
@@ -210,9 +211,9 @@ impl Motion {
     }
 
     /// Turns a slice of trajectory into motor positions and speeds at its ends.
-    fn segment(&mut self, slice: &Slice, now: Ticks) -> Segment {
-        let mut segment =
-            Segment { start: self.clock, duration: slice.end.saturating_sub(self.clock), ..Segment::default() };
+    fn segment(&mut self, slice: &Slice, now: Ticks, segment: &mut Segment) {
+        segment.start = self.clock;
+        segment.duration = slice.end.saturating_sub(self.clock);
         if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
             let ends = step_positions_after(config, &slice.point, &self.knots);
             let velocities = |point, s| config.kinematics.velocities(point, &run.path.tangent(s));
@@ -232,8 +233,7 @@ impl Motion {
             self.knots = ends;
         }
         self.clock = slice.end;
-        self.shift_if_late(&mut segment, now);
-        segment
+        self.shift_if_late(segment, now);
     }
 
     /// A segment that begins in the past cannot be played: the rest of the trajectory moves on in time.

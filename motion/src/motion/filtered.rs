@@ -30,25 +30,27 @@ impl Motion {
         }
     }
 
-    /// The next segment of filtered trajectory, or `None` when there is nothing to do now.
-    pub(super) fn filtered_segment(&mut self, now: Ticks) -> Option<Segment> {
+    /// The next segment of filtered trajectory; false when there is nothing to do now.
+    pub(super) fn filtered_segment(&mut self, now: Ticks, segment: &mut Segment) -> bool {
         if self.state == State::Aborting {
-            return None;
+            return false;
         }
         // Never the last sliver of what is known: in a segment so short, the rounding of positions is more than the way.
         if self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING) {
-            self.settle_more(now)?;
+            if self.settle_more(now).is_none() {
+                return false;
+            }
         }
-        let start = self.filters.out;
+        segment.start = self.filters.out;
         let knot = self.filters.advance(self.clock);
-        let mut segment = Segment { start, duration: self.filters.out.saturating_sub(start), ..Segment::default() };
+        segment.duration = self.filters.out.saturating_sub(segment.start);
         if let Some(config) = &self.config {
             let ends = step_positions_after(config, &knot.point, &self.knots);
             segment.motors = spans(config, &knot, &self.knots, &ends);
             self.knots = ends;
         }
-        self.shift_if_late(&mut segment, now);
-        Some(segment)
+        self.shift_if_late(segment, now);
+        true
     }
 
     /// Moves the trajectory on: by a slice, or by a moment of rest while the filters have not drained.

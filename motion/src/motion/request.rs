@@ -22,7 +22,6 @@ impl Motion {
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
-        check_request(config, request)?;
         if matches!(self.state, State::Stopping | State::Aborting) {
             return Err(Refusal::Stopping);
         }
@@ -31,6 +30,8 @@ impl Motion {
         if self.planner.len() >= config.queue_size || (may_curve && self.curves.is_full()) {
             return Err(Refusal::Full);
         }
+        // Last: while the queue is full this is asked again and again.
+        check_request(config, request)?;
         let mut delta = request.target;
         for axis in Axis::ALL {
             delta[axis] -= self.planned[axis];
@@ -48,7 +49,14 @@ impl Motion {
         no_orphan(config, &delta)?;
         let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
         let limits = config.limits;
-        let straight = Move { curve: Curve::Line, ..*request };
+        // A curve of no length is a line.
+        let as_line;
+        let straight = if is_curved {
+            as_line = Move { curve: Curve::Line, ..*request };
+            &as_line
+        } else {
+            request
+        };
         let length = envelope.length;
         let unit = PerAxis(delta.0.map(|part| part / length));
         let rounding = self.rounding(&envelope, &unit, request);
@@ -58,9 +66,9 @@ impl Motion {
         }
         if let Some(rounding) = rounding {
             envelope.length -= rounding.cut;
-            self.round(&rounding, &straight, &limits);
+            self.round(&rounding, straight, &limits);
         }
-        self.push(&envelope, envelope.primary, envelope.primary, &straight, &limits);
+        self.push(&envelope, envelope.primary, envelope.primary, straight, &limits);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
@@ -82,7 +90,7 @@ impl Motion {
         self.planner.keep_calm(limits.cruise_ratio);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
-        let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last };
+        let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last.as_ref() };
         block.corner_sq = match last {
             Some(last) if request.corner != Corner::Stop => {
                 let acceleration = least(last.block.acceleration, block.acceleration);
