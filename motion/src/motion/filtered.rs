@@ -36,10 +36,9 @@ impl Motion {
             return false;
         }
         // Never the last sliver of what is known: in a segment so short, the rounding of positions is more than the way.
-        if self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING) {
-            if self.settle_more(now).is_none() {
-                return false;
-            }
+        let is_sliver = self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING);
+        if is_sliver && self.settle_more(now).is_none() {
+            return false;
         }
         segment.start = self.filters.out;
         let knot = self.filters.advance(self.clock);
