@@ -190,9 +190,12 @@ fn halt_reason(line: &str) -> Option<&str> {
     halted.then_some(line)
 }
 
+/// A line of the job that the firmware could not read: it leaves it out and plays on, so the job was not done as written.
+const UNREAD_LINE: &str = "// WARNING gcode parse failed";
+
 fn is_error(line: &str) -> bool {
     let head: String = line.chars().take(6).collect::<String>().to_ascii_lowercase();
-    head == "error:" || head.starts_with("fatal")
+    head == "error:" || head.starts_with("fatal") || line.starts_with(UNREAD_LINE)
 }
 
 #[cfg(test)]
@@ -257,6 +260,12 @@ mod tests {
         let (session, heard) = transcript(&[], 60);
         assert_eq!(heard.len(), 10);
         assert_eq!(session.errors(), ["no answer to M21"]);
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_read_is_an_error_of_the_job() {
+        assert!(is_error("// WARNING gcode parse failed Illegal parameter word: Y needs a number, column 8 - G1 Yfoo"));
+        assert!(!is_error("// WARNING something else"));
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub(crate) use block::{Envelope, SMALLEST};
 pub(crate) use brake::{Brake, ROUNDING, is_smooth};
 pub(crate) use junction::corner_sq;
 
-/// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. 28 KiB.
+/// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. About 60 KiB.
 pub const CAPACITY: usize = 256;
 
 /// The queue of blocks that have not begun. Blocks are counted from the beginning of time (wrapping).
