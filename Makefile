@@ -54,11 +54,11 @@ virtual-prime: target/toolchain.mk
 	@test -x $(VPRIME) || echo "building the virtual board, about three minutes the first time"
 	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) build -q --locked --release --ignore-rust-version
 
-## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [ELF=image] [VERIFY=1] [PROFILE=1]
+## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [ELF=image] [VERIFY=1]
 ##                               a headless job on the virtual board, or on the fast host runner
 run: velvet $(if $(filter native,$(BOARD)),,virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware))
 	@test -n "$(GCODE)" || { echo "make run: say which G-code with GCODE=file"; exit 2; }
-	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(OUT)" BOARD="$(BOARD)" UNTIL="$(UNTIL)" ELF="$(ELF)" VERIFY="$(VERIFY)" PROFILE="$(PROFILE)" scripts/run.sh
+	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(OUT)" BOARD="$(BOARD)" UNTIL="$(UNTIL)" ELF="$(ELF)" VERIFY="$(VERIFY)" scripts/run.sh
 
 ## make compare GCODE=f.gcode [CONFIG=f.ini]    the same job on both boards: every step must be the same (slow)
 compare: velvet virtual-prime firmware

@@ -6,8 +6,6 @@ set -- --config "$CONFIG" --gcode "$GCODE"
 mkdir -p "$OUT"
 case $BOARD in
 virtual)
-    # An image does not tell its plan.
-    [ -n "${PROFILE:-}" ] && { echo "make run: PROFILE=1 needs BOARD=native"; exit 2; }
     virtual-prime/target/release/virtual-prime run --elf "$ELF" "$@" --out "$OUT"
     status=$?
     # An image gives edges and nothing else: the ideal trajectory comes from the same job on the native runner.
@@ -17,7 +15,7 @@ virtual)
     fi
     ;;
 native)
-    target/native/velvet run "$@" --out "$OUT" ${VERIFY:+--verify} ${PROFILE:+--profile}
+    target/native/velvet run "$@" --out "$OUT" ${VERIFY:+--verify}
     status=$?
     ;;
 *) echo "make run: BOARD is virtual or native, not '$BOARD'"; exit 2 ;;

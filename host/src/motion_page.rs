@@ -85,7 +85,6 @@ pub fn write(options: &Options) -> Result<PathBuf> {
         chip: Chip::Tmc2590.model(),
         faults: Vec::new(),
         verify: true,
-        profile: false,
     };
     let mut progress = Progress::new();
     let plan = runner::plan(&job, &[], None, &mut |share| progress.show(share)).map_err(|reason| anyhow!(reason))?;

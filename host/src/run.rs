@@ -62,9 +62,6 @@ pub struct Options {
     /// Compare every step edge with the ideal trajectory
     #[arg(long)]
     verify: bool,
-    /// Write speed, acceleration and jerk of the path over time to profile.csv
-    #[arg(long)]
-    profile: bool,
 }
 
 /// Runs the job; whether it ended without halt and error. The reason is printed when it did not.
@@ -77,7 +74,6 @@ pub fn run(options: &Options) -> Result<bool> {
         chip: options.drivers.model(),
         faults: options.fault.clone(),
         verify: options.verify,
-        profile: options.profile,
     };
     let mut progress = Progress::new();
     let outcome = runner::run(&job, &mut |share| progress.show(share)).map_err(|reason| anyhow!(reason));

@@ -46,7 +46,6 @@ pub fn verify(options: &Options) -> Result<bool> {
         chip: options.drivers.model(),
         faults: options.fault.clone(),
         verify: true,
-        profile: false,
     };
     let mut progress = Progress::new();
     let result = runner::verify(&job, &mut |share| progress.show(share), &mut || {

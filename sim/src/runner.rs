@@ -9,14 +9,12 @@ mod bank;
 pub mod curves;
 mod job;
 mod ports;
-mod profile;
 mod storage;
 mod tasks;
 mod verify;
 
 use std::cell::{Cell, RefCell};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
@@ -31,7 +29,6 @@ use crate::output::StepError;
 use crate::world::{TimedFault, World, WorldConfig};
 pub use job::{Job, plan, run, verify};
 pub use ports::HostPorts;
-use profile::ProfileLog;
 pub use storage::CardState;
 pub use tasks::FeedPhase;
 use tasks::{Inputs, SLOT_NS, Tasks};
@@ -212,19 +209,6 @@ impl Runner {
     #[must_use]
     pub fn take_plan(&mut self) -> Option<Plan> {
         self.tasks.watch.take()?.into_plan()
-    }
-
-    /// From now on the planned motion is sampled for a plot.
-    pub fn log_profile(&mut self) {
-        self.tasks.profile = Some(ProfileLog::new());
-    }
-
-    /// Writes what was sampled, if it was asked for.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn write_profile(&mut self, path: &Path) -> io::Result<()> {
-        self.tasks.profile.take().map_or(Ok(()), |log| log.write(path))
     }
 
     /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is an error.

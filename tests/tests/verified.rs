@@ -38,7 +38,6 @@ fn job_on(config: &str, name: &str) -> (Plan, Vec<StepEdge>) {
         chip: sim::models::tmc26x::Chip::Tmc2590,
         faults: Vec::new(),
         verify: false,
-        profile: false,
     };
     let outcome = run(&job, &mut |_| {}).expect("a machine");
     assert!(outcome.succeeded(), "{outcome:?}");

@@ -33,8 +33,6 @@ pub struct Job {
     pub faults: Vec<TimedFault>,
     /// Compare every step edge with the oracle.
     pub verify: bool,
-    /// Write `profile.csv`: speed, acceleration and jerk of the path over time.
-    pub profile: bool,
 }
 
 /// The machine with the job on its card, and the operator.
@@ -57,9 +55,6 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
     if job.verify {
         played.runner.verify()?;
     }
-    if job.profile {
-        played.runner.log_profile();
-    }
     let mut recorder = played.runner.world(|world| Recorder::create(&job.out, world)).map_err(fail)?;
     played.play(job.until_ns, progress, &mut |runner, sent| {
         recorder.console(sent)?;
@@ -67,8 +62,7 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
         runner.world(|world| recorder.observe(world, f64::NAN))?;
         Ok(true)
     })?;
-    let Played { mut runner, session, mut errors } = played;
-    runner.write_profile(&job.out.join("profile.csv")).map_err(fail)?;
+    let Played { runner, session, mut errors } = played;
     let step_error = runner.step_error().and_then(|result| result.map_err(|stray| errors.push(stray)).ok());
     let halted = session.halted().map(str::to_owned);
     let outcome = Outcome { lines, halted, errors, step_error, ..Outcome::default() };

@@ -8,7 +8,6 @@ use motion::StepFeed;
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::ports::Shared;
-use super::profile::ProfileLog;
 use super::verify::{Watch, Watched};
 use crate::world::World;
 
@@ -79,8 +78,6 @@ pub struct Tasks {
     present: OutputLevels,
     /// Looks at every piece of trajectory and every edge, when asked to.
     pub watch: Option<Watch>,
-    /// Samples the planned motion.
-    pub profile: Option<ProfileLog>,
     /// By the number of the search for a switch: the feed's phase meanwhile.
     pub phases: Vec<FeedPhase>,
     /// Searches begun so far, and whether one is under way.
@@ -99,7 +96,6 @@ impl Tasks {
             control: 0,
             present,
             watch: None,
-            profile: None,
             phases: Vec::new(),
             searches: (0, false),
             withheld: Vec::new(),
@@ -202,7 +198,7 @@ impl Tasks {
         if let Some(watch) = &mut self.watch {
             watch.look(&motion);
         }
-        let mut watched = Watched { motion: &mut motion, watch: self.watch.as_mut(), profile: self.profile.as_mut() };
+        let mut watched = Watched { motion: &mut motion, watch: self.watch.as_mut() };
         self.feed.run(now, &mut watched, &shared.queue, &shared.latch);
         if let Some(watch) = &mut self.watch {
             watch.look(&motion);

@@ -12,7 +12,6 @@ use motion::trajectory::Piece;
 use motion::{Access, FilterConfig, Motion, MotionConfig};
 use units::{Actuator, PerActuator, StepCount};
 
-use super::profile::ProfileLog;
 use plan::Plan;
 
 /// Pieces that ended this long before the present edge are forgotten.
@@ -200,7 +199,6 @@ impl Comparison {
 pub struct Watched<'a> {
     pub motion: &'a mut Motion,
     pub watch: Option<&'a mut Watch>,
-    pub profile: Option<&'a mut ProfileLog>,
 }
 
 impl Access for Watched<'_> {
@@ -208,9 +206,6 @@ impl Access for Watched<'_> {
         let result = f(self.motion);
         if let (Some(watch), Some(piece)) = (self.watch.as_deref_mut(), self.motion.last_piece()) {
             watch.piece(piece, self.motion);
-        }
-        if let (Some(profile), Some(piece)) = (self.profile.as_deref_mut(), self.motion.last_piece()) {
-            profile.piece(piece);
         }
         result
     }
