@@ -50,7 +50,7 @@ mod app {
     use bsp_prime::watchdog::Watchdog;
     use bsp_prime::{Board, sd, trigger};
     use machine::watchdog::Reporter;
-    use motion::{Motion, StepFeed};
+    use motion::{Motion, StepFeed, Store};
 
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
@@ -64,6 +64,17 @@ mod app {
     const HEAT_PERIOD_US: u32 = 1_000_000 / machine::heat::MODULATION_HZ;
     /// Control ticks (100 Hz) between two runs of the slow task.
     const CONTROLS_PER_SLOW: u8 = 10;
+
+    /// What motion keeps that no step waits for. In AXI SRAM: DTCM is for what the step interrupt, the feed and the planner touch all the time.
+    #[unsafe(link_section = ".axidata")]
+    static mut STORE: Store = Store::new();
+
+    /// The one reference to [`STORE`].
+    const fn store() -> &'static mut Store {
+        let store = &raw mut STORE;
+        // SAFETY: called once, for the initial value of the one motion object; the static has no other user.
+        unsafe { &mut *store }
+    }
 
     #[shared]
     struct Shared {
@@ -87,7 +98,7 @@ mod app {
     }
 
     // The motion object is made in place: on its way through a return value it would lie on the stack twice.
-    #[init(local = [motion: Motion = Motion::new()])]
+    #[init(local = [motion: Motion = Motion::new(store())])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let board = match Board::take(cx.core, cx.device) {
             Ok(board) => board,

@@ -39,6 +39,7 @@ mod ramp;
 mod run;
 mod series;
 mod smooth;
+mod store;
 #[cfg(test)]
 mod tests;
 pub mod trajectory;
@@ -50,6 +51,7 @@ pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, State};
 pub use moves::{Corner, Mode, Move, Refusal};
+pub use store::Store;
 pub use trigger::{Latch, Trigger};
 
 /// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it likes).

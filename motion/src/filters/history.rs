@@ -141,7 +141,7 @@ impl Stretch {
 
 /// The ring. Stretches are counted from the beginning of time (wrapping).
 #[derive(Debug)]
-pub(super) struct History {
+pub(crate) struct History {
     stretches: [Stretch; CAPACITY],
     /// Count of the newest stretch.
     newest: u32,

@@ -21,14 +21,15 @@ pub mod shaper;
 use units::{Axis, MAX_AXES, PerAxis};
 
 pub use advance::PressureAdvance;
-pub(crate) use history::Stretch;
-use history::{CAPACITY, History};
+use history::CAPACITY;
+pub(crate) use history::{History, Stretch};
 pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
 
 use crate::{
     greatest,
     knots::SEGMENT_SECONDS,
     path::Curve,
+    store::Elsewhere,
     trajectory::{Piece, TickTime, tick_time},
 };
 use advance::Window;
@@ -93,7 +94,7 @@ impl Tap {
 /// The filters at work.
 #[derive(Debug)]
 pub(crate) struct Filters {
-    history: History,
+    history: Elsewhere<History>,
     taps: [Tap; MAX_TAPS],
     tap_count: usize,
     windows: [Option<Window>; MAX_EXTRUDERS],
@@ -130,9 +131,9 @@ pub(crate) struct Knot {
 }
 
 impl Filters {
-    pub const fn new() -> Self {
+    pub const fn new(history: Elsewhere<History>) -> Self {
         Self {
-            history: History::new(),
+            history,
             taps: [Tap::NONE; MAX_TAPS],
             tap_count: 0,
             windows: [None; MAX_EXTRUDERS],
@@ -208,7 +209,7 @@ impl Filters {
 
     fn cursors_mut(&mut self) -> (&History, impl Iterator<Item = &mut Cursor>) {
         let windows = self.windows.iter_mut().flatten().flat_map(|window| window.cursors.iter_mut());
-        (&self.history, self.taps.iter_mut().take(self.tap_count).map(|tap| &mut tap.cursor).chain(windows))
+        (&*self.history, self.taps.iter_mut().take(self.tap_count).map(|tap| &mut tap.cursor).chain(windows))
     }
 
     /// Stands at `place` and has always stood there.
@@ -325,8 +326,9 @@ impl Filters {
                 velocity[axis] += weight * (slope * speed);
             }
         }
+        let history = &*self.history;
         for window in self.windows.iter().flatten() {
-            let (place, rate) = window.output(&self.history, time);
+            let (place, rate) = window.output(history, time);
             if let (Some(p), Some(v)) = (point.0.get_mut(window.axis), velocity.0.get_mut(window.axis)) {
                 (*p, *v) = (place, rate);
             }
@@ -342,7 +344,7 @@ mod tests {
     #[test]
     fn a_rest_that_begins_just_after_the_output_has_yet_to_drain() {
         let shaper = Shaper { kind: ShaperKind::Zv, frequency: 50.0, damping: 0.0 };
-        let mut filters = Filters::new();
+        let mut filters = Filters::new(std::boxed::Box::new(History::new()));
         filters.configure(&FilterConfig { shapers: [Some(shaper), None, None], ..FilterConfig::NONE });
         let start = tick_time(1.0);
         filters.settle(PerAxis::default(), start);

@@ -25,7 +25,7 @@ use units::{PerActuator, PerAxis, StepPosition, Ticks};
 use crate::{
     config::{ConfigError, Limits, MotionConfig},
     feed::{FeedOrders, FeedReport},
-    filters::Filters,
+    filters::{Filters, History},
     greatest,
     knots::{nearest_step, step_positions},
     least,
@@ -34,6 +34,7 @@ use crate::{
     path::CurveRing,
     planner::{Block, Overrides, Planner},
     run::Run,
+    store::Elsewhere,
     trajectory::{Piece, TickTime},
     trigger::Trigger,
 };
@@ -85,7 +86,7 @@ const LEAD: Ticks = Ticks::from_micros(500);
 pub struct Motion {
     pub(crate) config: Option<MotionConfig>,
     planner: Planner,
-    curves: CurveRing,
+    curves: Elsewhere<CurveRing>,
     overrides: Overrides,
     state: State,
     run: Option<Run>,
@@ -127,6 +128,7 @@ struct Last {
     line: Option<(PerAxis<f64>, f64)>,
 }
 
+#[cfg(any(test, feature = "oracle"))]
 impl Default for Motion {
     fn default() -> Self {
         Self::new()
@@ -135,12 +137,25 @@ impl Default for Motion {
 
 impl Motion {
     /// Not configured: refuses every move.
+    #[cfg(any(test, feature = "oracle"))]
     #[must_use]
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
+        let crate::Store { history, curves } = crate::Store::new();
+        Self::over(std::boxed::Box::new(history), std::boxed::Box::new(curves))
+    }
+
+    /// Not configured: refuses every move. Keeps what is large in `store`.
+    #[cfg(not(any(test, feature = "oracle")))]
+    #[must_use]
+    pub const fn new(store: &'static mut crate::Store) -> Self {
+        Self::over(&mut store.history, &mut store.curves)
+    }
+
+    const fn over(history: Elsewhere<History>, curves: Elsewhere<CurveRing>) -> Self {
         Self {
             config: None,
             planner: Planner::new(),
-            curves: CurveRing::new(),
+            curves,
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
             state: State::Running,
             run: None,
@@ -159,7 +174,7 @@ impl Motion {
             orders: FeedOrders { cut: false, rebase: None, setup: None },
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
-            filters: Filters::new(),
+            filters: Filters::new(history),
         }
     }
 

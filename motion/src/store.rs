@@ -1,0 +1,32 @@
+//! What motion keeps that is large and looked at per knot or per block, never per step.
+//!
+//! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and this a larger one.
+
+use crate::{filters::History, path::CurveRing};
+
+/// A place elsewhere: a static on a board, the heap where there is one (tests make thousands of machines).
+#[cfg(not(any(test, feature = "oracle")))]
+pub(crate) type Elsewhere<T> = &'static mut T;
+#[cfg(any(test, feature = "oracle"))]
+pub(crate) type Elsewhere<T> = std::boxed::Box<T>;
+
+/// The past that filters look back on, and the curves of the blocks that wait: about 32 KiB.
+#[derive(Debug)]
+pub struct Store {
+    pub(crate) history: History,
+    pub(crate) curves: CurveRing,
+}
+
+impl Default for Store {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Store {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { history: History::new(), curves: CurveRing::new() }
+    }
+}
