@@ -9,13 +9,16 @@
 //! together with another. External drivers that need pulses take the longer way. It runs in ITCM from DTCM data, integers only. When it is
 //! entered with nothing due (the feed pends it after writing) it only arms the timer.
 //!
+//! An event later than 250 ns is the sign that something kept the interrupt from running. From then on, until all is on time again, [`catch_up`] plays: it
+//! keeps every motor's events as far apart as its driver needs, so that no step is lost, and counts what it had to delay.
+//!
 //! The interrupt has the highest priority of all, which nothing can mask but PRIMASK: no resource of any framework is shared with it, and none
 //! wraps it. Within it the queue's cut flag cannot change, so it is looked at once.
 
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
 use cortex_m::peripheral::NVIC;
-use motion::queue::StepQueue;
+use motion::queue::{StepEvent, StepQueue};
 use stm32h7xx_hal::pac;
 use units::{MAX_ACTUATORS, STEP_CLOCK_HZ};
 
@@ -28,6 +31,7 @@ const LATE_TICKS: i32 = 50;
 #[derive(Debug)]
 pub struct Statistics {
     late: AtomicU32,
+    delayed: AtomicU32,
     worst_ticks: AtomicU32,
 }
 
@@ -36,6 +40,12 @@ impl Statistics {
     #[must_use]
     pub fn late_events(&self) -> u32 {
         self.late.load(Ordering::Relaxed)
+    }
+
+    /// How many of them had to be delayed further: played at once they would have followed the motor's last event faster than its driver can.
+    #[must_use]
+    pub fn delayed_events(&self) -> u32 {
+        self.delayed.load(Ordering::Relaxed)
     }
 
     /// The worst lateness of these in ticks of 5 ns; zero when there was none.
@@ -51,7 +61,8 @@ impl Statistics {
 }
 
 /// The step interrupt's statistics.
-pub static STATISTICS: Statistics = Statistics { late: AtomicU32::new(0), worst_ticks: AtomicU32::new(0) };
+pub static STATISTICS: Statistics =
+    Statistics { late: AtomicU32::new(0), delayed: AtomicU32::new(0), worst_ticks: AtomicU32::new(0) };
 
 /// Pins of one motor, as the configuration has them.
 #[derive(Clone, Copy, Debug)]
@@ -62,11 +73,14 @@ pub struct MotorLines {
     pub direction: FastPin,
     /// Every edge is a step (the driver is set so), rather than every pulse.
     pub double_edge: bool,
+    /// What its driver needs between two steps, and between a step and a turn.
+    pub least_distance_ticks: u32,
 }
 
 impl MotorLines {
     /// A motor that is not there.
-    pub const NONE: Self = Self { step: FastPin::NONE, direction: FastPin::NONE, double_edge: true };
+    pub const NONE: Self =
+        Self { step: FastPin::NONE, direction: FastPin::NONE, double_edge: true, least_distance_ticks: 0 };
 }
 
 /// One motor, as the interrupt sees it: two BSRR registers and the words for them.
@@ -91,26 +105,48 @@ impl Motor {
     }
 }
 
+/// What [`catch_up`] knows of a motor.
+struct Spacing {
+    least_distance: AtomicU32,
+    /// When its last event was played. Holds while its bit of [`Shared::caught`] is set.
+    acted_at: AtomicU32,
+}
+
+/// Bit of [`Shared::careful`]: something was late, [`catch_up`] plays.
+const CATCHING_UP: u32 = 1 << 31;
+/// Once nothing has been late for this long, all is well again: 100 us.
+const RECOVERED_TICKS: u32 = STEP_CLOCK_HZ / 10_000;
+/// Longer than any driver's least distance: 50 ms.
+const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
+
 /// Everything the interrupt reads and writes.
 #[repr(C)]
 struct Shared {
-    /// Motors that step by pulses, one bit each.
-    pulsed: AtomicU32,
+    /// Why the shortest way will not do: motors that step by pulses, one bit each, and [`CATCHING_UP`].
+    careful: AtomicU32,
     /// Length of a pulse.
     pulse_ticks: AtomicU32,
     /// Motors whose pulse is high now, one bit each. The interrupt's own.
     raised: AtomicU32,
     /// Eight, so that a three-bit index needs no test.
     motors: [Motor; 8],
+    spacings: [Spacing; 8],
+    /// Motors with an event since catching up began, one bit each.
+    caught: AtomicU32,
+    /// When the last late event was played.
+    late_at: AtomicU32,
     /// Last: it is large.
     queue: StepQueue,
 }
 
 static SHARED: Shared = Shared {
-    pulsed: AtomicU32::new(0),
+    careful: AtomicU32::new(0),
     pulse_ticks: AtomicU32::new(STEP_CLOCK_HZ / 1_000_000),
     raised: AtomicU32::new(0),
     motors: [const { Motor::absent() }; 8],
+    spacings: [const { Spacing { least_distance: AtomicU32::new(0), acted_at: AtomicU32::new(0) } }; 8],
+    caught: AtomicU32::new(0),
+    late_at: AtomicU32::new(0),
     queue: StepQueue::new(),
 };
 
@@ -128,11 +164,12 @@ pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
         motor.next.store(lines.step.on_word(), Ordering::Relaxed);
         motor.direction_register.store(lines.direction.register(), Ordering::Relaxed);
         motor.forward.store(lines.direction.on_word(), Ordering::Relaxed);
+        SHARED.spacings[index].least_distance.store(lines.least_distance_ticks, Ordering::Relaxed);
         if !lines.double_edge {
             pulsed |= 1 << index;
         }
     }
-    SHARED.pulsed.store(pulsed, Ordering::Relaxed);
+    SHARED.careful.store(pulsed, Ordering::Relaxed);
     // A pulse is at least as long as the fastest driver asks and at most 1 ms.
     SHARED.pulse_ticks.store((STEP_CLOCK_HZ / 1_000_000) * pulse_us.clamp(1, 1000), Ordering::Release);
 }
@@ -163,8 +200,8 @@ fn turn(motor: &Motor, forward: bool) {
 #[unsafe(export_name = "TIM2")]
 #[unsafe(link_section = ".itcm.step")]
 extern "C" fn on_step_timer() {
-    if SHARED.pulsed.load(Ordering::Relaxed) != 0 {
-        return play_pulses();
+    if SHARED.careful.load(Ordering::Relaxed) != 0 {
+        return play_carefully();
     }
     acknowledge();
     SHARED.queue.play_on_this_core(|event| {
@@ -181,37 +218,45 @@ extern "C" fn on_step_timer() {
     });
 }
 
-/// The same where some motors need pulses.
+/// The same where some motors need pulses, or something was late.
 #[inline(never)]
 #[unsafe(link_section = ".itcm.pulses")]
-fn play_pulses() {
-    let pulsed = SHARED.pulsed.load(Ordering::Relaxed);
+fn play_carefully() {
+    let careful = SHARED.careful.load(Ordering::Relaxed);
     if timer().sr.read().cc2if().bit_is_set() {
         lower_all();
     }
     acknowledge();
+    if careful & CATCHING_UP != 0 {
+        return catch_up(careful);
+    }
     SHARED.queue.play_on_this_core(|event| {
-        if !is_due(event.at) {
-            return false;
+        let due = is_due(event.at);
+        if due {
+            act(event, careful);
         }
-        let motor = &SHARED.motors[event.motor()];
-        if event.is_turn() {
-            turn(motor, event.is_forward());
-            return true;
-        }
-        let (bit, raised) = (1 << event.motor(), SHARED.raised.load(Ordering::Relaxed));
-        if raised & bit != 0 {
-            // Faster than the pulse is long: the edge is kept, the pulse is cut.
-            toggle(motor);
-        }
-        toggle(motor);
-        if pulsed & bit != 0 {
-            SHARED.raised.store(raised | bit, Ordering::Relaxed);
-            let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
-            timer().ccr2().write(|w| w.ccr().bits(end));
-        }
-        true
+        due
     });
+}
+
+/// Plays an event of a motor that may need pulses.
+#[inline(always)]
+fn act(event: StepEvent, pulsed: u32) {
+    let motor = &SHARED.motors[event.motor()];
+    if event.is_turn() {
+        return turn(motor, event.is_forward());
+    }
+    let (bit, raised) = (1 << event.motor(), SHARED.raised.load(Ordering::Relaxed));
+    if raised & bit != 0 {
+        // Faster than the pulse is long: the edge is kept, the pulse is cut.
+        toggle(motor);
+    }
+    toggle(motor);
+    if pulsed & bit != 0 {
+        SHARED.raised.store(raised | bit, Ordering::Relaxed);
+        let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
+        timer().ccr2().write(|w| w.ccr().bits(end));
+    }
 }
 
 /// Ends the pulses that are high.
@@ -226,30 +271,87 @@ fn lower_all() {
     SHARED.raised.store(0, Ordering::Relaxed);
 }
 
-/// Whether `at` has come. When it has not, the timer is armed for it; when it comes while arming, it is due.
+/// How late it is for `at`, ticks. Negative: not yet, and the timer is armed for it; when it comes while arming, it has come.
 #[inline(always)]
-fn is_due(at: u32) -> bool {
-    let mut late = now().wrapping_sub(at) as i32;
-    if late < 0 {
-        timer().ccr1().write(|w| w.ccr().bits(at));
-        late = now().wrapping_sub(at) as i32;
-        if late < 0 {
-            return false;
-        }
+fn lateness(at: u32) -> i32 {
+    let late = now().wrapping_sub(at) as i32;
+    if late >= 0 {
+        return late;
     }
-    if late > LATE_TICKS {
-        count_late(late as u32);
-    }
-    true
+    timer().ccr1().write(|w| w.ccr().bits(at));
+    now().wrapping_sub(at) as i32
 }
 
+/// Whether `at` has come, just now. When it was missed, [`catch_up`] takes over.
+#[inline(always)]
+fn is_due(at: u32) -> bool {
+    let late = lateness(at);
+    // One comparison on the way of every step: what is early is a large number.
+    if late as u32 <= LATE_TICKS as u32 {
+        return true;
+    }
+    if late > 0 {
+        fall_behind();
+    }
+    false
+}
+
+/// Something was late: the interrupt comes again at once, to catch up.
 #[cold]
 #[inline(never)]
 #[unsafe(link_section = ".itcm.late")]
-extern "C" fn count_late(late: u32) {
-    STATISTICS.late.store(STATISTICS.late.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
-    if late > STATISTICS.worst_ticks.load(Ordering::Relaxed) {
-        STATISTICS.worst_ticks.store(late, Ordering::Relaxed);
+extern "C" fn fall_behind() {
+    SHARED.caught.store(0, Ordering::Relaxed);
+    SHARED.late_at.store(now(), Ordering::Relaxed);
+    SHARED.careful.store(SHARED.careful.load(Ordering::Relaxed) | CATCHING_UP, Ordering::Relaxed);
+    wake();
+}
+
+/// Plays what is due, but no motor's events closer than its driver allows. The first late event of a motor follows the one before
+/// at more than its planned distance; from then on it is known when each was played.
+#[cold]
+#[inline(never)]
+#[unsafe(link_section = ".itcm.catch_up")]
+fn catch_up(careful: u32) {
+    SHARED.queue.play_on_this_core(|event| {
+        let late = lateness(event.at);
+        if late < 0 {
+            if now().wrapping_sub(SHARED.late_at.load(Ordering::Relaxed)) > RECOVERED_TICKS {
+                SHARED.careful.store(careful & !CATCHING_UP, Ordering::Relaxed);
+            }
+            return false;
+        }
+        let (bit, spacing) = (1 << event.motor(), &SHARED.spacings[event.motor()]);
+        let caught = SHARED.caught.load(Ordering::Relaxed);
+        let acted_at = spacing.acted_at.load(Ordering::Relaxed);
+        let earliest = acted_at.wrapping_add(spacing.least_distance.load(Ordering::Relaxed));
+        // Long ago, the clock has come round since.
+        let known = caught & bit != 0 && now().wrapping_sub(acted_at) < LONG_TICKS;
+        let crowded = known && earliest.wrapping_sub(event.at) as i32 > 0;
+        if crowded && lateness(earliest) < 0 {
+            return false;
+        }
+        let at = now();
+        spacing.acted_at.store(at, Ordering::Relaxed);
+        SHARED.caught.store(caught | bit, Ordering::Relaxed);
+        act(event, careful);
+        count(at.wrapping_sub(event.at), crowded);
+        true
+    });
+}
+
+/// Enters a played event into the statistics, if it was late.
+#[inline(always)]
+fn count(late: u32, delayed: bool) {
+    let add = |counter: &AtomicU32, one: bool| {
+        counter.store(counter.load(Ordering::Relaxed).wrapping_add(u32::from(one)), Ordering::Relaxed);
+    };
+    let is_late = late > LATE_TICKS as u32;
+    add(&STATISTICS.late, is_late);
+    add(&STATISTICS.delayed, delayed);
+    if is_late {
+        SHARED.late_at.store(now(), Ordering::Relaxed);
+        STATISTICS.worst_ticks.store(STATISTICS.worst_ticks.load(Ordering::Relaxed).max(late), Ordering::Relaxed);
     }
 }
 
@@ -283,7 +385,7 @@ pub(crate) fn start(timer: pac::TIM2, nvic: &mut NVIC) {
 }
 
 /// Asks the interrupt to look at the queue again: the feed calls this after it has written.
-#[inline]
+#[inline(always)]
 pub fn wake() {
     NVIC::pend(pac::Interrupt::TIM2);
 }

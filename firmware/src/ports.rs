@@ -11,13 +11,13 @@ use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
-    Storage, StorageError,
+    StepTimes, Storage, StorageError,
 };
 use machine::supervisor::Supervisor;
 use machine::watchdog::Reporter;
 use motion::{Latch, Motion};
 use rtic::Mutex;
-use units::{Celsius, Micros, Volts};
+use units::{Celsius, Micros, Ticks, Volts};
 
 use crate::drivers::DriverBank;
 use crate::heat_io::Heat;
@@ -274,6 +274,15 @@ where
 
     fn memory(&self) -> MemoryReport {
         MemoryReport { static_bytes: memory::static_bytes(), stack_unused_bytes: Some(thread_stack::unused_bytes()) }
+    }
+
+    fn step_times(&self) -> StepTimes {
+        let told = &bsp_prime::step_engine::STATISTICS;
+        StepTimes {
+            late: told.late_events(),
+            delayed: told.delayed_events(),
+            worst: Ticks(u64::from(told.worst_ticks())),
+        }
     }
 
     fn report_alive(&mut self) {

@@ -69,7 +69,9 @@ pub fn motors(
     let mut bank = DriverBank::default();
     for (actuator, motor) in config.actuators() {
         if let Some(line) = lines.get_mut(actuator as usize) {
-            *line = motor_lines(actuator, motor, pins, report);
+            let timing = machine::motion_config::actuator(config, actuator);
+            let least_distance = timing.step_interval.max(timing.direction_setup);
+            *line = motor_lines(actuator, motor, least_distance, pins, report);
         }
         bank.0[actuator] = match config.driver(actuator) {
             Some(settings) => chip(actuator, motor, settings, pins, bus, report),
@@ -80,8 +82,15 @@ pub fn motors(
     bank
 }
 
-fn motor_lines(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> MotorLines {
-    let mut lines = MotorLines { double_edge: motor.driver != DriverKind::External, ..MotorLines::NONE };
+fn motor_lines(
+    actuator: Actuator,
+    motor: &ActuatorConfig,
+    least_distance: u32,
+    pins: &mut Pins,
+    report: &mut Report<'_>,
+) -> MotorLines {
+    let double_edge = motor.driver != DriverKind::External;
+    let mut lines = MotorLines { double_edge, least_distance_ticks: least_distance, ..MotorLines::NONE };
     if let Some(pin) = motor.step_pin {
         let claimed = pins.fast_output(spec(pin), &owner("actuator", actuator.name(), "step_pin"));
         lines.step = report.take(claimed).unwrap_or(lines.step);

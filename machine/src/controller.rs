@@ -17,6 +17,7 @@ use crate::modal::{Modal, Saved};
 use crate::overrides::Overrides;
 use crate::player::Player;
 use crate::ports::{FileHandle, PATH_BYTES, Ports};
+use crate::punctuality::PunctualityWatch;
 use crate::splines::Splines;
 use crate::state::{Event, State};
 use crate::switches::SwitchBank;
@@ -71,6 +72,7 @@ pub struct Controller<P: Ports> {
     pub(crate) crippled: bool,
     pub(crate) halt_watch: HaltWatch,
     pub(crate) limits: LimitWatch,
+    pub(crate) punctuality: PunctualityWatch,
     pub(crate) poll_due: Micros,
     pub(crate) led_due: Micros,
     pub(crate) led_phase: u8,
@@ -106,6 +108,7 @@ impl<P: Ports> Controller<P> {
             crippled: false,
             halt_watch: HaltWatch::default(),
             limits: LimitWatch::default(),
+            punctuality: PunctualityWatch::default(),
             poll_due: Micros(0),
             led_due: Micros(0),
             led_phase: 0,

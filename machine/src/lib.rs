@@ -33,6 +33,7 @@ mod overrides;
 mod overrides_text;
 mod player;
 pub mod ports;
+mod punctuality;
 mod report;
 pub mod safe_file;
 mod serve;

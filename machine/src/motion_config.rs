@@ -111,7 +111,9 @@ fn shaper(settings: InputShaperConfig) -> Option<Shaper> {
     Some(Shaper { kind, frequency, damping: settings.damping_ratio })
 }
 
-fn actuator(config: &MachineConfig, motor: Actuator) -> ActuatorConfig {
+/// One motor as motion sees it: its steps and the distances that its driver needs.
+#[must_use]
+pub fn actuator(config: &MachineConfig, motor: Actuator) -> ActuatorConfig {
     let settings = &config.actuators[motor];
     let on_board = ActuatorConfig::new(settings.steps_per_mm);
     // An external driver takes pulses: high for step_pulse_us, low for as long.

@@ -11,7 +11,7 @@ mod storage;
 
 use config::MachineConfig;
 use motion::{Latch, Motion};
-use units::{Micros, Volts};
+use units::{Micros, Ticks, Volts};
 
 use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
@@ -59,6 +59,17 @@ pub struct MemoryReport {
     pub static_bytes: u32,
     /// Stack bytes never touched since boot, when the board can tell.
     pub stack_unused_bytes: Option<u32>,
+}
+
+/// How well the step interrupt kept the times of steps, since boot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepTimes {
+    /// Events played more than 250 ns late.
+    pub late: u32,
+    /// Late events that had to be delayed further: played at once, the motor's driver would have missed a step.
+    pub delayed: u32,
+    /// The worst lateness.
+    pub worst: Ticks,
 }
 
 /// The supply voltages the controller decides by; `None` when the reading failed or is not configured.
@@ -134,6 +145,9 @@ pub trait Ports: Storage {
 
     /// Memory use.
     fn memory(&self) -> MemoryReport;
+
+    /// Whether steps came on time.
+    fn step_times(&self) -> StepTimes;
 
     /// The dispatcher still runs. The watchdog is fed only when all reporters do this.
     fn report_alive(&mut self);

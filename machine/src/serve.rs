@@ -32,6 +32,7 @@ impl<P: Ports> Controller<P> {
             self.watch_heat();
             self.watch_supervisor();
             self.watch_limits();
+            self.watch_step_times(now);
             self.watch_kill_button(now);
             self.watch_halt(now);
             self.watch_input_switches(now);

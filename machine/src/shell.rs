@@ -165,7 +165,7 @@ impl<P: Ports> Controller<P> {
         ));
     }
 
-    /// `get pos|wcs|state|status|temp|volts`
+    /// `get pos|wcs|state|status|steps|temp|volts`
     fn get_command(&mut self, arguments: &str) -> Result<Option<Answer>, Failure> {
         let mut words = arguments.split_ascii_whitespace();
         let target = self.target;
@@ -173,6 +173,7 @@ impl<P: Ports> Controller<P> {
             Some("pos") => self.get_positions(),
             Some("state") => self.report_modal(target),
             Some("status") => self.report_status(target),
+            Some("steps") => self.get_step_times(),
             Some("temp") => self.get_temperatures(words.next()),
             Some("volts") => self.get_volts(words.next()),
             Some("wcs") => {
@@ -181,7 +182,7 @@ impl<P: Ports> Controller<P> {
                 let _ = crate::modal::write_system_name(&mut name, self.modal.system);
                 self.say(format_args!("[current WCS: {name}]\n"));
             }
-            _ => return Err(Failure::refused("get what? pos, wcs, state, status, temp, volts")),
+            _ => return Err(Failure::refused("get what? pos, wcs, state, status, steps, temp, volts")),
         }
         Ok(Some(Answer::Ok))
     }

@@ -22,7 +22,7 @@ use std::task::{Context, Poll, Waker};
 use config::{BoardId, MachineConfig};
 use machine::Controller;
 use machine::motion_config::motion_config;
-use machine::ports::ConsoleId;
+use machine::ports::{ConsoleId, StepTimes};
 
 use crate::models::tmc26x::Chip;
 use crate::output::StepError;
@@ -209,6 +209,16 @@ impl Runner {
     #[must_use]
     pub fn take_plan(&mut self) -> Option<Plan> {
         self.tasks.watch.take()?.into_plan()
+    }
+
+    /// Something keeps the step feed from its next so many runs.
+    pub fn block_feed(&mut self, runs: u32) {
+        self.tasks.missed_runs = runs;
+    }
+
+    /// From now on the board says this of its step times.
+    pub fn pretend_step_times(&mut self, times: StepTimes) {
+        self.shared.step_times.set(times);
     }
 
     /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is an error.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use machine::ports::ConsoleId;
+use machine::ports::StepTimes;
 use sim::runner::{CardState, Runner, Setup};
 use sim::world::{TimedFault, World};
 use units::Actuator;
@@ -264,6 +265,16 @@ impl Bench {
     #[must_use]
     pub fn is_energised(&self, actuator: Actuator) -> bool {
         self.world(|world| world.driver(actuator as usize).drives())
+    }
+
+    /// Something keeps the step feed from its next so many runs.
+    pub fn block_feed(&mut self, runs: u32) {
+        self.runner.block_feed(runs);
+    }
+
+    /// From now on the board says this of its step times.
+    pub fn pretend_step_times(&mut self, times: StepTimes) {
+        self.runner.pretend_step_times(times);
     }
 
     /// What a file on the card holds.

@@ -274,3 +274,56 @@ fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
     let answer = velvet.hear_until("T:", SECOND) + &velvet.hear(100);
     assert!(answer.contains("/0.0 @0"), "{answer}");
 }
+
+/// A machine on its way along X, 122 us from step to step, that keeps all interrupts off for twice so many instructions whenever
+/// it is asked for its status.
+fn masking(loops: u16) -> Velvet {
+    let elf = common::hang::image_that_masks_interrupts_in("report_status", loops);
+    let mut velvet = Plan::new().image(elf.clone()).start();
+    // It is in the board's flash now.
+    let _ = std::fs::remove_file(elf);
+    velvet.ask("G28.3 X30 Y30 Z30", SECOND);
+    velvet.type_in("G1 X130 F6131");
+    velvet.hear(300);
+    velvet
+}
+
+fn x_mm(velvet: &mut Velvet) -> f64 {
+    velvet.world(|world| world.carriage_mm(units::Actuator::Alpha)).expect("a motor")
+}
+
+#[test]
+fn steps_that_come_late_are_told_and_all_made() {
+    // 60 us: a step in two is caught by it, and the next is on time.
+    let mut velvet = masking(12_000);
+    for _ in 0..10 {
+        velvet.bench.console.send(b"?");
+        velvet.hear(30);
+    }
+    let said = velvet.ask("get steps", SECOND);
+    assert!(velvet.said().contains("WARNING: 1 steps came late, by up to "), "{}", velvet.said());
+    assert!(said.contains("delayed: 0\n"), "{said}");
+    velvet.hear(2 * SECOND);
+    assert!((x_mm(&mut velvet) - 130.0).abs() < 1e-6);
+}
+
+#[test]
+fn steps_that_come_too_late_for_the_driver_halt_and_none_is_lost() {
+    // 250 us: several steps of the motor are due at once.
+    let mut velvet = masking(50_000);
+    velvet.bench.console.send(b"?");
+    let said = velvet.hear(500);
+    let told = "had to be delayed for their driver";
+    assert_eq!(said.matches(told).count(), 1, "{said}");
+    velvet.assert_told_once(told);
+    velvet.assert_safe();
+    velvet.type_in("M114.2");
+    let (real, said) = (x_mm(&mut velvet), velvet.hear(100));
+    let x = said.split("X:").nth(1).and_then(|rest| rest.split(' ').next()).and_then(|x| x.parse::<f64>().ok());
+    assert!(x.is_some_and(|x| (x - real).abs() < 0.01 && x < 125.0), "{said}, but it is at {real} mm");
+    let closest = velvet.world(|world| {
+        let edges: Vec<_> = world.trace().edges().iter().map(|edge| edge.time_ns).collect();
+        edges.windows(2).map(|pair| pair[1] - pair[0]).min()
+    });
+    assert!(closest.is_some_and(|ns| ns >= 100), "two edges of one motor {closest:?} ns apart");
+}

@@ -6,7 +6,7 @@ use config::{BoardId, MachineConfig};
 use machine::heat::HeatControl;
 use machine::ports::{
     BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
-    Storage, StorageError,
+    StepTimes, Storage, StorageError,
 };
 use machine::supervisor::Supervisor;
 use motion::queue::StepQueue;
@@ -36,6 +36,8 @@ pub struct Shared {
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
     pub reset_requested: Flag<bool>,
+    /// The host has no interrupts that could be late: what a test says.
+    pub step_times: Flag<StepTimes>,
     card: Turns<Card>,
     board_id: u8,
 }
@@ -56,6 +58,7 @@ impl Shared {
             levels: Flag::default(),
             wired: Turns::new(None),
             reset_requested: Flag::new(false),
+            step_times: Flag::default(),
             card: Turns::new(Card::new(&setup.card, setup.card_state)),
             board_id: u8::from(board_id == BoardId::Prime2660),
         }
@@ -172,6 +175,10 @@ impl Ports for HostPorts {
 
     fn memory(&self) -> MemoryReport {
         MemoryReport::default()
+    }
+
+    fn step_times(&self) -> StepTimes {
+        self.shared.step_times.get()
     }
 
     fn report_alive(&mut self) {

@@ -84,6 +84,8 @@ pub struct Tasks {
     searches: (usize, bool),
     /// Triggers that the next run of the feed has yet to miss: input and tick.
     withheld: Vec<(u8, u32)>,
+    /// The feed misses so many runs: something kept it from running.
+    pub missed_runs: u32,
 }
 
 impl Tasks {
@@ -99,6 +101,7 @@ impl Tasks {
             phases: Vec::new(),
             searches: (0, false),
             withheld: Vec::new(),
+            missed_runs: 0,
         }
     }
 
@@ -184,6 +187,10 @@ impl Tasks {
     }
 
     fn step_feed(&mut self, shared: &Shared, now_ns: u64) {
+        if self.missed_runs > 0 {
+            self.missed_runs -= 1;
+            return;
+        }
         let now = ticks(now_ns);
         let armed = shared.latch.armed();
         if armed != 0 {

@@ -165,7 +165,7 @@ mod tests {
             let (Ok(step), Ok(direction)) = (step, direction) else {
                 defmt::panic!("step and direction pins are free")
             };
-            *line = MotorLines { step, direction, double_edge: true };
+            *line = MotorLines { step, direction, double_edge: true, ..MotorLines::NONE };
         }
         step_engine::configure(&lines, 1);
         STATISTICS.reset_worst();
