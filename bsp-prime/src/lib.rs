@@ -13,6 +13,7 @@ pub mod adc;
 pub mod board;
 pub mod byte_ring;
 pub mod clocks;
+mod copy;
 pub mod dma;
 pub mod identity;
 pub mod memory;
