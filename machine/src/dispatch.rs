@@ -23,15 +23,19 @@ impl<P: Ports> Controller<P> {
             Ok(decoded) if self.upload.is_some() && !matches!(decoded, Line::Console(_)) => {
                 self.upload_line(line, &decoded)
             }
-            Ok(decoded) => self.run_decoded(decoded, line).await,
+            Ok(decoded) => {
+                // Whoever typed it reads how it went.
+                let _carried_out = self.run_decoded(decoded, line).await;
+            }
             Err(refusal) => self.say_refusal(refusal, line),
         }
     }
 
-    /// Runs a line that comes from the machine itself: a file, a switch, the configuration.
-    pub(crate) async fn run_line(&mut self, line: &[u8]) {
+    /// Runs a line that comes from the machine itself: a file, a switch, the configuration. False when it was not carried out, which
+    /// has been said.
+    pub(crate) async fn run_line(&mut self, line: &[u8]) -> bool {
         match decoder_expecting(line).decode(line) {
-            Ok(decoded) => self.run_decoded(decoded, line).await,
+            Ok(decoded) => return self.run_decoded(decoded, line).await,
             Err(Refusal::Resend { .. }) => {
                 if let Ok(text) = core::str::from_utf8(line) {
                     self.alarm_quietly(text);
@@ -39,6 +43,7 @@ impl<P: Ports> Controller<P> {
             }
             Err(refusal) => self.say_refusal(refusal, line),
         }
+        false
     }
 
     /// A line in a file whose checksum is wrong: the file is damaged.
@@ -47,21 +52,27 @@ impl<P: Ports> Controller<P> {
         self.alarm(&text);
     }
 
-    async fn run_decoded(&mut self, decoded: Line<'_>, line: &[u8]) {
+    async fn run_decoded(&mut self, decoded: Line<'_>, line: &[u8]) -> bool {
         match decoded {
-            Line::Blank => self.say(format_args!("ok\n")),
+            Line::Blank => {
+                self.say(format_args!("ok\n"));
+                true
+            }
             Line::Console(command) => self.run_command(command).await,
             Line::Code(blocks) => self.run_blocks(blocks, line).await,
         }
     }
 
-    async fn run_blocks(&mut self, blocks: gcode::Blocks<'_>, line: &[u8]) {
+    async fn run_blocks(&mut self, blocks: gcode::Blocks<'_>, line: &[u8]) -> bool {
         let mut answer = Ok(Answer::Ok);
         let mut last = None;
         for block in blocks {
             let block = match block {
                 Ok(block) => block,
-                Err(error) => return self.say_refusal(Refusal::Syntax(error), line),
+                Err(error) => {
+                    self.say_refusal(Refusal::Syntax(error), line);
+                    return false;
+                }
             };
             last = block.code;
             answer = self.run_block(&block).await;
@@ -69,14 +80,22 @@ impl<P: Ports> Controller<P> {
                 break;
             }
         }
+        let carried_out = answer.is_ok();
         self.say_answer(answer, last);
+        carried_out
     }
 
     fn say_answer(&mut self, answer: Outcome, code: Option<Code>) {
         match (answer, code) {
             (Ok(Answer::Ok), _) | (Ok(Answer::Unknown), None) => self.say(format_args!("ok\n")),
             (Ok(Answer::Said), _) => {}
-            (Ok(Answer::Unknown), Some(code)) => self.say(format_args!("ok - {code} ignored\n")),
+            (Ok(Answer::Unknown), Some(code)) => {
+                // Of a file nobody reads the answers, and a G-code mostly says where to go.
+                if self.target == Target::Nobody && code.letter == Letter::G {
+                    self.announce(format_args!("// WARNING {code} is not known here and was passed over\n"));
+                }
+                self.say(format_args!("ok - {code} ignored\n"));
+            }
             (Err(Failure::Halted), _) => self.say_locked(),
             (Err(Failure::Alarm(text)), _) => self.alarm(&text),
             (Err(Failure::Refused(text)), _) => {

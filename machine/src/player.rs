@@ -1,6 +1,9 @@
 //! Plays files from the card: `play`, `progress`, `abort`, M23 to M27, M32.
 //!
 //! One line at a time, between the lines of consoles; the look-ahead queue, when full, is what holds it back.
+//!
+//! A line that cannot be carried out pauses the file: what comes after it counts on it, and a tool that goes on from the wrong place
+//! breaks what it meets. Nothing is lost: `M24` goes on with the next line.
 
 use gcode::{Gathered, LineBuffer};
 use heapless::{String, Vec};
@@ -23,6 +26,8 @@ struct Job {
     size: u32,
     /// Bytes handed to lines so far.
     read: u32,
+    /// Lines that have ended so far.
+    lines: u32,
     started: Micros,
     chunk: Vec<u8, CHUNK>,
     next: usize,
@@ -100,12 +105,13 @@ impl<P: Ports> Controller<P> {
                 {
                     self.say(format_args!("{text}\n"));
                 }
-                self.run_line(&line).await;
+                let carried_out = self.run_line(&line).await;
                 self.drain().await;
+                if !carried_out {
+                    self.pause_at_this_line("was not carried out");
+                }
             }
-            Next::TooLong => {
-                self.announce(format_args!("// WARNING a line of the file is too long and was left out\n"))
-            }
+            Next::TooLong => self.pause_at_this_line("is too long"),
             Next::End => return self.finish_job(),
             Next::Failed(why) => {
                 self.target = Target::Nobody;
@@ -114,6 +120,17 @@ impl<P: Ports> Controller<P> {
             }
         }
         true
+    }
+
+    /// The line just read cannot be carried out; unless that has ended the job already, it waits for a person.
+    fn pause_at_this_line(&mut self, why: &str) {
+        let Some(job) = &mut self.player.job else { return };
+        job.paused = true;
+        let number = job.lines + u32::from(job.at_end);
+        let path = job.path.clone();
+        self.announce(format_args!(
+            "error:paused, line {number} of {path} {why}: M24 goes on with the next line, abort ends the job\n"
+        ));
     }
 
     fn open_boot_files(&mut self) {
@@ -131,6 +148,7 @@ impl<P: Ports> Controller<P> {
             while let Some(byte) = job.chunk.get(job.next).copied() {
                 job.next += 1;
                 job.read = job.read.saturating_add(1);
+                job.lines += u32::from(byte == b'\n');
                 match job.gathering.push(byte) {
                     Some(Gathered::Line(bytes)) => return whole(bytes, line),
                     Some(Gathered::TooLong) => return Next::TooLong,
@@ -195,6 +213,7 @@ impl<P: Ports> Controller<P> {
             path,
             size,
             read: 0,
+            lines: 0,
             started,
             chunk,
             next: 0,
@@ -276,6 +295,7 @@ impl<P: Ports> Controller<P> {
         let Some(job) = &mut player.job else { return Err(Failure::refused("no file is selected")) };
         let sought = ports.seek(job.file, 0);
         job.read = 0;
+        job.lines = 0;
         job.at_end = false;
         job.chunk.clear();
         job.next = 0;

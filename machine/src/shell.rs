@@ -45,7 +45,8 @@ const COMMANDS: [&str; 30] = [
 
 impl<P: Ports> Controller<P> {
     /// Runs a console command and answers it.
-    pub(crate) async fn run_command(&mut self, line: &str) {
+    /// Runs a console command. False when it was not carried out, which has been said.
+    pub(crate) async fn run_command(&mut self, line: &str) -> bool {
         let (word, arguments) = line.split_once([' ', '\t']).unwrap_or((line, ""));
         let arguments = arguments.trim();
         let answered = match word {
@@ -53,6 +54,7 @@ impl<P: Ports> Controller<P> {
             "m23" | "m32" | "m117" => Ok(Some(Answer::Ok)),
             _ => self.shell_command(word, arguments).await,
         };
+        let carried_out = matches!(answered, Ok(Some(_)));
         match answered {
             Ok(Some(Answer::Ok)) => self.say(format_args!("ok\n")),
             Ok(Some(_)) => {}
@@ -62,6 +64,7 @@ impl<P: Ports> Controller<P> {
             Err(Failure::Alarm(text)) => self.alarm(&text),
             Err(Failure::Refused(text)) => self.say(format_args!("error:{text}\n")),
         }
+        carried_out
     }
 
     async fn shell_command(&mut self, word: &str, arguments: &str) -> Result<Option<Answer>, Failure> {

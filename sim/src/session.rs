@@ -101,6 +101,7 @@ impl Session {
             Step::Play if line.contains("Not currently playing") || line.contains("Not SD printing") => {
                 self.give_up(now_ns, "the file stopped playing before its end");
             }
+            Step::Start | Step::Play if line.starts_with(PAUSED) => self.go(now_ns, Step::Over),
             Step::Settle if line.starts_with("<Idle") => self.go(now_ns, Step::Over),
             Step::Settle if line.starts_with("<Alarm") => self.give_up(now_ns, "the machine is in alarm after the job"),
             _ => {}
@@ -190,8 +191,10 @@ fn halt_reason(line: &str) -> Option<&str> {
     halted.then_some(line)
 }
 
-/// A line of the job that the firmware could not read: it leaves it out and plays on, so the job was not done as written.
+/// A line of the job that could not be read; what is wrong with it.
 const UNREAD_LINE: &str = "// WARNING gcode parse failed";
+/// The job waits for a person, because one of its lines could not be carried out.
+const PAUSED: &str = "error:paused";
 
 fn is_error(line: &str) -> bool {
     let head: String = line.chars().take(6).collect::<String>().to_ascii_lowercase();

@@ -143,3 +143,43 @@ fn the_same_job_gives_the_same_edges_whatever_is_asked_meanwhile() {
     assert!(quiet.0 > 10_000, "only {} edges", quiet.0);
     assert_eq!(quiet, edges(true));
 }
+
+/// Plays a file of moves around one line that cannot be carried out; what is said until the machine rests.
+fn playing_with(line: &str) -> (Bench, String) {
+    let file = format!("G28.3 X30 Y40 Z30\nG1 X40 F6000\n{line}\nG1 Y45\n");
+    let mut bench = Plan::new(CARTESIAN).file("job.gcode", &file).start();
+    let said = bench.ask("play /sd/job.gcode") + &bench.hear(3.0);
+    let (_, said) = said.split_once("File size").expect("it plays");
+    let said = said.split_once("\nok\n").map_or("", |(_, said)| said).to_owned();
+    (bench, said)
+}
+
+#[test]
+fn a_file_waits_at_a_line_that_cannot_be_carried_out_and_goes_on_when_told() {
+    let long = "G1 X1 ".repeat(60);
+    for (line, why) in [
+        ("G1 Yfoo", "line 3 of /sd/job.gcode was not carried out"),
+        ("G1 @", "line 3 of /sd/job.gcode was not carried out"),
+        ("lift the pen", "line 3 of /sd/job.gcode was not carried out"),
+        (&long, "line 3 of /sd/job.gcode is too long"),
+    ] {
+        let (mut bench, said) = playing_with(line);
+        assert_eq!(said.matches(&format!("error:paused, {why}: M24 goes on")).count(), 1, "{line}: {said}");
+        assert_near(bench.carriage(Alpha), 40.0, "what came before is done");
+        assert_near(bench.carriage(Beta), 40.0, "what comes after is not");
+        assert!(bench.status().contains("<Idle"), "it waits");
+        bench.run(&["M24"]);
+        bench.hear(2.0);
+        assert_near(bench.carriage(Beta), 45.0, "it went on");
+        assert_eq!(bench.say("progress"), "Not currently playing\nok\n");
+    }
+}
+
+#[test]
+fn an_unknown_g_code_in_a_file_is_told_and_an_unknown_m_code_is_not() {
+    let (bench, said) = playing_with("G99 X3");
+    assert_eq!(said, "// WARNING G99 is not known here and was passed over\n");
+    assert_near(bench.carriage(Beta), 45.0, "it went on");
+    // Slicers write M73 and the like hundreds of times.
+    assert_eq!(playing_with("M73 P5").1, "");
+}
