@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 mod agenda;
+pub mod compensation;
 pub mod config;
 mod convert;
 pub mod feed;
@@ -45,6 +46,7 @@ mod tests;
 pub mod trajectory;
 pub mod trigger;
 
+pub use compensation::{Compensation, CompensationError, Fade, GridShape, Plane, Skew, Surface};
 pub use config::{ActuatorConfig, ConfigError, Limits, MotionConfig};
 pub use feed::StepFeed;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};

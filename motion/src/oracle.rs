@@ -8,8 +8,10 @@
 use std::{sync::Arc, vec::Vec};
 
 mod arms;
+mod bed;
 mod ways;
 
+pub use bed::Warp;
 use units::{Actuator, PerAxis};
 
 use crate::{FilterConfig, MotionConfig, PressureAdvance, path::Curve, trajectory::Piece};
@@ -27,6 +29,8 @@ pub struct Ideal {
     config: MotionConfig,
     /// Filters of the pieces to come.
     filters: FilterConfig,
+    /// What lies between the program and the motors from the next piece on.
+    warp: Option<Arc<Warp>>,
     pieces: Vec<Timed>,
 }
 
@@ -37,6 +41,7 @@ struct Timed {
     piece: Piece,
     /// Those that were in force when it came: they hold until the next piece. They only change where the motors rest.
     filters: FilterConfig,
+    warp: Option<Arc<Warp>>,
     /// Of its spline, if it has one.
     table: Option<Arc<ways::Table>>,
 }
@@ -77,7 +82,7 @@ impl Ideal {
     /// No motion yet.
     #[must_use]
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, filters: config.filters, pieces: Vec::new() }
+        Self { config, filters: config.filters, warp: None, pieces: Vec::new() }
     }
 
     /// The machine has changed, at rest: steps per millimetre, geometry.
@@ -90,6 +95,11 @@ impl Ideal {
         self.filters = filters;
     }
 
+    /// The compensation in force from the next piece on: it changes at rest only.
+    pub fn set_warp(&mut self, warp: Option<Arc<Warp>>) {
+        self.warp = warp;
+    }
+
     /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an override).
     pub fn push(&mut self, piece: &Piece) {
         let start = piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS);
@@ -99,7 +109,7 @@ impl Ideal {
             (None, Curve::Spline(spline)) => Some(Arc::new(ways::Table::new(spline))),
             _ => None,
         };
-        self.pieces.push(Timed { start, piece: *piece, filters: self.filters, table });
+        self.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
     }
 
     /// Forgets pieces that have no influence after `at` (ns) any more.
@@ -188,15 +198,17 @@ impl Ideal {
         Some((position, velocity))
     }
 
-    fn motor(&self, actuator: Actuator, axes: &PerAxis<f64>) -> f64 {
-        let mm = arms::motor(&self.config.kinematics, actuator, &axes.0);
+    fn motor(&self, actuator: Actuator, axes: &PerAxis<f64>, at: f64) -> f64 {
+        let warp = self.pieces.get(self.index(at)).and_then(|timed| timed.warp.as_deref());
+        let axes = warp.map_or(axes.0, |warp| warp.motors(&axes.0));
+        let mm = arms::motor(&self.config.kinematics, actuator, &axes);
         mm * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm)
     }
 
     /// Ideal position of a motor in steps at `at` ns. One that turns round and round is given within a turn.
     #[must_use]
     pub fn steps(&self, actuator: Actuator, at: f64) -> Option<f64> {
-        self.machine(at).map(|(position, _)| self.motor(actuator, &position))
+        self.machine(at).map(|(position, _)| self.motor(actuator, &position, at))
     }
 
     /// As [`Self::steps`], in the turn nearest to `near` steps.

@@ -2,7 +2,7 @@
 //!
 //! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and this a larger one.
 
-use crate::{filters::History, path::CurveRing};
+use crate::{compensation::Surface, filters::History, path::CurveRing};
 
 /// A place elsewhere: a static on a board, the heap where there is one (tests make thousands of machines).
 #[cfg(not(any(test, feature = "oracle")))]
@@ -10,11 +10,12 @@ pub(crate) type Elsewhere<T> = &'static mut T;
 #[cfg(any(test, feature = "oracle"))]
 pub(crate) type Elsewhere<T> = std::boxed::Box<T>;
 
-/// The past that filters look back on, and the curves of the blocks that wait: about 32 KiB.
+/// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), and the bed's surface (42 KiB).
 #[derive(Debug)]
 pub struct Store {
     pub(crate) history: History,
     pub(crate) curves: CurveRing,
+    pub(crate) surface: Surface,
 }
 
 impl Default for Store {
@@ -27,6 +28,6 @@ impl Store {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { history: History::new(), curves: CurveRing::new() }
+        Self { history: History::new(), curves: CurveRing::new(), surface: Surface::new() }
     }
 }

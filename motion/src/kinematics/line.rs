@@ -9,7 +9,11 @@
 use units::{Actuator, PerActuator, PerAxis};
 
 use super::{Axes, Kinematics, morgan::Morgan, polar, rotary_delta::RotaryDelta, winch::Winch};
-use crate::{greatest, least};
+use crate::{
+    compensation::{Lift, Over},
+    greatest, least,
+    path::primary,
+};
 
 /// Bounds over a straight move of X, Y and Z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,20 +63,37 @@ fn at(from: &PerAxis<f64>, by: &PerAxis<f64>, share: f64) -> PerAxis<f64> {
 
 impl Kinematics {
     /// Whether the machine can make this straight move.
-    pub(crate) fn check_line(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64) -> bool {
-        self.is_linear() || self.places(from, by, length).all(|share| self.reaches(&at(from, by, share)))
+    pub(crate) fn check_line(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64, over: &Over) -> bool {
+        self.is_linear()
+            || self.places(from, by, length).all(|share| self.reaches_lifted(&at(from, by, share), over.lift.as_ref()))
+    }
+
+    /// The machine can be here, whatever levelling adds to Z.
+    pub(crate) fn reaches_lifted(&self, point: &PerAxis<f64>, lift: Option<&Lift>) -> bool {
+        let Some(lift) = lift.filter(|_| !self.is_even_in_z()) else { return self.reaches(point) };
+        let [x, y, z, a, b, c] = point.0;
+        [lift.low, lift.high].iter().all(|by| self.reaches(&PerAxis([x, y, z + by, a, b, c])))
+    }
+
+    /// What a millimetre of Z turns the motors by is the same everywhere.
+    pub(crate) const fn is_even_in_z(&self) -> bool {
+        !matches!(self, Self::RotaryDelta(_) | Self::Winch(_))
     }
 
     /// The bounds of a straight move from `from` by `by`, whose X, Y and Z are `length` mm long. `None` where every motor's
-    /// way is straight.
-    pub(crate) fn strain(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64) -> Option<Strain> {
-        if self.is_linear() {
+    /// way is straight. What is over the move comes on top: its skew has been taken back already.
+    pub(crate) fn strain(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64, over: &Over) -> Option<Strain> {
+        if self.is_linear() && over.lift.is_none() {
             return None;
         }
         let unit = PerAxis(by.0.map(|part| part / length));
         let none = PerActuator([0.0; units::MAX_ACTUATORS]);
         let mut strain = Strain { slope: none, bend: none, clearance: f64::INFINITY };
-        for share in self.places(from, by, length) {
+        if self.is_linear() {
+            strain.slope = PerActuator(self.velocities(from, &unit).0.map(libm::fabs));
+        }
+        let places = if self.is_linear() { None } else { Some(self.places(from, by, length)) };
+        for share in places.into_iter().flatten() {
             strain.take(self, &at(from, by, share), &unit);
         }
         if matches!(self, Self::RotaryDelta(_) | Self::Morgan(_)) {
@@ -80,6 +101,11 @@ impl Kinematics {
             for actuator in Actuator::ALL {
                 strain.slope[actuator] += half * strain.bend[actuator];
             }
+        }
+        if let Some(lift) = &over.lift {
+            let [x, y, z] = primary(&unit);
+            let ends = [*from, at(from, by, 0.5), at(from, by, 1.0)];
+            strain.lift(self, over, lift, (lift.slope_along(&[x, y, z]), lift.bend_along(&[x, y, z])), &ends);
         }
         Some(strain)
     }
@@ -127,6 +153,39 @@ fn add_anchors(places: &mut Places, ropes: &Winch, start: Axes, way: Axes, lengt
 }
 
 impl Strain {
+    /// Adds what levelling adds to Z: so much slope and bend at most, looked at in these places.
+    pub(crate) fn lift(
+        &mut self,
+        kinematics: &Kinematics,
+        over: &Over,
+        lift: &Lift,
+        (slope, bend): (f64, f64),
+        places: &[PerAxis<f64>],
+    ) {
+        let up = over.skewed(&PerAxis([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
+        let leans = over.skew.is_some_and(|skew| skew.xz != 0.0 || skew.yz != 0.0);
+        if !kinematics.is_linear() && (leans || !kinematics.is_even_in_z()) {
+            // The way is another one, higher by as much and turned by so little: motors bend along it as along any way here.
+            let most = greatest(libm::fabs(lift.low), libm::fabs(lift.high));
+            for actuator in Actuator::ALL {
+                self.slope[actuator] += most * self.bend[actuator];
+                self.bend[actuator] *= (1.0 + slope) * (1.0 + slope);
+            }
+        }
+        let mut raised = PerActuator([0.0; units::MAX_ACTUATORS]);
+        for place in places {
+            let turned = kinematics.velocities(place, &up);
+            for actuator in Actuator::ALL {
+                raised[actuator] = greatest(raised[actuator], libm::fabs(turned[actuator]));
+            }
+        }
+        for actuator in Actuator::ALL {
+            self.slope[actuator] += raised[actuator] * slope;
+            self.bend[actuator] += raised[actuator] * bend;
+        }
+        self.clearance = least(self.clearance, lift.scale);
+    }
+
     /// Takes in one place.
     fn take(&mut self, kinematics: &Kinematics, point: &PerAxis<f64>, unit: &PerAxis<f64>) {
         let clearance = kinematics.clearance(point);

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use units::{Actuator, Axis, PerActuator, PerAxis};
 
 use super::*;
+use crate::compensation::Over;
 
 /// A machine of every kind, some of them crooked, and a box in which it works.
 pub fn machines() -> Vec<(Kinematics, [[f64; 2]; 3])> {
@@ -118,6 +119,7 @@ fn places_that_no_posture_reaches_are_known() {
             &PerAxis([-200.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
             &PerAxis([400.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
             400.0,
+            &Over::NONE,
         )
     };
     assert!(across(Kinematics::Cartesian) && !across(scara), "the tower is in the way");
@@ -181,8 +183,8 @@ proptest! {
             let length = by.0.iter().map(|part| part * part).sum::<f64>().sqrt();
             prop_assume!(length > 0.01);
             let unit = PerAxis(by.0.map(|part| part / length));
-            let Some(strain) = kinematics.strain(&start, &by, length) else { continue };
-            prop_assert!(kinematics.check_line(&start, &by, length));
+            let Some(strain) = kinematics.strain(&start, &by, length, &Over::NONE) else { continue };
+            prop_assert!(kinematics.check_line(&start, &by, length, &Over::NONE));
             let slopes = |share: f64| kinematics.velocities(&crate::trajectory::along(&start, &by, share), &unit);
             const PIECES: u32 = 300;
             for piece in 0..PIECES {

@@ -43,10 +43,10 @@ impl Motion {
         self.position_of_steps(&self.report.played)
     }
 
-    /// Machine position where the motors have these step counts, as in a [`Trigger`].
+    /// Machine position of the program where the motors have these step counts, as in a [`Trigger`].
     #[must_use]
     pub fn position_of_steps(&self, steps: &PerActuator<StepCount>) -> PerAxis<f64> {
-        self.config.as_ref().map_or(self.place, |config| point_of_steps(config, steps))
+        self.config.as_ref().map_or(self.place, |config| self.compensation.program(&point_of_steps(config, steps)))
     }
 
     /// Path speed at the cursor, about 1.5 ms and the filters' latency ahead of the motors.

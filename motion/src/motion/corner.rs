@@ -60,7 +60,8 @@ impl Motion {
         }
         let requested = least(last.block.requested, request.feed_rate.get());
         let path = Path::new(from, &to, arc.length(), Curve::Arc(arc));
-        let envelope = path::envelope(config, &path, arc.length(), requested).ok()?;
+        let over = self.compensation.over_path(&path, arc.length());
+        let envelope = path::envelope(config, &path, arc.length(), requested, &over).ok()?;
         // The plan before it counts on ending no slower than at rest.
         let is_usable = envelope.speed_limit > config.limits.minimum_speed.get();
         is_usable.then_some(Rounding { cut, from, to, arc, envelope })

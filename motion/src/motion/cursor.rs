@@ -4,6 +4,8 @@ use units::{PerActuator, StepCount, StepPosition, Ticks};
 
 use super::{LEAD, Motion, State};
 use crate::{
+    compensation::{Compensation, Warped},
+    config::MotionConfig,
     feed::{FeedOrders, FeedReport},
     greatest,
     knots::{Segment, Span, step_positions_after, steps_per_mm},
@@ -215,11 +217,15 @@ impl Motion {
         segment.start = self.clock;
         segment.duration = slice.end.saturating_sub(self.clock);
         if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
-            let ends = step_positions_after(config, &slice.point, &self.knots);
-            let velocities = |point, s| config.kinematics.velocities(point, &run.path.tangent(s));
-            let entry = run.rates.unwrap_or_else(|| velocities(&run.path.origin, 0.0));
-            let is_straight = config.kinematics.is_linear() && run.path.curve.is_line();
-            let exit = if is_straight { entry } else { velocities(&slice.point, run.travelled) };
+            let (ends, entry, exit) = if self.compensation.is_active() {
+                compensated(config, &self.compensation, run, slice, &self.knots)
+            } else {
+                let ends = step_positions_after(config, &slice.point, &self.knots);
+                let velocities = |point, s| config.kinematics.velocities(point, &run.path.tangent(s));
+                let entry = run.rates.unwrap_or_else(|| velocities(&run.path.origin, 0.0));
+                let is_straight = config.kinematics.is_linear() && run.path.curve.is_line();
+                (ends, entry, if is_straight { entry } else { velocities(&slice.point, run.travelled) })
+            };
             for actuator in units::Actuator::ALL {
                 let steps = steps_per_mm(config, actuator);
                 segment.motors[actuator] = Span {
@@ -284,4 +290,23 @@ impl Motion {
         self.report.played = steps;
         self.state = State::Running;
     }
+}
+
+/// Motor positions at the end of a slice, and what each motor does for a millimetre of path at both ends, through the compensation.
+fn compensated(
+    config: &MotionConfig,
+    compensation: &Compensation,
+    run: &Run,
+    slice: &Slice,
+    before: &PerActuator<StepPosition>,
+) -> (PerActuator<StepPosition>, PerActuator<f64>, PerActuator<f64>) {
+    let rates = |at: &Warped, s| {
+        let direction = compensation.along(at, &run.path.tangent(s));
+        config.kinematics.velocities(&at.point, &direction)
+    };
+    let end = compensation.at(&slice.point);
+    let entry = run.rates.unwrap_or_else(|| rates(&compensation.at(&run.path.origin), 0.0));
+    let is_straight = config.kinematics.is_linear() && run.path.curve.is_line() && compensation.is_linear();
+    let exit = if is_straight { entry } else { rates(&end, run.travelled) };
+    (step_positions_after(config, &end.point, before), entry, exit)
 }

@@ -4,6 +4,7 @@ use units::{Actuator, PerActuator, StepPosition, Ticks};
 
 use super::{Motion, State};
 use crate::{
+    compensation::Compensation,
     config::MotionConfig,
     filters::{Knot, LEAST_SPACING, Stretch},
     knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
@@ -44,6 +45,7 @@ impl Motion {
         let knot = self.filters.advance(self.clock);
         segment.duration = self.filters.out.saturating_sub(segment.start);
         if let Some(config) = &self.config {
+            let knot = if self.compensation.is_active() { compensated(&self.compensation, &knot) } else { knot };
             let ends = step_positions_after(config, &knot.point, &self.knots);
             segment.motors = spans(config, &knot, &self.knots, &ends);
             self.knots = ends;
@@ -142,6 +144,18 @@ fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
         speed: piece.speed_at(t),
         acceleration: piece.acceleration_at(t),
         ..*piece
+    }
+}
+
+/// What comes out of the filters, as the motors see it.
+fn compensated(compensation: &Compensation, knot: &Knot) -> Knot {
+    let (start, end) = (compensation.at(&knot.start), compensation.at(&knot.point));
+    Knot {
+        start: start.point,
+        point: end.point,
+        entry: compensation.along(&start, &knot.entry),
+        exit: compensation.along(&end, &knot.exit),
+        ..*knot
     }
 }
 

@@ -14,6 +14,7 @@
 //! what the feed has taken, at most 1.5 ms ahead of the motors.
 
 mod asking;
+mod compensating;
 mod corner;
 mod cursor;
 mod filtered;
@@ -23,6 +24,7 @@ mod smoothly;
 use units::{PerActuator, PerAxis, StepPosition, Ticks};
 
 use crate::{
+    compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MotionConfig},
     feed::{FeedOrders, FeedReport},
     filters::{Filters, History},
@@ -97,6 +99,8 @@ pub struct Motion {
     clock: TickTime,
     /// What the trajectory goes through when any filter is on.
     filters: Filters,
+    /// What lies between the filters and the kinematics.
+    compensation: Compensation,
     /// Machine position at `clock` while nothing runs.
     place: PerAxis<f64>,
     /// Motor positions at `clock`, or at the filters' output.
@@ -140,18 +144,18 @@ impl Motion {
     #[cfg(any(test, feature = "oracle"))]
     #[must_use]
     pub fn new() -> Self {
-        let crate::Store { history, curves } = crate::Store::new();
-        Self::over(std::boxed::Box::new(history), std::boxed::Box::new(curves))
+        let crate::Store { history, curves, surface } = crate::Store::new();
+        Self::over(std::boxed::Box::new(history), std::boxed::Box::new(curves), std::boxed::Box::new(surface))
     }
 
     /// Not configured: refuses every move. Keeps what is large in `store`.
     #[cfg(not(any(test, feature = "oracle")))]
     #[must_use]
     pub const fn new(store: &'static mut crate::Store) -> Self {
-        Self::over(&mut store.history, &mut store.curves)
+        Self::over(&mut store.history, &mut store.curves, &mut store.surface)
     }
 
-    const fn over(history: Elsewhere<History>, curves: Elsewhere<CurveRing>) -> Self {
+    const fn over(history: Elsewhere<History>, curves: Elsewhere<CurveRing>, surface: Elsewhere<Surface>) -> Self {
         Self {
             config: None,
             planner: Planner::new(),
@@ -175,6 +179,7 @@ impl Motion {
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
             filters: Filters::new(history),
+            compensation: Compensation::new(surface),
         }
     }
 
@@ -223,7 +228,7 @@ impl Motion {
             return Err(Refusal::Busy);
         }
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
-        request::countable(config, &position)?;
+        request::countable(config, &self.compensation.motors(&position))?;
         self.settle_at(position);
         Ok(())
     }
@@ -235,7 +240,7 @@ impl Motion {
         self.last = None;
         self.filters.settle(position, self.clock);
         if let Some(config) = &self.config {
-            self.knots = step_positions(config, &position);
+            self.knots = step_positions(config, &self.compensation.motors(&position));
         }
         let steps = PerActuator(self.knots.0.map(nearest_step));
         self.orders.rebase = Some(steps);

@@ -4,6 +4,7 @@ use units::{Actuator, Axis, PerActuator, PerAxis};
 
 use super::{Last, Motion, State, corner::MOST_CUT};
 use crate::{
+    compensation::{Compensation, Over},
     config::{Limits, MotionConfig},
     greatest,
     knots::{MAX_STEPS, steps_per_mm},
@@ -31,7 +32,7 @@ impl Motion {
             return Err(Refusal::Full);
         }
         // Last: while the queue is full this is asked again and again.
-        check_request(config, request)?;
+        check_request(config, &self.compensation, request)?;
         let mut delta = request.target;
         for axis in Axis::ALL {
             delta[axis] -= self.planned[axis];
@@ -40,14 +41,18 @@ impl Motion {
         if is_curved && length >= SMALLEST {
             let path = Path::new(self.planned, &request.target, length, request.curve);
             no_orphan(config, &ways_of_curve(&path, &delta))?;
-            let envelope = path::envelope(config, &path, length, request.feed_rate.get())?;
+            let over = self.compensation.over_path(&path, length);
+            let envelope = path::envelope(config, &path, length, request.feed_rate.get(), &over)?;
             let (limits, exit) = (config.limits, Some(path::unit(&path, length)));
             self.push(&envelope, exit, Some(shares_of_curve(&path, length)), request, &limits);
             self.curves.push(request.curve);
             return Ok(());
         }
         no_orphan(config, &delta)?;
-        let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target)? else { return Ok(()) };
+        let over = self.compensation.over_line(&self.planned, &request.target);
+        let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target, &over)? else {
+            return Ok(());
+        };
         let limits = config.limits;
         // A curve of no length is a line.
         let as_line;
@@ -140,32 +145,45 @@ fn envelope(
     from: &PerAxis<f64>,
     delta: &PerAxis<f64>,
     target: &PerAxis<f64>,
+    over: &Over,
 ) -> Result<Option<Envelope>, Refusal> {
     let [x, y, z, ..] = delta.0;
     let length = libm::sqrt(x * x + y * y + z * z);
-    if length < SMALLEST || config.kinematics.is_linear() {
-        // The difference of two positions: for linear kinematics the same as the motors' way, without its rounding.
-        let mut motors = config.kinematics.actuators(target);
-        let before = config.kinematics.actuators(from);
-        for actuator in Actuator::ALL {
-            motors[actuator] -= before[actuator];
-        }
-        return Ok(Envelope::new(delta, &motors, &config.limits));
+    let is_short = length < SMALLEST;
+    if (is_short || config.kinematics.is_linear()) && *over == Over::NONE {
+        return Ok(Envelope::new(delta, &ways_between(config, from, target), &config.limits));
     }
-    if !config.kinematics.check_line(from, delta, length) {
+    let (start, way) = (over.skewed(from), over.skewed(delta));
+    if !is_short && !config.kinematics.check_line(&start, &way, length, over) {
         return Err(Refusal::Unreachable);
     }
-    let Some(strain) = config.kinematics.strain(from, delta, length) else { return Ok(None) };
+    let strain = if is_short { None } else { config.kinematics.strain(&start, &way, length, over) };
+    let Some(strain) = strain else {
+        return Ok(Envelope::new(delta, &ways_between(config, &start, &over.skewed(target)), &config.limits));
+    };
     // The worst slope all along bounds the rest.
     let ways = PerActuator(strain.slope.0.map(|slope| slope * length));
     let mut envelope = Envelope::new(delta, &ways, &config.limits);
     if let Some(envelope) = &mut envelope {
+        if let Some(lift) = &over.lift {
+            envelope.limit_cartesian(&lift.on_top_of(&[x / length, y / length, z / length]), &config.limits);
+        }
         envelope.limit_strain(&strain, &config.limits);
     }
     Ok(envelope)
 }
 
-fn check_request(config: &MotionConfig, request: &Move) -> Result<(), Refusal> {
+/// The difference of two positions: for linear kinematics the same as the motors' way, without its rounding.
+fn ways_between(config: &MotionConfig, from: &PerAxis<f64>, to: &PerAxis<f64>) -> PerActuator<f64> {
+    let mut motors = config.kinematics.actuators(to);
+    let before = config.kinematics.actuators(from);
+    for actuator in Actuator::ALL {
+        motors[actuator] -= before[actuator];
+    }
+    motors
+}
+
+fn check_request(config: &MotionConfig, compensation: &Compensation, request: &Move) -> Result<(), Refusal> {
     if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
         return Err(Refusal::NotFinite);
     }
@@ -176,7 +194,7 @@ fn check_request(config: &MotionConfig, request: &Move) -> Result<(), Refusal> {
     if request.feed_rate.get() <= 0.0 {
         return Err(Refusal::NoFeedRate);
     }
-    countable(config, &request.target)
+    countable(config, &compensation.motors(&request.target))
 }
 
 /// Every coordinate is a number, and every motor's steps there can be counted.

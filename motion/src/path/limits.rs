@@ -13,6 +13,7 @@ use units::{Actuator, MmPerSecond2, PerActuator, PerAxis};
 
 use super::{Arc, Curve, Path, Vector, dot, primary, size};
 use crate::{
+    compensation::Over,
     config::{Limits, MotionConfig},
     greatest,
     kinematics::{Kinematics, Strain},
@@ -40,16 +41,24 @@ struct Demand {
 }
 
 /// The limits of a move along a curve; the speed asked for decides how much acceleration is kept for the bend.
-pub(crate) fn envelope(config: &MotionConfig, path: &Path, length: f64, requested: f64) -> Result<Envelope, Refusal> {
+pub(crate) fn envelope(
+    config: &MotionConfig,
+    path: &Path,
+    length: f64,
+    requested: f64,
+    over: &Over,
+) -> Result<Envelope, Refusal> {
     let (kinematics, limits) = (&config.kinematics, &config.limits);
-    let (demand, strain) = match (kinematics.is_linear(), &path.curve) {
-        (true, Curve::Arc(arc)) => (of_arc(kinematics, path, arc), None),
-        (true, _) => (sampled(kinematics, path, length, INTERVALS).0, None),
+    let machine = &Skewed { kinematics, over };
+    let (mut demand, mut strain) = match (kinematics.is_linear(), &path.curve) {
+        (true, Curve::Arc(arc)) => (of_arc(machine, path, arc), None),
+        (true, _) => (sampled(machine, path, length, INTERVALS).0, None),
         (false, _) => {
-            let (demand, strain) = strained(kinematics, path, length)?;
+            let (demand, strain) = strained(machine, path, length)?;
             (demand, Some(strain))
         }
     };
+    lift(machine, path, length, &mut demand, &mut strain);
     let mut envelope = Envelope {
         length,
         speed_limit: f64::INFINITY,
@@ -66,10 +75,15 @@ pub(crate) fn envelope(config: &MotionConfig, path: &Path, length: f64, requeste
         envelope.limit_rate(actuator, &ways, limits);
     }
     if kinematics.is_linear() {
-        limit_by_motors(&mut envelope, kinematics, path, length, limits);
+        if let Some(strain) = &strain {
+            limit_by_lift(&mut envelope, strain, limits);
+        }
+        limit_by_motors(&mut envelope, machine, path, length, (limits, strain.as_ref()));
     }
     limit_by_bend(&mut envelope, demand.curvature, requested);
-    if let Some(strain) = strain {
+    if let (Some(strain), true) = (&strain, kinematics.is_linear()) {
+        envelope.clearance = least(envelope.clearance, strain.clearance);
+    } else if let Some(strain) = strain {
         let clearance = least(envelope.clearance, strain.clearance);
         envelope.limit_strain(&strain, limits);
         envelope.clearance = clearance;
@@ -106,21 +120,82 @@ fn along_axes([x, y, z]: Vector) -> PerAxis<f64> {
     PerAxis([x, y, z, 0.0, 0.0, 0.0])
 }
 
+/// The machine behind its skew.
+struct Skewed<'a> {
+    kinematics: &'a Kinematics,
+    over: &'a Over,
+}
+
+impl Skewed<'_> {
+    fn velocities(&self, point: &PerAxis<f64>, direction: &PerAxis<f64>) -> PerActuator<f64> {
+        self.kinematics.velocities(&self.over.skewed(point), &self.over.skewed(direction))
+    }
+
+    fn clearance(&self, point: &PerAxis<f64>) -> f64 {
+        self.kinematics.clearance(&self.over.skewed(point))
+    }
+
+    fn reaches(&self, point: &PerAxis<f64>) -> bool {
+        self.kinematics.reaches_lifted(&self.over.skewed(point), self.over.lift.as_ref())
+    }
+}
+
+/// Adds what levelling asks for to what the curve asks for.
+fn lift(machine: &Skewed<'_>, path: &Path, length: f64, demand: &mut Demand, strain: &mut Option<Strain>) {
+    let Some(lift) = &machine.over.lift else { return };
+    let none = PerActuator([0.0; units::MAX_ACTUATORS]);
+    let places = [0.0, 0.5, 1.0].map(|share| machine.over.skewed(&path.point(share * length)));
+    let mut raised = Strain { slope: none, bend: none, clearance: f64::INFINITY };
+    // For linear kinematics the way round the bend is no bend of the motors' but a part of the acceleration.
+    let round = if machine.kinematics.is_linear() { 0.0 } else { lift.slope() * demand.curvature };
+    let with = |strain: &mut Strain| {
+        strain.lift(machine.kinematics, machine.over, lift, (lift.slope(), lift.bend() + round), &places);
+    };
+    with(&mut raised);
+    demand.axes[2] = libm::fabs(demand.axes[2]) + lift.slope();
+    for actuator in Actuator::ALL {
+        demand.motors[actuator] = libm::fabs(demand.motors[actuator]) + raised.slope[actuator];
+    }
+    match strain {
+        Some(strain) => with(strain),
+        None => *strain = Some(raised),
+    }
+}
+
+/// The bend of the surface may take half of what a motor can do.
+fn limit_by_lift(envelope: &mut Envelope, lifted: &Strain, limits: &Limits) {
+    for actuator in PATH_MOTORS {
+        let own = limits.actuator_acceleration[actuator].map(MmPerSecond2::get);
+        if let (Some(own), true) = (own, lifted.bend[actuator] > 0.0) {
+            envelope.speed_limit = least(envelope.speed_limit, libm::sqrt(0.5 * own / lifted.bend[actuator]));
+        }
+    }
+}
+
 /// A motor turns m mm for a millimetre in the plane, d for the rise: `(m + d)` times the acceleration of the path at most. One that only
 /// makes the rise does not feel the bend.
-fn limit_by_motors(envelope: &mut Envelope, kinematics: &Kinematics, path: &Path, length: f64, limits: &Limits) {
+fn limit_by_motors(
+    envelope: &mut Envelope,
+    machine: &Skewed<'_>,
+    path: &Path,
+    length: f64,
+    (limits, lifted): (&Limits, Option<&Strain>),
+) {
     let origin = &path.origin;
-    let rise = kinematics.velocities(origin, &along_axes(primary(&path.direction)));
+    let rise = machine.velocities(origin, &along_axes(primary(&path.direction)));
     let mut in_plane = PerActuator([0.0; units::MAX_ACTUATORS]);
     for side in plane(path, length) {
-        let turned = kinematics.velocities(origin, &along_axes(side));
+        let turned = machine.velocities(origin, &along_axes(side));
         for actuator in PATH_MOTORS {
             in_plane[actuator] += turned[actuator] * turned[actuator];
         }
     }
     for actuator in PATH_MOTORS {
         let Some(own) = limits.actuator_acceleration[actuator].map(MmPerSecond2::get) else { continue };
-        let share = libm::sqrt(in_plane[actuator]) + libm::fabs(rise[actuator]);
+        let speed_sq = envelope.speed_limit * envelope.speed_limit;
+        let (slope, bend) = lifted.map_or((0.0, 0.0), |lifted| (lifted.slope[actuator], lifted.bend[actuator]));
+        let own = if bend > 0.0 { own - bend * speed_sq } else { own };
+        let share = libm::sqrt(in_plane[actuator]) + libm::fabs(rise[actuator]) + slope;
         if share > NOTHING {
             envelope.acceleration = least(envelope.acceleration, own / share);
         }
@@ -178,7 +253,7 @@ fn greatest_swing(base: f64, c: f64, s: f64, angle: f64) -> f64 {
     most
 }
 
-fn of_arc(kinematics: &Kinematics, path: &Path, arc: &Arc) -> Demand {
+fn of_arc(machine: &Skewed<'_>, path: &Path, arc: &Arc) -> Demand {
     let rate = arc.rate();
     // The slope is `direction + rate (ahead cos p - arm sin p)`.
     let (cosine, sine) = (arc.ahead().map(|part| rate * part), arc.arm().map(|part| -rate * part));
@@ -187,8 +262,8 @@ fn of_arc(kinematics: &Kinematics, path: &Path, arc: &Arc) -> Demand {
         *axis = greatest_swing(*axis, c, s, arc.angle());
     }
     let origin = &path.origin;
-    let base = kinematics.velocities(origin, &path.direction);
-    let (c, s) = (kinematics.velocities(origin, &along_axes(cosine)), kinematics.velocities(origin, &along_axes(sine)));
+    let base = machine.velocities(origin, &path.direction);
+    let (c, s) = (machine.velocities(origin, &along_axes(cosine)), machine.velocities(origin, &along_axes(sine)));
     let mut motors = base;
     for actuator in Actuator::ALL {
         motors[actuator] = greatest_swing(base[actuator], c[actuator], s[actuator], arc.angle());
@@ -224,7 +299,8 @@ impl Peak {
 }
 
 /// From places at equal distances. Also the strain, its clearance being the least one seen, and how much less may hide between two.
-fn sampled(kinematics: &Kinematics, path: &Path, length: f64, intervals: u32) -> (Demand, Strain, f64) {
+fn sampled(machine: &Skewed<'_>, path: &Path, length: f64, intervals: u32) -> (Demand, Strain, f64) {
+    let kinematics = machine.kinematics;
     let mut axes = [Peak::default(); 3];
     let mut slopes = PerActuator([Peak::default(); units::MAX_ACTUATORS]);
     let mut bends = slopes;
@@ -237,12 +313,12 @@ fn sampled(kinematics: &Kinematics, path: &Path, length: f64, intervals: u32) ->
         let curvature = path.curvature(s);
         axes.iter_mut().zip(primary(&tangent)).for_each(|(peak, part)| peak.take(part));
         curvatures.take(curvature);
-        let slope = kinematics.velocities(&point, &tangent);
-        let free = kinematics.clearance(&point);
+        let slope = machine.velocities(&point, &tangent);
+        let free = machine.clearance(&point);
         clearance = least(clearance, free);
         edge.take(free);
         let step = BEND_STEP * least(least(greatest(free, NOTHING), 100.0), 1.0 / curvature);
-        let near = |s: f64| kinematics.velocities(&path.point(s), &path.tangent(s));
+        let near = |s: f64| machine.velocities(&path.point(s), &path.tangent(s));
         let (before, after) = if kinematics.is_linear() { (slope, slope) } else { (near(s - step), near(s + step)) };
         for actuator in Actuator::ALL {
             slopes[actuator].take(slope[actuator]);
@@ -260,7 +336,7 @@ fn sampled(kinematics: &Kinematics, path: &Path, length: f64, intervals: u32) ->
 
 /// For machines that bend lines. Near an edge slopes grow at most as one by the distance to it, bends as its square: by that what lies
 /// between two places may be worse than at them.
-fn strained(kinematics: &Kinematics, path: &Path, length: f64) -> Result<(Demand, Strain), Refusal> {
+fn strained(machine: &Skewed<'_>, path: &Path, length: f64) -> Result<(Demand, Strain), Refusal> {
     let turns = match &path.curve {
         Curve::Arc(arc) => arc.angle() / core::f64::consts::PI,
         _ => 0.0,
@@ -270,10 +346,10 @@ fn strained(kinematics: &Kinematics, path: &Path, length: f64) -> Result<(Demand
         let mut free = f64::INFINITY;
         for index in 0..=intervals {
             let point = path.point(length * f64::from(index) / f64::from(intervals));
-            if !kinematics.reaches(&point) {
+            if !machine.reaches(&point) {
                 return Err(Refusal::Unreachable);
             }
-            free = least(free, kinematics.clearance(&point));
+            free = least(free, machine.clearance(&point));
         }
         Ok(free)
     };
@@ -282,7 +358,7 @@ fn strained(kinematics: &Kinematics, path: &Path, length: f64) -> Result<(Demand
     let needed = bounded(libm::ceil(8.0 * length / least_free(first)?));
     let intervals = if needed > first { needed } else { first };
     least_free(intervals)?;
-    let (mut demand, mut strain, hidden) = sampled(kinematics, path, length, intervals);
+    let (mut demand, mut strain, hidden) = sampled(machine, path, length, intervals);
     let free = strain.clearance - hidden;
     if free <= 0.0 {
         return Err(Refusal::Unreachable);

@@ -51,7 +51,7 @@ fn draw(config: MotionConfig, points: &[PerAxis<f64>], feed: f64) -> Rig {
 /// Steps add up to where the machine says it is.
 pub fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     let target = rig.motion().commanded_position();
-    let motors = config.kinematics.actuators(&target);
+    let motors = config.kinematics.actuators(&rig.motion().compensation().motors(&target));
     for actuator in Actuator::ALL {
         let Some(motor) = config.actuators[actuator] else { continue };
         let turn = config.kinematics.turn_of(actuator).map_or(f64::INFINITY, |degrees| degrees * motor.steps_per_mm);
@@ -64,6 +64,7 @@ pub fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseErro
 
 /// No motor beyond its limits anywhere along the trajectory.
 pub fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
+    let compensation = rig.access.motion.compensation();
     for piece in &rig.access.pieces {
         // An extruder's move that takes X Y Z along by less than counts: no matter how fast that is.
         let [x, y, z, ..] = piece.path.direction.0.map(|part| part * piece.distance(piece.duration));
@@ -76,8 +77,10 @@ pub fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseErr
             let speeds = |t: f64| {
                 let tangent = piece.tangent_after(piece.distance(t));
                 let way = PerAxis(tangent.0.map(|part| part * piece.speed_at(t)));
-                config.kinematics.velocities(&piece.point_after(piece.distance(t)), &way)
+                let at = compensation.at(&piece.point_after(piece.distance(t)));
+                config.kinematics.velocities(&at.point, &compensation.along(&at, &way))
             };
+            let point = compensation.motors(&point);
             prop_assert!(config.kinematics.reaches(&point), "{point:?} is out of reach");
             let (before, now, after) = (speeds(t - 1e-7), speeds(t), speeds(t + 1e-7));
             for actuator in Actuator::ALL {

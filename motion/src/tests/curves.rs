@@ -21,22 +21,22 @@ use crate::{
 
 /// A stretch of a program: straight on, or an arc.
 #[derive(Clone, Copy, Debug)]
-struct Stroke {
-    plane: Plane,
-    radius: f64,
+pub struct Stroke {
+    pub plane: Plane,
+    pub radius: f64,
     /// Direction of the centre seen from the start, rad.
-    towards: f64,
-    sweep: f64,
-    clockwise: bool,
-    turns: u32,
-    rise: f64,
-    filament: f64,
-    feed: f64,
-    kind: Kind,
+    pub towards: f64,
+    pub sweep: f64,
+    pub clockwise: bool,
+    pub turns: u32,
+    pub rise: f64,
+    pub filament: f64,
+    pub feed: f64,
+    pub kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub enum Kind {
     Arc,
     Straight,
     /// With its last three control points seen from the start, in radii.
@@ -48,7 +48,7 @@ fn kinds() -> impl Strategy<Value = Kind> {
     prop_oneof![3 => Just(Kind::Arc), 2 => Just(Kind::Straight), 2 => prop::array::uniform3(place).prop_map(Kind::Spline)]
 }
 
-fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
+pub fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
     let plane = prop::sample::select(&[Plane::Xy, Plane::Xy, Plane::Xz, Plane::Yz][..]);
     let radius = prop_oneof![1.0..20.0_f64, 0.05..1.0_f64, 0.001..0.05_f64];
     let shape =
@@ -62,7 +62,7 @@ fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
 }
 
 /// The moves of a program that begins at `start`.
-fn program(start: PerAxis<f64>, strokes: &[Stroke]) -> Vec<Move> {
+pub fn program(start: PerAxis<f64>, strokes: &[Stroke]) -> Vec<Move> {
     let mut here = start;
     let mut moves = Vec::new();
     for stroke in strokes {

@@ -1,6 +1,6 @@
 //! Step edges against the reference, limits, order, balance.
 
-use std::vec::Vec;
+use std::{sync::Arc, vec::Vec};
 
 use proptest::prelude::*;
 use units::{Actuator, Axis, Mm, MmPerSecond, PerActuator, PerAxis, Ticks};
@@ -8,7 +8,7 @@ use units::{Actuator, Axis, Mm, MmPerSecond, PerActuator, PerAxis, Ticks};
 use super::rig::{Rig, at, printer};
 use crate::{
     Kinematics, MotionConfig, Move,
-    oracle::{Ideal, StepError},
+    oracle::{Ideal, StepError, Warp},
 };
 
 /// A program of short and long moves, sharp and blunt corners, with and without extrusion.
@@ -40,6 +40,7 @@ pub fn run(config: MotionConfig, moves: &[Move]) -> Rig {
 
 pub fn ideal(rig: &Rig, config: MotionConfig) -> Ideal {
     let mut ideal = Ideal::new(config);
+    ideal.set_warp(Warp::of(rig.access.motion.compensation()).map(Arc::new));
     for piece in &rig.access.pieces {
         ideal.push(piece);
     }

@@ -6,6 +6,7 @@ mod curves;
 mod filters;
 mod hard;
 mod laws;
+mod levelled;
 mod optimum;
 mod rig;
 mod smooth;

@@ -6,7 +6,9 @@
 pub mod against;
 pub mod plan;
 
-use motion::oracle::{Ideal, StepError};
+use std::sync::Arc;
+
+use motion::oracle::{Ideal, StepError, Warp};
 use motion::queue::StepEvent;
 use motion::trajectory::Piece;
 use motion::{Access, FilterConfig, Motion, MotionConfig};
@@ -36,6 +38,8 @@ pub struct Step {
 /// Watches one run: keeps count of where the motors stand, and tells apart the motions from rest to rest.
 pub struct Watch {
     config: MotionConfig,
+    /// The compensation in force, and which change of it that is.
+    warp: (Option<u32>, Option<Arc<Warp>>),
     last: Option<Piece>,
     /// Where each motor stands, and which way it turns.
     counts: PerActuator<StepCount>,
@@ -64,6 +68,7 @@ impl Watch {
     const fn new(config: MotionConfig, task: Task) -> Self {
         Self {
             config,
+            warp: (None, None),
             last: None,
             counts: PerActuator([0; units::MAX_ACTUATORS]),
             signs: PerActuator([1; units::MAX_ACTUATORS]),
@@ -101,6 +106,10 @@ impl Watch {
             return;
         }
         let filters = motion.filters_in_force();
+        let changes = motion.compensation().changes();
+        if self.warp.0 != Some(changes) {
+            self.warp = (Some(changes), Warp::of(motion.compensation()).map(Arc::new));
+        }
         // While filters run out, what follows a rest still overlaps what was before it.
         let rested = filters == FilterConfig::NONE
             && self.last.is_some_and(|last| {
@@ -119,9 +128,12 @@ impl Watch {
                     comparison.ideal.configure(self.config);
                 }
                 comparison.ideal.set_filters(filters);
+                comparison.ideal.set_warp(self.warp.1.clone());
                 comparison.ideal.push(piece);
             }
-            Task::Record(plan) => plan.push(begins.then_some(self.config), piece, filters),
+            Task::Record(plan) => {
+                plan.push(begins.then(|| (self.config, self.warp.1.clone())), piece, filters);
+            }
         }
     }
 

@@ -1,6 +1,8 @@
 //! The ideal motion of a job, recorded from a native run: pieces of trajectory, and how many steps belong to them.
 
-use motion::oracle::Ideal;
+use std::sync::Arc;
+
+use motion::oracle::{Ideal, Warp};
 use motion::trajectory::Piece;
 use motion::{FilterConfig, MotionConfig};
 use units::{PerActuator, StepCount};
@@ -15,6 +17,8 @@ pub const FIRST_STEPS: usize = 64;
 pub struct PlannedMotion {
     /// The machine then: commands may change it at rest.
     pub config: MotionConfig,
+    /// What lay between program and motors.
+    warp: Option<Arc<Warp>>,
     pieces: Vec<(Piece, FilterConfig)>,
     /// When the first piece begins, nanoseconds from boot.
     pub start: f64,
@@ -29,9 +33,10 @@ pub struct PlannedMotion {
 }
 
 impl PlannedMotion {
-    fn new(config: MotionConfig, piece: &Piece) -> Self {
+    fn new((config, warp): (MotionConfig, Option<Arc<Warp>>), piece: &Piece) -> Self {
         Self {
             config,
+            warp,
             pieces: Vec::new(),
             start: piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS),
             counts: PerActuator::default(),
@@ -62,6 +67,7 @@ impl PlannedMotion {
     #[must_use]
     pub fn ideal_through(&self, other: Option<FilterConfig>) -> Ideal {
         let mut ideal = Ideal::new(self.config);
+        ideal.set_warp(self.warp.clone());
         for (piece, filters) in &self.pieces {
             ideal.set_filters(other.unwrap_or(*filters));
             ideal.push(piece);
@@ -92,8 +98,13 @@ impl Plan {
     }
 
     /// The next piece; with a machine, it begins a motion.
-    pub(super) fn push(&mut self, begins: Option<MotionConfig>, piece: &Piece, filters: FilterConfig) {
-        self.motions.extend(begins.map(|config| PlannedMotion::new(config, piece)));
+    pub(super) fn push(
+        &mut self,
+        begins: Option<(MotionConfig, Option<Arc<Warp>>)>,
+        piece: &Piece,
+        filters: FilterConfig,
+    ) {
+        self.motions.extend(begins.map(|machine| PlannedMotion::new(machine, piece)));
         if let Some(motion) = self.motions.last_mut() {
             motion.pieces.push((*piece, filters));
             motion.searches = self.searches;

@@ -1,0 +1,351 @@
+//! Compensation: between the machine space of the program and the space in which the motors' axes are straight.
+//!
+//! Order, from the program to the motors: work offsets and tool offsets (outside this crate), trajectory, filters, **levelling, skew**,
+//! kinematics. Levelling adds the bed's height at the program's X and Y to Z, less the higher Z is ([`Fade`]): `z' = z + share(z) h(x, y)`.
+//! Skew ([`Skew`]) then takes back that the axes lean, at the height where Z really is. Shapers come first because they are for the
+//! vibrations of the axes as programmed, and because a moved average would take the surface to another place.
+//!
+//! Nothing is cut into pieces: at each knot the point goes through this map and the velocity through its derivative, so steps are as
+//! exact as without. The map is smooth (second derivatives are continuous); [`Lift`] bounds what it adds to a motor's way.
+
+mod fade;
+mod lift;
+mod skew;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+pub use fade::Fade;
+pub(crate) use lift::{Lift, Over};
+pub use skew::{MOST_SKEW, Skew};
+pub use surface::{GridShape, Height, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SIDE, MOST_SLOPE, Surface};
+
+use units::{Axis, PerAxis};
+
+use crate::{greatest, store::Elsewhere};
+use surface::Bounds;
+
+/// A tilted bed: its height is `x X + y Y + z`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane {
+    /// For each mm along X.
+    pub x: f64,
+    /// For each mm along Y.
+    pub y: f64,
+    /// At the origin, mm.
+    pub z: f64,
+}
+
+impl Plane {
+    /// The plane `a X + b Y + c Z + d = 0`. `None` when it stands upright.
+    #[must_use]
+    pub fn from_equation([a, b, c, d]: [f64; 4]) -> Option<Self> {
+        let plane = Self { x: -a / c, y: -b / c, z: -d / c };
+        [plane.x, plane.y, plane.z].iter().all(|part| part.is_finite()).then_some(plane)
+    }
+
+    fn check(&self) -> Result<(), CompensationError> {
+        let is_level = |slope: &f64| libm::fabs(*slope) <= MOST_SLOPE;
+        if ![self.x, self.y].iter().all(is_level) {
+            return Err(CompensationError::PlaneSteep);
+        }
+        if libm::fabs(self.z) <= MOST_HEIGHT { Ok(()) } else { Err(CompensationError::PlaneHigh) }
+    }
+}
+
+/// Which surface levels the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Bed {
+    /// None.
+    #[default]
+    Flat,
+    /// A plane.
+    Plane(Plane),
+    /// The grid that [`Surface`] holds.
+    Grid,
+}
+
+/// Why a compensation is not put in force. What was in force still is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub enum CompensationError {
+    /// Only possible while nothing moves and nothing is queued.
+    Busy,
+    /// Points along X or Y: 2 to [`MOST_SIDE`].
+    Count,
+    /// The first point is no place.
+    Place,
+    /// Points lie nearer than [`LEAST_STEP`].
+    Spacing,
+    /// The height of this point, counted from 0, is no number.
+    NotMeasured {
+        /// Which one.
+        point: usize,
+    },
+    /// The height of this point is beyond [`MOST_HEIGHT`].
+    TooHigh {
+        /// Which one.
+        point: usize,
+    },
+    /// From its neighbour to this point the slope is beyond [`MOST_SLOPE`].
+    TooSteep {
+        /// Which one.
+        point: usize,
+    },
+    /// The plane is steeper than [`MOST_SLOPE`].
+    PlaneSteep,
+    /// The plane is beyond [`MOST_HEIGHT`] at the origin.
+    PlaneHigh,
+    /// Fading must end above where it begins.
+    FadeOrder,
+    /// Fading must take at least this many mm for heights as great as these.
+    FadeShort {
+        /// mm.
+        least_mm: f32,
+    },
+    /// A skew factor is beyond [`MOST_SKEW`].
+    Skew,
+}
+
+impl core::fmt::Display for CompensationError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Busy => f.write_str("the machine is moving"),
+            Self::Count => write!(f, "a grid has 2 to {MOST_SIDE} points along X and along Y"),
+            Self::Place => f.write_str("the grid begins nowhere: its first point is not a number"),
+            Self::Spacing => write!(f, "points of a grid must be at least {LEAST_STEP} mm apart"),
+            Self::NotMeasured { point } => write!(f, "the height of point {} is not a number", point + 1),
+            Self::TooHigh { point } => write!(f, "point {} is more than {MOST_HEIGHT} mm off", point + 1),
+            Self::TooSteep { point } => write!(
+                f,
+                "the bed rises by more than {} % between point {} and the one before it: measure again",
+                MOST_SLOPE * 100.0,
+                point + 1
+            ),
+            Self::PlaneSteep => write!(f, "the plane rises by more than {} %: measure again", MOST_SLOPE * 100.0),
+            Self::PlaneHigh => write!(f, "the plane is more than {MOST_HEIGHT} mm off at X0 Y0"),
+            Self::FadeOrder => f.write_str("fading must end above the height at which it begins"),
+            Self::FadeShort { least_mm } => {
+                write!(f, "with heights as great as these, fading must take at least {least_mm:.1} mm")
+            }
+            Self::Skew => write!(f, "a skew factor lies between -{MOST_SKEW} and {MOST_SKEW}"),
+        }
+    }
+}
+
+/// A point as the motors see it, and what there becomes of a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Warped {
+    pub point: PerAxis<f64>,
+    /// What a mm along X, Y and Z adds to the motors' Z.
+    z_slope: [f64; 3],
+}
+
+/// The compensation in force.
+#[derive(Debug)]
+pub struct Compensation {
+    skew: Skew,
+    bed: Bed,
+    fade: Option<Fade>,
+    suspended: bool,
+    active: bool,
+    surface: Elsewhere<Surface>,
+    /// How often it changed.
+    changes: u32,
+}
+
+impl Compensation {
+    pub(crate) const fn new(surface: Elsewhere<Surface>) -> Self {
+        Self { skew: Skew::NONE, bed: Bed::Flat, fade: None, suspended: false, active: false, surface, changes: 0 }
+    }
+
+    // --- what is in force ---
+
+    /// Program and motors have different spaces.
+    #[must_use]
+    pub const fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// It is set aside for a while ([`crate::Motion::suspend_compensation`]).
+    #[must_use]
+    pub const fn is_suspended(&self) -> bool {
+        self.suspended
+    }
+
+    /// How often it changed: whoever keeps a copy sees when it is old.
+    #[must_use]
+    pub const fn changes(&self) -> u32 {
+        self.changes
+    }
+
+    /// Skew factors, in force unless suspended.
+    #[must_use]
+    pub const fn skew(&self) -> Skew {
+        self.skew
+    }
+
+    /// The bed's shape, in force unless suspended.
+    #[must_use]
+    pub const fn bed(&self) -> Bed {
+        self.bed
+    }
+
+    /// Where levelling fades.
+    #[must_use]
+    pub const fn fade(&self) -> Option<Fade> {
+        self.fade
+    }
+
+    /// The grid, while one levels the machine.
+    #[must_use]
+    pub fn grid(&self) -> Option<&Surface> {
+        (self.bed == Bed::Grid).then_some(&*self.surface)
+    }
+
+    /// The bed's height at X and Y, whether suspended or not.
+    #[must_use]
+    pub fn height(&self, x: f64, y: f64) -> Height {
+        match self.bed {
+            Bed::Plane(plane) => Height { z: plane.x * x + plane.y * y + plane.z, slope: [plane.x, plane.y] },
+            Bed::Grid => self.surface.at(x, y),
+            Bed::Flat => Height::default(),
+        }
+    }
+
+    // --- the map ---
+
+    /// A straight way stays straight and even.
+    pub(crate) fn is_linear(&self) -> bool {
+        !self.active || self.bed == Bed::Flat || (matches!(self.bed, Bed::Plane(_)) && self.fade.is_none())
+    }
+
+    /// The motors' place for the program's.
+    #[must_use]
+    pub fn motors(&self, point: &PerAxis<f64>) -> PerAxis<f64> {
+        if self.active { self.at(point).point } else { *point }
+    }
+
+    pub(crate) fn at(&self, point: &PerAxis<f64>) -> Warped {
+        let [x, y, z, ..] = point.0;
+        let height = self.height(x, y);
+        let (share, change) = self.fade.map_or((1.0, 0.0), |fade| fade.share(z));
+        let mut lifted = *point;
+        lifted[Axis::Z] += share * height.z;
+        let [dx, dy] = height.slope;
+        Warped { point: self.skew.apply(&lifted), z_slope: [share * dx, share * dy, 1.0 + change * height.z] }
+    }
+
+    /// A direction or velocity at a place, as the motors see it.
+    pub(crate) fn along(&self, at: &Warped, direction: &PerAxis<f64>) -> PerAxis<f64> {
+        let ([x, y, z, ..], [dx, dy, dz]) = (direction.0, at.z_slope);
+        let mut lifted = *direction;
+        lifted[Axis::Z] = dx * x + dy * y + dz * z;
+        self.skew.apply(&lifted)
+    }
+
+    /// The program's place for the motors'.
+    #[must_use]
+    pub fn program(&self, point: &PerAxis<f64>) -> PerAxis<f64> {
+        if !self.active {
+            return *point;
+        }
+        let mut place = self.skew.undo(point);
+        let [x, y, z, ..] = place.0;
+        place[Axis::Z] = self.without_height(z, self.height(x, y).z);
+        place
+    }
+
+    /// The Z that `z' = z + share(z) height` comes from.
+    fn without_height(&self, lifted: f64, height: f64) -> f64 {
+        let whole = lifted - height;
+        let Some(fade) = self.fade else { return whole };
+        if whole <= fade.start {
+            return whole;
+        }
+        if lifted >= fade.end {
+            return lifted;
+        }
+        // It rises with Z everywhere, by half as much at least: halving finds the only place.
+        let (mut low, mut high) = if height > 0.0 { (whole, lifted) } else { (lifted, whole) };
+        for _ in 0..60 {
+            let middle = low + 0.5 * (high - low);
+            if middle + fade.share(middle).0 * height < lifted {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low + 0.5 * (high - low)
+    }
+
+    fn bounds_of(&self, low: [f64; 2], high: [f64; 2]) -> Bounds {
+        match self.bed {
+            Bed::Plane(plane) => {
+                let mut bounds = Bounds { low: f64::INFINITY, high: -f64::INFINITY, ..Bounds::NONE };
+                for [x, y] in [low, [low[0], high[1]], [high[0], low[1]], high] {
+                    let z = plane.x * x + plane.y * y + plane.z;
+                    (bounds.low, bounds.high) = (crate::least(bounds.low, z), greatest(bounds.high, z));
+                }
+                Bounds { slope: [libm::fabs(plane.x), libm::fabs(plane.y)], ..bounds }
+            }
+            Bed::Grid => self.surface.bounds_of(low, high),
+            Bed::Flat => Bounds::NONE,
+        }
+    }
+
+    // --- changing it, by the motion object at rest ---
+
+    /// Heights that are being gathered.
+    pub(crate) fn draft(&mut self) -> &mut [f32] {
+        &mut self.surface.draft
+    }
+
+    pub(crate) fn set_suspended(&mut self, suspended: bool) {
+        self.suspended = suspended;
+        self.changed();
+    }
+
+    pub(crate) fn set_skew(&mut self, skew: Skew) -> Result<(), CompensationError> {
+        skew.check()?;
+        self.skew = skew;
+        self.changed();
+        Ok(())
+    }
+
+    pub(crate) fn set_flat(&mut self) {
+        self.bed = Bed::Flat;
+        self.fade = None;
+        self.changed();
+    }
+
+    pub(crate) fn set_plane(&mut self, plane: Plane) -> Result<(), CompensationError> {
+        plane.check()?;
+        (self.bed, self.fade) = (Bed::Plane(plane), None);
+        self.changed();
+        Ok(())
+    }
+
+    /// Levels by what was gathered in the surface's draft.
+    pub(crate) fn set_grid(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
+        if let Some(fade) = fade {
+            let most = self
+                .surface
+                .draft
+                .iter()
+                .take(shape.points())
+                .fold(0.0, |most, height| greatest(most, libm::fabs(f64::from(*height))));
+            // A spline may overshoot its points: by a quarter is usual; were it by as much again, Z would still rise with Z.
+            fade.check(1.25 * most)?;
+        }
+        self.surface.adopt(shape)?;
+        (self.bed, self.fade) = (Bed::Grid, fade);
+        self.changed();
+        Ok(())
+    }
+
+    fn changed(&mut self) {
+        self.active = !self.suspended && (self.bed != Bed::Flat || self.skew != Skew::NONE);
+        self.changes = self.changes.wrapping_add(1);
+    }
+}

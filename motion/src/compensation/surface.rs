@@ -1,0 +1,352 @@
+//! A measured surface: a spline through a grid of heights.
+//!
+//! The heights are interpolated by the natural bicubic spline, kept as coefficients of uniform cubic B-splines: heights, slopes and bends
+//! are continuous everywhere, a plane stays a plane, and the greatest differences of coefficients bound slopes and bends. Bilinear
+//! interpolation, which other firmwares use, has a kink at each line of the grid: there a motor's speed would have to jump.
+//!
+//! Outside the grid the coefficients of its border go on, after one more that continues the slope: the surface levels out within two grid
+//! distances and is flat from there on.
+
+use super::CompensationError;
+use crate::greatest;
+
+/// Most points along X or Y.
+pub const MOST_SIDE: usize = 50;
+/// Most points of a grid.
+pub const MOST_POINTS: usize = MOST_SIDE * MOST_SIDE;
+/// The least distance of points, mm.
+pub const LEAST_STEP: f64 = 1.0;
+/// The greatest height, mm.
+pub const MOST_HEIGHT: f64 = 25.0;
+/// The greatest slope.
+pub const MOST_SLOPE: f64 = 0.25;
+/// Coefficients along a side: one more at each end.
+const SIDE: usize = MOST_SIDE + 2;
+
+/// Where the points of a grid are. Heights are given row by row: all of the first Y, along X, then the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridShape {
+    /// The first point, X and Y in the program's machine space, mm.
+    pub origin: [f64; 2],
+    /// From point to point along X and along Y, mm; negative where the grid goes the other way.
+    pub step: [f64; 2],
+    /// Points along X and along Y, 2 to [`MOST_SIDE`].
+    pub count: [usize; 2],
+}
+
+impl GridShape {
+    /// Points in all.
+    #[must_use]
+    pub const fn points(&self) -> usize {
+        self.count[0] * self.count[1]
+    }
+
+    /// Where the point with this index is, X and Y.
+    #[must_use]
+    pub fn place(&self, index: usize) -> [f64; 2] {
+        let ([ox, oy], [sx, sy], [nx, _]) = (self.origin, self.step, self.count);
+        let (column, row) = if nx > 0 { (index % nx, index / nx) } else { (0, 0) };
+        [ox + sx * column as f64, oy + sy * row as f64]
+    }
+
+    pub(super) fn check(&self) -> Result<(), CompensationError> {
+        if !self.count.iter().all(|count| (2..=MOST_SIDE).contains(count)) {
+            return Err(CompensationError::Count);
+        }
+        if !self.origin.iter().all(|place| place.is_finite()) {
+            return Err(CompensationError::Place);
+        }
+        // Not a number compares false.
+        let is_fine = |step: &f64| libm::fabs(*step) >= LEAST_STEP && step.is_finite();
+        if self.step.iter().all(is_fine) { Ok(()) } else { Err(CompensationError::Spacing) }
+    }
+}
+
+/// Height and slopes of a surface at a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Height {
+    /// mm.
+    pub z: f64,
+    /// For each mm along X and along Y.
+    pub slope: [f64; 2],
+}
+
+/// What no place of (a part of) a surface exceeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub low: f64,
+    pub high: f64,
+    /// Sizes of the slopes along X and Y.
+    pub slope: [f64; 2],
+    /// Sizes of the second derivatives: XX, YY, XY.
+    pub bend: [f64; 3],
+}
+
+impl Bounds {
+    pub const NONE: Self = Self { low: 0.0, high: 0.0, slope: [0.0; 2], bend: [0.0; 3] };
+}
+
+/// Room for a grid, what is being gathered and what is in force. Large: it belongs where memory is plentiful.
+#[derive(Debug)]
+pub struct Surface {
+    /// What is being gathered.
+    pub(crate) draft: [f32; MOST_POINTS],
+    /// What is in force.
+    pub(super) heights: [f32; MOST_POINTS],
+    pub(super) shape: GridShape,
+    coefficients: [[f64; SIDE]; SIDE],
+    /// Of the whole, and of what lies inside the grid.
+    everywhere: Bounds,
+    inside: Bounds,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Surface {
+    /// Nothing measured.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            draft: [0.0; MOST_POINTS],
+            heights: [0.0; MOST_POINTS],
+            shape: GridShape { origin: [0.0; 2], step: [0.0; 2], count: [0; 2] },
+            coefficients: [[0.0; SIDE]; SIDE],
+            everywhere: Bounds::NONE,
+            inside: Bounds::NONE,
+        }
+    }
+
+    /// The grid in force.
+    #[must_use]
+    pub const fn shape(&self) -> &GridShape {
+        &self.shape
+    }
+
+    /// The heights in force, mm, row by row.
+    #[must_use]
+    pub fn heights(&self) -> &[f32] {
+        self.heights.get(..self.shape.points()).unwrap_or_default()
+    }
+
+    /// Puts what was gathered in force.
+    ///
+    /// # Errors
+    /// What is wrong with it; what was in force still is.
+    pub(super) fn adopt(&mut self, shape: &GridShape) -> Result<(), CompensationError> {
+        shape.check()?;
+        check_heights(shape, &self.draft)?;
+        self.shape = *shape;
+        self.heights = self.draft;
+        self.fit();
+        let [nx, ny] = self.last();
+        self.inside = self.bounds([-1, nx + 1], [-1, ny + 1]);
+        self.everywhere = self.bounds([-2, nx + 2], [-2, ny + 2]);
+        Ok(())
+    }
+
+    /// Index of the last point along X and Y.
+    const fn last(&self) -> [i32; 2] {
+        [self.shape.count[0] as i32 - 1, self.shape.count[1] as i32 - 1]
+    }
+
+    /// Works out the coefficients: row by row along X, then column by column along Y.
+    fn fit(&mut self) {
+        let [nx, ny] = self.shape.count;
+        let mut line = [0.0; SIDE];
+        for row in 0..ny {
+            for (to, height) in line.iter_mut().skip(1).zip(self.heights.iter().skip(row * nx).take(nx)) {
+                *to = f64::from(*height);
+            }
+            natural(&mut line, nx);
+            if let Some(coefficients) = self.coefficients.get_mut(row + 1) {
+                *coefficients = line;
+            }
+        }
+        for column in 0..nx + 2 {
+            for (to, row) in line.iter_mut().zip(&self.coefficients) {
+                *to = row.get(column).copied().unwrap_or(0.0);
+            }
+            natural(&mut line, ny);
+            for (row, value) in self.coefficients.iter_mut().zip(line) {
+                if let Some(to) = row.get_mut(column) {
+                    *to = value;
+                }
+            }
+        }
+    }
+
+    /// A coefficient: -1 to the last point and one more; beyond, the border's.
+    fn row(&self, index: i32, [_, ny]: [i32; 2]) -> &[f64; SIDE] {
+        let row = (index.clamp(-1, ny + 1) + 1) as usize;
+        self.coefficients.get(row).unwrap_or(&[0.0; SIDE])
+    }
+
+    fn coefficient(&self, column: i32, row: i32) -> f64 {
+        let [nx, ny] = self.last();
+        self.row(row, [nx, ny]).get((column.clamp(-1, nx + 1) + 1) as usize).copied().unwrap_or(0.0)
+    }
+
+    /// Height and slopes at X and Y.
+    #[must_use]
+    pub fn at(&self, x: f64, y: f64) -> Height {
+        let ([ox, oy], [sx, sy], [nx, ny]) = (self.shape.origin, self.shape.step, self.last());
+        let (column, across) = Weights::at((x - ox) / sx, nx);
+        let (row, along) = Weights::at((y - oy) / sy, ny);
+        let columns = [-1, 0, 1, 2].map(|by| ((column + by).clamp(-1, nx + 1) + 1) as usize);
+        let mut height = Height::default();
+        for (by, (value, slope)) in [-1, 0, 1, 2].into_iter().zip(along.value.into_iter().zip(along.slope)) {
+            let line = self.row(row + by, [nx, ny]);
+            let (mut sum, mut change) = (0.0, 0.0);
+            for (index, (weight, tilt)) in columns.into_iter().zip(across.value.into_iter().zip(across.slope)) {
+                let coefficient = line.get(index).copied().unwrap_or(0.0);
+                sum += weight * coefficient;
+                change += tilt * coefficient;
+            }
+            height.z += value * sum;
+            height.slope[0] += value * change;
+            height.slope[1] += slope * sum;
+        }
+        height.slope = [height.slope[0] / sx, height.slope[1] / sy];
+        height
+    }
+
+    /// Bounds of the box from `low` to `high` (X and Y). Small boxes are looked at as they are.
+    pub(super) fn bounds_of(&self, low: [f64; 2], high: [f64; 2]) -> Bounds {
+        let [nx, ny] = self.last();
+        let cells = |axis: usize, last: i32| {
+            let at = |place: f64| cell((place - self.shape.origin[axis]) / self.shape.step[axis], last).0;
+            let (one, other) = (at(low[axis]), at(high[axis]));
+            if one < other { [one - 1, other + 2] } else { [other - 1, one + 2] }
+        };
+        let (columns, rows) = (cells(0, nx), cells(1, ny));
+        if (columns[1] - columns[0] + 1) * (rows[1] - rows[0] + 1) <= MOST_LOOKED_AT {
+            return self.bounds(columns, rows);
+        }
+        let is_inside = columns[0] >= -1 && columns[1] <= nx + 1 && rows[0] >= -1 && rows[1] <= ny + 1;
+        if is_inside { self.inside } else { self.everywhere }
+    }
+
+    /// From the coefficients in these columns and rows, both ends included. A spline lies in the hull of its coefficients, its
+    /// derivatives in that of their differences.
+    fn bounds(&self, [left, right]: [i32; 2], [near, far]: [i32; 2]) -> Bounds {
+        let [sx, sy] = self.shape.step.map(libm::fabs);
+        let first = self.coefficient(left, near);
+        let mut bounds = Bounds { low: first, high: first, ..Bounds::NONE };
+        let [mut x, mut y, mut xx, mut yy, mut xy] = [0.0; 5];
+        for row in near..=far {
+            for column in left..=right {
+                let here = self.coefficient(column, row);
+                bounds.low = crate::least(bounds.low, here);
+                bounds.high = greatest(bounds.high, here);
+                let (right_of, beyond) = (column < right, row < far);
+                let ahead = if right_of { self.coefficient(column + 1, row) } else { here };
+                let above = if beyond { self.coefficient(column, row + 1) } else { here };
+                x = greatest(x, libm::fabs(ahead - here));
+                y = greatest(y, libm::fabs(above - here));
+                if right_of && column > left {
+                    xx = greatest(xx, libm::fabs(ahead - 2.0 * here + self.coefficient(column - 1, row)));
+                }
+                if beyond && row > near {
+                    yy = greatest(yy, libm::fabs(above - 2.0 * here + self.coefficient(column, row - 1)));
+                }
+                if right_of && beyond {
+                    xy = greatest(xy, libm::fabs(self.coefficient(column + 1, row + 1) - ahead - above + here));
+                }
+            }
+        }
+        bounds.slope = [x / sx, y / sy];
+        bounds.bend = [xx / (sx * sx), yy / (sy * sy), xy / (sx * sy)];
+        bounds
+    }
+}
+
+/// Coefficients that bounds are worked out from for a single block.
+const MOST_LOOKED_AT: i32 = 64;
+
+/// Every height is a number, none is too high, none too far from its neighbours.
+fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationError> {
+    let [nx, _] = shape.count;
+    let [sx, sy] = shape.step.map(libm::fabs);
+    for (index, height) in heights.iter().take(shape.points()).enumerate() {
+        let here = f64::from(*height);
+        if !here.is_finite() {
+            return Err(CompensationError::NotMeasured { point: index });
+        }
+        if libm::fabs(here) > MOST_HEIGHT {
+            return Err(CompensationError::TooHigh { point: index });
+        }
+        let slope_from = |back: usize, step: f64| {
+            index
+                .checked_sub(back)
+                .and_then(|before| heights.get(before))
+                .map_or(0.0, |before| libm::fabs(here - f64::from(*before)) / step)
+        };
+        let from_left = if index % nx == 0 { 0.0 } else { slope_from(1, sx) };
+        if greatest(from_left, slope_from(nx, sy)) > MOST_SLOPE {
+            return Err(CompensationError::TooSteep { point: index });
+        }
+    }
+    Ok(())
+}
+
+/// From `count` values at 1.. in `line` to the coefficients of the natural spline through them, at 0 to `count + 1`:
+/// `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
+fn natural(line: &mut [f64; SIDE], count: usize) {
+    let mut factors = [0.0; SIDE];
+    let get = |line: &[f64; SIDE], index: usize| line.get(index).copied().unwrap_or(0.0);
+    // Forwards: each equation loses its first unknown. The first value is its own coefficient.
+    for index in 2..count {
+        let factor = 1.0 / (4.0 - get(&factors, index - 1));
+        let known = 6.0 * get(line, index) - get(line, index - 1);
+        if let (Some(to), Some(kept)) = (line.get_mut(index), factors.get_mut(index)) {
+            *to = known * factor;
+            *kept = factor;
+        }
+    }
+    for index in (2..count).rev() {
+        let after = get(&factors, index) * get(line, index + 1);
+        if let Some(to) = line.get_mut(index) {
+            *to -= after;
+        }
+    }
+    let (first, second) = (get(line, 1), get(line, 2));
+    let (last, before) = (get(line, count), get(line, count - 1));
+    if let Some(to) = line.get_mut(0) {
+        *to = 2.0 * first - second;
+    }
+    if let Some(to) = line.get_mut(count + 1) {
+        *to = 2.0 * last - before;
+    }
+}
+
+/// The cell of a place counted in grid distances, and how far in it is. Beyond two distances from the grid nothing changes any more.
+fn cell(place: f64, last: i32) -> (i32, f64) {
+    let bounded = crate::least(greatest(place, -2.0), f64::from(last) + 2.0);
+    let index = libm::floor(bounded) as i32;
+    (index, bounded - f64::from(index))
+}
+
+/// The four B-splines that are not zero in a cell: their values and slopes.
+struct Weights {
+    value: [f64; 4],
+    slope: [f64; 4],
+}
+
+impl Weights {
+    fn at(place: f64, last: i32) -> (i32, Self) {
+        let (index, t) = cell(place, last);
+        let rest = 1.0 - t;
+        let value = [
+            rest * rest * rest / 6.0,
+            (4.0 - t * t * (6.0 - 3.0 * t)) / 6.0,
+            (1.0 + t * (3.0 + t * (3.0 - 3.0 * t))) / 6.0,
+            t * t * t / 6.0,
+        ];
+        let slope = [-0.5 * rest * rest, t * (1.5 * t - 2.0), 0.5 + t * (1.0 - 1.5 * t), 0.5 * t * t];
+        (index, Self { value, slope })
+    }
+}

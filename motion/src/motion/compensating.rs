@@ -1,0 +1,83 @@
+//! Changing the compensation, at rest: the motors stay where they are, the program's position becomes what belongs to it.
+
+use units::PerAxis;
+
+use super::Motion;
+use crate::compensation::{Compensation, CompensationError, Fade, GridShape, Plane, Skew};
+
+impl Motion {
+    /// What lies between the program's machine space and the motors.
+    #[must_use]
+    pub const fn compensation(&self) -> &Compensation {
+        &self.compensation
+    }
+
+    /// Heights being gathered, mm, row by row along X; nothing of it is in force before [`Self::level_by_draft`].
+    pub fn draft(&mut self) -> &mut [f32] {
+        self.compensation.draft()
+    }
+
+    /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at each point of the grid. It takes the
+    /// place of whatever levelled before.
+    ///
+    /// # Errors
+    /// What is wrong with the grid, or that something moves; nothing was changed then.
+    pub fn level_by_draft(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_grid(shape, fade))
+    }
+
+    /// Levels by a plane, without fading.
+    ///
+    /// # Errors
+    /// That it is too steep, or that something moves; nothing was changed then.
+    pub fn level_by_plane(&mut self, plane: Plane) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_plane(plane))
+    }
+
+    /// Levels no more.
+    ///
+    /// # Errors
+    /// [`CompensationError::Busy`].
+    pub fn level_off(&mut self) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| {
+            compensation.set_flat();
+            Ok(())
+        })
+    }
+
+    /// Sets the skew that is taken back.
+    ///
+    /// # Errors
+    /// That a factor is out of bounds, or that something moves; nothing was changed then.
+    pub fn set_skew(&mut self, skew: Skew) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_skew(skew))
+    }
+
+    /// Sets compensation aside, for homing and probing: the program's space is then the motors', or puts it in force again.
+    ///
+    /// # Errors
+    /// [`CompensationError::Busy`].
+    pub fn suspend_compensation(&mut self, suspended: bool) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| {
+            compensation.set_suspended(suspended);
+            Ok(())
+        })
+    }
+
+    fn recompensate(
+        &mut self,
+        change: impl FnOnce(&mut Compensation) -> Result<(), CompensationError>,
+    ) -> Result<(), CompensationError> {
+        if !self.is_idle() {
+            return Err(CompensationError::Busy);
+        }
+        let motors = self.compensation.motors(&self.planned);
+        change(&mut self.compensation)?;
+        let position: PerAxis<f64> = self.compensation.program(&motors);
+        self.place = position;
+        self.planned = position;
+        self.last = None;
+        self.filters.settle(position, self.clock);
+        Ok(())
+    }
+}
