@@ -3,6 +3,7 @@
 pub mod carriage;
 pub mod heater;
 pub mod sd_card;
+pub mod surface;
 pub mod switch;
 pub mod thermistor;
 pub mod tmc26x;

@@ -57,6 +57,8 @@ pub struct World {
     drivers: [Tmc26x; ON_BOARD_DRIVERS],
     switches: Vec<(Switch, bool)>,
     switch_changes: Vec<SwitchChange>,
+    /// Contacts that bounce: when, which switch, whether it closes. In order of time.
+    bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<Load>,
     vmotor_v: f64,
@@ -89,6 +91,7 @@ impl World {
             drivers,
             switches: config.switches.iter().map(|switch| (motion::switch_of(switch), false)).collect(),
             switch_changes: Vec::new(),
+            bounces: Vec::new(),
             heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
             fans: config.fans.iter().map(|_| Load::default()).collect(),
             vmotor_v: config.vmotor_v,
@@ -133,6 +136,7 @@ impl World {
             self.pass_heat(at_ns);
             self.grid_ns += GRID_NS;
         }
+        self.bounce(to_ns);
         self.now_ns = self.now_ns.max(to_ns);
     }
 
@@ -163,6 +167,7 @@ impl World {
             Fault::HeaterDead(name) => self.heater_named(name)?.stuck = Some(false),
             Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
+            Fault::SwitchBounces(name) => self.set_switch_fault(name, switch::Fault::Bounces)?,
             Fault::DriverSilent(motor) => self.driver_of(*motor)?.condition.silent = true,
             Fault::DriverTemperature(motor, celsius) => self.driver_of(*motor)?.condition.temperature_c = *celsius,
             Fault::DriverOpenLoad(motor) => self.driver_of(*motor)?.condition.open_load[0] = true,

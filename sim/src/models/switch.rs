@@ -19,7 +19,12 @@ pub enum Fault {
     NeverOperates,
     /// Always reads as operated.
     AlwaysOperated,
+    /// Its contact opens again twice, for [`BOUNCES_NS`], when it is operated.
+    Bounces,
 }
+
+/// When a bouncing contact changes, nanoseconds after it first closes: open, closed, open, closed for good.
+pub const BOUNCES_NS: [u64; 4] = [300_000, 700_000, 1_300_000, 2_200_000];
 
 /// The switch.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +44,8 @@ impl Switch {
         match (self.fault, self.side) {
             (Fault::NeverOperates, _) => false,
             (Fault::AlwaysOperated, _) => true,
-            (Fault::Sound, Side::Below) => carriage_mm <= self.position_mm,
-            (Fault::Sound, Side::Above) => carriage_mm >= self.position_mm,
+            (Fault::Sound | Fault::Bounces, Side::Below) => carriage_mm <= self.position_mm,
+            (Fault::Sound | Fault::Bounces, Side::Above) => carriage_mm >= self.position_mm,
         }
     }
 }

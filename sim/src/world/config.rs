@@ -3,6 +3,7 @@
 use units::Actuator;
 
 use crate::models::heater::Plant;
+use crate::models::surface::Surface;
 use crate::models::switch::Side;
 use crate::models::thermistor::Curve;
 use crate::models::tmc26x::Chip;
@@ -96,6 +97,8 @@ pub enum Operator {
     Carriage(Actuator),
     /// A Cartesian coordinate of the tool, 0 to 2 for X to Z, through [`Linkage`].
     Tool(usize),
+    /// What the tool stands over or beside, see [`WorldConfig::surface`]: a probe.
+    Surface,
 }
 
 /// A switch on an input.
@@ -168,6 +171,8 @@ pub struct WorldConfig {
     pub linkage: Linkage,
     /// Switches and buttons.
     pub switches: Vec<SwitchConfig>,
+    /// What a probe can touch.
+    pub surface: Surface,
     /// Heaters and sensors.
     pub heaters: Vec<HeaterConfig>,
     /// Fans.
@@ -220,9 +225,10 @@ impl Default for WorldConfig {
                     name: "probe".into(),
                     pin: pin("PB10"),
                     operated_high: true,
-                    operator: Some((Operator::Tool(2), 0.0, Side::Below)),
+                    operator: Some((Operator::Surface, 0.0, Side::Below)),
                 },
             ],
+            surface: Surface::default(),
             heaters: vec![
                 HeaterConfig {
                     name: "hotend".into(),

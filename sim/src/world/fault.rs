@@ -17,6 +17,8 @@ pub enum Fault {
     SwitchNeverOperates(String),
     /// The switch always reads as operated.
     SwitchAlwaysOperated(String),
+    /// The contact of the switch bounces.
+    SwitchBounces(String),
     /// The driver chip does not answer on SPI.
     DriverSilent(Actuator),
     /// The driver chip is this hot, degrees Celsius.
@@ -44,7 +46,7 @@ pub struct TimedFault {
 
 /// How faults are spelled, for usage texts.
 pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER heater-stuck-on:HEATER heater-dead:HEATER \
-switch-never:SWITCH switch-always:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
+switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR motor-supply:VOLTS fet-supply:VOLTS repaired, each with @SECONDS for when";
 
 impl TimedFault {
@@ -79,6 +81,7 @@ impl TimedFault {
             "heater-dead" => Fault::HeaterDead(named()?),
             "switch-never" => Fault::SwitchNeverOperates(named()?),
             "switch-always" => Fault::SwitchAlwaysOperated(named()?),
+            "switch-bounces" => Fault::SwitchBounces(named()?),
             "driver-silent" => Fault::DriverSilent(motor()?),
             "driver-overheat" => Fault::DriverTemperature(motor()?, 160),
             "driver-prewarn" => Fault::DriverTemperature(motor()?, 125),

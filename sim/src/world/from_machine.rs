@@ -10,6 +10,7 @@ use super::{
     WorldConfig,
 };
 use crate::models::heater::Plant;
+use crate::models::surface::{Bed, Surface};
 use crate::models::switch::Side;
 use crate::models::thermistor::Curve;
 use crate::models::tmc26x::Chip;
@@ -18,6 +19,8 @@ use crate::models::tmc26x::Chip;
 const THERMISTOR_CHANNELS: [u8; 7] = [0, 2, 6, 9, 12, 13, 15];
 /// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
 const OVERTRAVEL_MM: f64 = 3.0;
+/// Where a bed above the tool is, millimetres.
+const OVERHEAD_MM: f64 = 30.0;
 /// Distance from their homing switches at which X, Y and Z stand at power-on, millimetres.
 const START_MM: [f64; 3] = [30.0, 40.0, 10.0];
 
@@ -38,6 +41,7 @@ impl WorldConfig {
             actuators: machine.actuators().map(|(actuator, _)| motor(machine, actuator, linkage)).collect(),
             linkage,
             switches: switches(machine, linkage),
+            surface: surface(machine),
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
             ..Self::default()
@@ -117,7 +121,7 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
         name: "probe".into(),
         pin: pin(input),
         operated_high: !input.inverted,
-        operator: Some((Operator::Tool(2), 0.0, if machine.probe.reverse_z { Side::Above } else { Side::Below })),
+        operator: Some((Operator::Surface, 0.0, Side::Below)),
     });
     let button = |name: &str, input: config::Pin, operated_high| SwitchConfig {
         name: name.into(),
@@ -131,6 +135,12 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let inputs =
         machine.switches.iter().filter_map(|switch| switch.input_pin.map(|p| button(&switch.name, p, !p.inverted)));
     endstops.chain(probe).chain(kill).chain(inputs).collect()
+}
+
+/// A level bed at zero; for a probe that searches upwards, one above the tool.
+fn surface(machine: &MachineConfig) -> Surface {
+    let overhead = machine.probe.reverse_z;
+    Surface { overhead, bed: Some(Bed::level(if overhead { OVERHEAD_MM } else { 0.0 })), ..Surface::default() }
 }
 
 fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {

@@ -4,6 +4,7 @@ use units::{Actuator, Direction};
 
 use super::{ActuatorConfig, DriverConfig, Linkage, Operator, SwitchChange, SwitchConfig, World};
 use crate::models::carriage::Carriage;
+use crate::models::surface::Surface;
 use crate::models::switch::{self, Side, Switch};
 use crate::trace::StepEdge;
 
@@ -210,14 +211,41 @@ impl World {
                     (None, Some(actuator)) => self.carriage_mm(actuator).unwrap_or(0.0),
                     (None, None) => 0.0,
                 },
+                Some((Operator::Surface, ..)) => self.config.surface.gap(tool.unwrap_or_else(|| self.tool_mm())),
                 None => 0.0,
             };
             let operated = self.switches[index].0.operated(place);
-            if operated != self.switches[index].1 {
-                self.switches[index].1 = operated;
-                let high = operated == config.operated_high;
-                self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
+            if operated == self.switches[index].1 || self.bounces.iter().any(|(_, switch, _)| *switch == index) {
+                continue;
             }
+            if operated && self.switches[index].0.fault == switch::Fault::Bounces {
+                let bounce = switch::BOUNCES_NS.iter().enumerate();
+                self.bounces.extend(bounce.map(|(n, after)| (at_ns + after, index, n % 2 == 1)));
+            }
+            self.change_switch(at_ns, index, operated);
         }
+    }
+
+    fn change_switch(&mut self, at_ns: u64, index: usize, operated: bool) {
+        self.switches[index].1 = operated;
+        let high = operated == self.config.switches[index].operated_high;
+        self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
+    }
+
+    /// What bouncing contacts do up to here.
+    pub(super) fn bounce(&mut self, to_ns: u64) {
+        while let Some(due) = self.bounces.iter().position(|(at_ns, ..)| *at_ns <= to_ns) {
+            let (at_ns, index, operated) = self.bounces.remove(due);
+            self.change_switch(at_ns, index, operated);
+            // It may have been let go meanwhile.
+            self.operate_switches(at_ns);
+        }
+    }
+
+    /// Puts another surface under the tool.
+    pub fn lay(&mut self, at_ns: u64, surface: Surface) {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.config.surface = surface;
+        self.operate_switches(self.now_ns);
     }
 }
