@@ -35,8 +35,7 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
     }
     let probe = &mut config.probe;
     if probe.return_rate == MmPerSecond(0.0) {
-        let twice = probe.slow_rate * 2.0;
-        probe.return_rate = if twice < probe.fast_rate { twice } else { probe.fast_rate };
+        probe.return_rate = probe.usual_return_rate();
     }
 }
 

@@ -89,6 +89,10 @@ const SLIPS: &[(&str, &str, &str)] = &[
 const ADDITIONS: &[(&str, &str)] = &[
     ("a section written twice", "[player]\nafter_suspend_gcode = M5\n"),
     ("a probe without a pin", "[zprobe]\nenable = true\n"),
+    (
+        "a probe that is pressed too far",
+        "[zprobe]\nenable = true\nprobe_pin = PB10^\nslow_feedrate = 45\nfast_feedrate = 40\n",
+    ),
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
     (

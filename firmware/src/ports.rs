@@ -27,8 +27,8 @@ use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{INBOXES, LATCH, REPORTS};
 
-/// Inputs the machine can ask for: twelve endstops, sixteen switches, probe, kill button.
-const MAX_INPUTS: usize = 30;
+/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe both ways, kill button.
+const MAX_INPUTS: usize = 31;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
 

@@ -227,7 +227,13 @@ pub fn inputs(
     let mut add = |input: MachineInput, pin: Option<Pin>, owner: &str, stops: bool, report: &mut Report<'_>| {
         let Some(pin) = pin else { return };
         if let Some(handle) = report.take(pins.input(spec(pin), owner)) {
-            place(input.bit().trailing_zeros() as u8, spec(pin), handle, stops);
+            let number = |input: MachineInput| input.bit().trailing_zeros() as u8;
+            if input == MachineInput::Probe {
+                // Searches may end with its release as well.
+                let spec = PinSpec { inverted: !pin.inverted, ..spec(pin) };
+                place(number(MachineInput::ProbeOpen), spec, handle.opposite(), stops);
+            }
+            place(number(input), spec(pin), handle, stops);
         }
     };
     for (index, endstop) in config.endstops.iter().enumerate() {

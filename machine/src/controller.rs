@@ -17,6 +17,7 @@ use crate::modal::{Modal, Saved};
 use crate::overrides::Overrides;
 use crate::player::Player;
 use crate::ports::{FileHandle, PATH_BYTES, Ports};
+use crate::probing::Probing;
 use crate::punctuality::PunctualityWatch;
 use crate::splines::Splines;
 use crate::state::{Event, State};
@@ -62,6 +63,7 @@ pub struct Controller<P: Ports> {
     pub(crate) home_offset: PerAxis<f64>,
     /// Set while X, Y and Z are motors (homing of towers and arms).
     pub(crate) motor_space: Option<MotorSpace>,
+    pub(crate) probing: Probing,
     /// Motors with current, one bit each.
     pub(crate) motors_on: u8,
     /// Motors at their standstill current, one bit each.
@@ -102,6 +104,7 @@ impl<P: Ports> Controller<P> {
             homed: 0,
             home_offset: PerAxis([0.0; units::MAX_AXES]),
             motor_space: None,
+            probing: Probing::default(),
             motors_on: 0,
             resting_motors: 0,
             standing_since: Micros(0),
@@ -209,6 +212,11 @@ impl<P: Ports> Controller<P> {
     /// Waits for a length of time, once everything queued has been executed.
     pub(crate) async fn dwell(&mut self, time: Micros) -> Result<(), Failure> {
         self.wait_idle().await?;
+        self.wait_for(time).await
+    }
+
+    /// Waits for a length of time, whatever moves.
+    pub(crate) async fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
         let since = self.ports.now();
         while self.ports.now().since(since) < time {
             self.pause().await?;

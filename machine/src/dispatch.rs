@@ -160,6 +160,7 @@ impl<P: Ports> Controller<P> {
                 self.modal_code(code, block).await
             }
             (28, _) => self.home_code(code.subcode, block).await,
+            (29..=32 | 38, subcode) => self.probing_code(code.number, subcode, block).await,
             (92, 0..=4) => self.g92(code.subcode, block).await,
             _ => Ok(Answer::Unknown),
         }
@@ -181,6 +182,7 @@ impl<P: Ports> Controller<P> {
                 self.modal.e_absolute = code.number == 82;
                 Ok(Answer::Ok)
             }
+            (48 | 670, 0) => self.probe_m_code(code.number, block).await,
             (92, 0) => self.steps_per_mm_code(block).await,
             (110, 0) => Ok(Answer::Ok),
             (112, 0) => {

@@ -240,7 +240,8 @@ impl<P: Ports> Controller<P> {
             };
             let fired = axes(missing).find(|axis| self.input(*axis).is_some_and(|input| trigger_is(&trigger, input)));
             let Some(axis) = fired else { continue };
-            self.wait_debounce().await?;
+            // It counts when it is still operated `debounce_ms` after the motors stand.
+            self.wait_for(self.config.homing.debounce).await?;
             if self.operated(bit(axis)) != 0 {
                 hits[axis] = self.ports.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
                 missing &= !bit(axis);
@@ -306,8 +307,12 @@ impl<P: Ports> Controller<P> {
     }
 
     /// Waits until the move has ended, by itself or by a trigger.
-    async fn wait_trigger(&mut self) -> Result<Option<motion::Trigger>, Failure> {
+    pub(crate) async fn wait_trigger(&mut self) -> Result<Option<motion::Trigger>, Failure> {
         self.wait_homing().await?;
+        // An input that fires at the very last step is seen by the feed at its next run only.
+        while self.ports.latch().fired().is_some() {
+            self.pause().await?;
+        }
         self.resync();
         Ok(self.ports.motion(motion::Motion::take_trigger))
     }
@@ -316,15 +321,6 @@ impl<P: Ports> Controller<P> {
     async fn wait_homing(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
-            self.pause().await?;
-        }
-        Ok(())
-    }
-
-    /// A switch counts when it is still operated `debounce_ms` after the motors stand.
-    async fn wait_debounce(&mut self) -> Result<(), Failure> {
-        let since = self.ports.now();
-        while self.ports.now().since(since) < self.config.homing.debounce {
             self.pause().await?;
         }
         Ok(())

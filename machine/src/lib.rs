@@ -33,6 +33,7 @@ mod overrides;
 mod overrides_text;
 mod player;
 pub mod ports;
+mod probing;
 mod punctuality;
 mod report;
 pub mod safe_file;

@@ -13,6 +13,8 @@ use crate::ports::Ports;
 const CODES: &[(Letter, core::ops::RangeInclusive<u16>, &str)] = &[
     (Letter::G, 29..=32, "zprobe"),
     (Letter::G, 38..=38, "zprobe"),
+    (Letter::M, 48..=48, "zprobe"),
+    (Letter::M, 670..=670, "zprobe"),
     (Letter::G, 33..=33, "lathe"),
     (Letter::G, 81..=83, "drillingcycles"),
     (Letter::M, 3..=4, "laser"),

@@ -132,7 +132,8 @@ impl<P: Ports> Controller<P> {
         } else {
             self.say(format_args!("[TLO:{z:.4}]\n"));
         }
-        self.say(format_args!("[PRB:0.0000,0.0000,0.0000:0]\n"));
+        let ([x, y, z], found) = self.probing.last;
+        self.say(format_args!("[PRB:{x:.4},{y:.4},{z:.4}:{}]\n", u8::from(found)));
         self.drain().await;
     }
 
@@ -219,7 +220,7 @@ impl<P: Ports> Controller<P> {
             add!(line, "({}{homes}{limits}){pin}:{level} ", axis.letter());
         }
         if let Some(pin) = self.config.probe.pin.filter(|_| self.config.probe.enable) {
-            add!(line, "(Probe){pin}:{} ", u8::from(levels.is_active(Input::Probe)));
+            add!(line, "(Probe){pin}:{} ", u8::from(self.probe_touches()));
         }
         self.say(format_args!("{line}\n"));
         Ok(Answer::Ok)

@@ -150,6 +150,7 @@ impl<P: Ports> Controller<P> {
                     .await
                     .map(Some);
             }
+            "$P" => return self.probe_command(arguments).await.map(Some),
             _ if line.starts_with("$J") => {
                 let rest = line.strip_prefix("$J").unwrap_or("").trim_start_matches('=');
                 return self.jog_command(rest).await.map(Some);

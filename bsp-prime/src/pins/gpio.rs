@@ -152,6 +152,12 @@ impl Input {
         Self { pin: spec.pin, inverted: spec.inverted }
     }
 
+    /// The same pin the other way round: active while this is not.
+    #[must_use]
+    pub const fn opposite(&self) -> Self {
+        Self { pin: self.pin, inverted: !self.inverted }
+    }
+
     /// Whether it is active, in the sense of the configuration.
     #[inline]
     #[must_use]

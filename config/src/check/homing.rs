@@ -5,6 +5,8 @@ use crate::machine::{EndstopConfig, HomingDirection};
 use units::{Actuator, Mm};
 
 const ENDSTOPS: &str = "endstops";
+/// A probe that is pressed further than this past its contact may be out of its travel, mm.
+const DEEPEST_PRESS: f64 = 0.5;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
@@ -16,17 +18,34 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             }
         }
     }
-    let probe = &config.probe;
-    if probe.enable && probe.pin.is_none() {
-        let reason = format_args!("the probe needs a pin");
-        checks.error(
-            ("zprobe", 0, "probe_pin"),
-            reason,
-            format_args!("write one; the board's probe connector is PB10"),
-        );
+    if config.probe.enable {
+        probe(checks);
     }
     if config.kill_button.enable && config.kill_button.pin.is_none() {
         checks.error(("kill button", 0, "pin"), format_args!("the kill button needs a pin"), format_args!("write one"));
+    }
+}
+
+fn probe(checks: &mut Checks<'_, '_>) {
+    const SECTION: &str = "zprobe";
+    let config = checks.config;
+    let probe = &config.probe;
+    if probe.pin.is_none() {
+        let reason = format_args!("the probe needs a pin");
+        checks.error((SECTION, 0, "probe_pin"), reason, format_args!("write one; the board's probe connector is PB10"));
+    }
+    if probe.slow_rate > probe.fast_rate {
+        let reason = format_args!("the search is faster than the travel between the points");
+        checks.warn((SECTION, 0, "slow_feedrate"), reason, format_args!("write less than fast_feedrate"));
+    }
+    let motor = &config.actuators[Actuator::Gamma];
+    // The motor takes no more than its own limit, so that is the speed it would have to brake from.
+    let speed = if probe.slow_rate < motor.max_rate { probe.slow_rate.get() } else { motor.max_rate.get() };
+    let acceleration = motor.acceleration.unwrap_or(config.motion.default_acceleration).get();
+    let past = speed * speed / (2.0 * acceleration);
+    if motor.present && past > DEEPEST_PRESS {
+        let reason = format_args!("the probe is pressed {past:.2} mm past its contact while the machine brakes");
+        checks.warn((SECTION, 0, "slow_feedrate"), reason, format_args!("write less, or make sure it can give way"));
     }
 }
 

@@ -91,3 +91,12 @@ pub struct ProbeConfig {
     /// Time the probe must stay triggered.
     pub debounce: Micros,
 }
+
+impl ProbeConfig {
+    /// The speed of the lift where none is asked for.
+    #[must_use]
+    pub fn usual_return_rate(&self) -> MmPerSecond {
+        let twice = self.slow_rate * 2.0;
+        if twice < self.fast_rate { twice } else { self.fast_rate }
+    }
+}

@@ -172,7 +172,7 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.nist_g30 = v,
             "With grbl_mode, G30 moves to the stored position instead of probing.",
         )
-        .not_yet_harmless("leave it out; there is no G30 yet"),
+        .not_yet_harmless("leave it out; G30 always probes"),
         bool(
             "must_be_homed",
             "false",

@@ -15,9 +15,7 @@ pub const ZPROBE: Section = Section {
     summary: "A probe that finds the bed or the work piece.",
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", |c, _, v| c.probe.enable = v, "There is a probe.")
-            .v1("zprobe.enable")
-            .not_yet("write false; probing is not part of Velvet yet"),
+        bool("enable", "false", |c, _, v| c.probe.enable = v, "There is a probe.").v1("zprobe.enable"),
         pin(
             "probe_pin",
             "nc",
@@ -26,8 +24,7 @@ pub const ZPROBE: Section = Section {
             "Input, logically high when triggered. The board's probe connector is PB10.",
         )
         .klipper("[probe] pin")
-        .v1("zprobe.probe_pin")
-        .dormant(),
+        .v1("zprobe.probe_pin"),
         number(
             "slow_feedrate",
             "5",
@@ -38,8 +35,7 @@ pub const ZPROBE: Section = Section {
         .klipper("[probe] speed")
         .unit("mm/s")
         .typical(0.1, 50.0)
-        .v1("zprobe.slow_feedrate")
-        .dormant(),
+        .v1("zprobe.slow_feedrate"),
         number(
             "fast_feedrate",
             "100",
@@ -49,8 +45,7 @@ pub const ZPROBE: Section = Section {
         )
         .unit("mm/s")
         .typical(1.0, 500.0)
-        .v1("zprobe.fast_feedrate")
-        .dormant(),
+        .v1("zprobe.fast_feedrate"),
         number(
             "return_feedrate",
             "0",
@@ -61,8 +56,7 @@ pub const ZPROBE: Section = Section {
         .klipper("[probe] lift_speed")
         .unit("mm/s")
         .typical(0.1, 500.0)
-        .v1("zprobe.return_feedrate")
-        .dormant(),
+        .v1("zprobe.return_feedrate"),
         number(
             "probe_height",
             "5",
@@ -81,11 +75,9 @@ pub const ZPROBE: Section = Section {
             "Longest search; no touch within it is a miss. M670 Z changes it.",
         )
         .unit("mm")
-        .v1("zprobe.max_z")
-        .dormant(),
+        .v1("zprobe.max_z"),
         bool("reverse_z", "false", |c, _, v| c.probe.reverse_z = v, "Search towards positive Z.")
-            .v1("zprobe.reverse_z")
-            .dormant(),
+            .v1("zprobe.reverse_z"),
         number(
             "dwell_before_probing",
             "0",
@@ -94,8 +86,7 @@ pub const ZPROBE: Section = Section {
             "Pause before each search. M670 D changes it.",
         )
         .unit("s")
-        .v1("zprobe.dwell_before_probing")
-        .dormant(),
+        .v1("zprobe.dwell_before_probing"),
         number(
             "debounce_ms",
             "0",
@@ -104,8 +95,7 @@ pub const ZPROBE: Section = Section {
             "How long the probe must stay triggered to count; 0 stops at once.",
         )
         .unit("ms")
-        .v1("zprobe.debounce_ms")
-        .dormant(),
+        .v1("zprobe.debounce_ms"),
         word(
             "leveling",
             "",

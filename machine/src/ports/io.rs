@@ -51,8 +51,10 @@ pub type SensorReadings = [SensorReading; MAX_HEATERS];
 pub enum Input {
     /// Endstop, by its place in the configuration's list.
     Endstop(u8),
-    /// The Z probe.
+    /// The probe's contact closes.
     Probe,
+    /// The same contact opens. For the trigger latch alone, whose inputs fire when they become active.
+    ProbeOpen,
     /// The kill button.
     Kill,
     /// Input switch, by its place in the configuration's list of switches.
@@ -68,6 +70,7 @@ impl Input {
             Self::Switch(index) => 1 << (12 + (index & 0xF)),
             Self::Probe => 1 << 28,
             Self::Kill => 1 << 29,
+            Self::ProbeOpen => 1 << 30,
         }
     }
 }

@@ -48,6 +48,16 @@ impl Inputs {
             fans: machine.switches.iter().map(|switch| fan(&switch.name)).collect(),
         }
     }
+
+    /// The number of the input that fires when a switch of the world does this.
+    fn fired(&self, switch: usize, operated: bool) -> Option<u8> {
+        let input = match self.inputs.get(switch).copied().flatten()? {
+            Input::Probe if !operated => Input::ProbeOpen,
+            input if operated => input,
+            _ => return None,
+        };
+        Some(input.bit().trailing_zeros() as u8)
+    }
 }
 
 /// Where in time the feed runs while a switch is searched for.
@@ -217,11 +227,12 @@ impl Tasks {
         let world = shared.world.borrow();
         let mut levels = 0;
         for (index, input) in self.inputs.inputs.iter().enumerate() {
-            if let Some(input) = input
-                && world.switch_high(index) == world.config().switches[index].operated_high
-            {
-                levels |= input.bit();
-            }
+            let operated = world.switch_high(index) == world.config().switches[index].operated_high;
+            levels |= match input {
+                Some(input) if operated => input.bit(),
+                Some(Input::Probe) => Input::ProbeOpen.bit(),
+                _ => 0,
+            };
         }
         levels
     }
@@ -231,8 +242,8 @@ impl Tasks {
         self.play_events(shared, until_ns);
         let mut world = shared.world.borrow_mut();
         world.advance(until_ns);
-        shared.levels.set(machine::ports::InputLevels(0));
         drop(world);
+        self.report_other_changes(shared);
         shared.levels.set(machine::ports::InputLevels(self.levels(shared)));
     }
 
@@ -270,16 +281,24 @@ impl Tasks {
         if world.has_switch_changes() {
             for change in world.take_switch_changes() {
                 let operated = change.high == world.config().switches[change.switch].operated_high;
-                if let Some(Some(input)) = self.inputs.inputs.get(change.switch)
-                    && operated
-                {
-                    let number = input.bit().trailing_zeros() as u8;
+                if let Some(number) = self.inputs.fired(change.switch, operated) {
                     if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
                         self.withheld.push((number, event.at));
                     } else {
                         shared.latch.report(number, event.at);
                     }
                 }
+            }
+        }
+    }
+
+    /// What switches did that no step made them do: contacts that bounce, buttons that are pressed.
+    fn report_other_changes(&self, shared: &Shared) {
+        let mut world = shared.world.borrow_mut();
+        for change in world.take_switch_changes() {
+            let operated = change.high == world.config().switches[change.switch].operated_high;
+            if let Some(number) = self.inputs.fired(change.switch, operated) {
+                shared.latch.report(number, ticks(change.at_ns).0 as u32);
             }
         }
     }

@@ -7,6 +7,7 @@ mod homing;
 mod kinematics;
 mod motion;
 mod motors;
+mod probe;
 mod switches;
 mod system;
 mod tools;
@@ -112,7 +113,7 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 8] {
+fn tables() -> [(&'static str, &'static [Row]); 9] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
@@ -120,6 +121,7 @@ fn tables() -> [(&'static str, &'static [Row]); 8] {
         ("tools", tools::ROWS),
         ("heat", heat::ROWS),
         ("homing", homing::ROWS),
+        ("probe", probe::ROWS),
         ("switches", switches::ROWS),
         ("kinematics", kinematics::ROWS),
     ]
@@ -198,6 +200,7 @@ tests! {
     each_setting_of_tools_changes_something: tools;
     each_setting_of_heat_changes_something: heat;
     each_setting_of_homing_changes_something: homing;
+    each_setting_of_the_probe_changes_something: probe;
     each_setting_of_switches_changes_something: switches;
     each_setting_of_kinematics_changes_something: kinematics;
 }
