@@ -114,6 +114,19 @@ fn copy_vectors() {
     }
 }
 
+/// Puts a handler into the table in ITCM. Its interrupt must not be active.
+pub(crate) fn set_vector(interrupt: stm32h7xx_hal::pac::Interrupt, handler: extern "C" fn()) {
+    /// The core's own vectors come first (ARMv7-M ARM B1.5.2).
+    const CORE_VECTORS: usize = 16;
+    let at = ITCM_VECTORS + 4 * (CORE_VECTORS + interrupt as usize);
+    // SAFETY: the entry lies in the table's KiB, which `copy_vectors` filled; a function's address has the bit for Thumb code. The new vector is
+    // seen by every exception entry after the barrier (ARMv7-M ARM B2.5).
+    unsafe {
+        core::arch::asm!("str {handler}, [{at}]", "dsb", handler = in(reg) handler, at = in(reg) at,
+            options(nostack, preserves_flags));
+    }
+}
+
 /// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory, the strips below the
 /// stacks' limits become untouchable, so that an overflow is a fault and not a corrupted plan.
 fn protect(mpu: &mut MPU) {

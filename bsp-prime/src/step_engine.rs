@@ -6,7 +6,7 @@
 //! for the interrupt, no lock for anybody. The queue lies in the same static, so that one base register reaches everything.
 //!
 //! Where every motor steps on both edges (all on-board drivers do), a step costs about fifty instructions from entry to return, twenty when it comes
-//! together with another. External drivers that need pulses take the longer way. It runs in ITCM from DTCM data, integers only. When it is
+//! together with another. Where a motor needs pulses a longer handler stands in the vector table; a pulse's end does not look at the queue. It runs in ITCM from DTCM data, integers only. When it is
 //! entered with nothing due (the feed pends it after writing) it only arms the timer.
 //!
 //! An event later than 250 ns is the sign that something kept the interrupt from running. From then on, until all is on time again, [`catch_up`] plays: it
@@ -22,6 +22,7 @@ use motion::queue::{StepEvent, StepQueue};
 use stm32h7xx_hal::pac;
 use units::{MAX_ACTUATORS, STEP_CLOCK_HZ};
 
+use crate::memory;
 use crate::pins::FastPin;
 
 /// An event played later than this counts as late: 250 ns.
@@ -42,7 +43,8 @@ impl Statistics {
         self.late.load(Ordering::Relaxed)
     }
 
-    /// How many of them had to be delayed further: played at once they would have followed the motor's last event faster than its driver can.
+    /// How many of them had to be delayed further, to more than 10 us: played at once they would have followed the motor's last event faster than
+    /// its driver can.
     #[must_use]
     pub fn delayed_events(&self) -> u32 {
         self.delayed.load(Ordering::Relaxed)
@@ -114,8 +116,9 @@ struct Spacing {
 
 /// Bit of [`Shared::careful`]: something was late, [`catch_up`] plays.
 const CATCHING_UP: u32 = 1 << 31;
-/// Once nothing has been late for this long, all is well again: 100 us.
-const RECOVERED_TICKS: u32 = STEP_CLOCK_HZ / 10_000;
+/// A step delayed by less does no motor any harm: 10 us. Six motors that turn at one tick take half a microsecond to play, and each one's
+/// first step is due at the least distance behind.
+const HARMLESS_TICKS: u32 = STEP_CLOCK_HZ / 100_000;
 /// Longer than any driver's least distance: 50 ms.
 const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
 
@@ -128,6 +131,8 @@ struct Shared {
     pulse_ticks: AtomicU32,
     /// Motors whose pulse is high now, one bit each. The interrupt's own.
     raised: AtomicU32,
+    /// The interrupt was asked to look at the queue. It may come for a pulse's end in the same moment.
+    woken: AtomicU32,
     /// Eight, so that a three-bit index needs no test.
     motors: [Motor; 8],
     spacings: [Spacing; 8],
@@ -135,6 +140,8 @@ struct Shared {
     caught: AtomicU32,
     /// When the last late event was played.
     late_at: AtomicU32,
+    /// The greatest of the motors' least distances. Once nothing has been late for so long, nothing to come can be too close behind it.
+    recovery: AtomicU32,
     /// Last: it is large.
     queue: StepQueue,
 }
@@ -143,10 +150,12 @@ static SHARED: Shared = Shared {
     careful: AtomicU32::new(0),
     pulse_ticks: AtomicU32::new(STEP_CLOCK_HZ / 1_000_000),
     raised: AtomicU32::new(0),
+    woken: AtomicU32::new(0),
     motors: [const { Motor::absent() }; 8],
     spacings: [const { Spacing { least_distance: AtomicU32::new(0), acted_at: AtomicU32::new(0) } }; 8],
     caught: AtomicU32::new(0),
     late_at: AtomicU32::new(0),
+    recovery: AtomicU32::new(0),
     queue: StepQueue::new(),
 };
 
@@ -158,18 +167,21 @@ pub fn queue() -> &'static StepQueue {
 
 /// Sets the pins of all motors. Only while nothing is queued or moving: the caller sees to that, at boot.
 pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
-    let mut pulsed = 0;
+    let (mut pulsed, mut recovery) = (0, 0);
     for (index, (motor, lines)) in SHARED.motors.iter().zip(motors).enumerate() {
         motor.step_register.store(lines.step.register(), Ordering::Relaxed);
         motor.next.store(lines.step.on_word(), Ordering::Relaxed);
         motor.direction_register.store(lines.direction.register(), Ordering::Relaxed);
         motor.forward.store(lines.direction.on_word(), Ordering::Relaxed);
         SHARED.spacings[index].least_distance.store(lines.least_distance_ticks, Ordering::Relaxed);
+        recovery = recovery.max(lines.least_distance_ticks);
         if !lines.double_edge {
             pulsed |= 1 << index;
         }
     }
+    memory::set_vector(pac::Interrupt::TIM2, if pulsed == 0 { on_step_timer } else { play_carefully });
     SHARED.careful.store(pulsed, Ordering::Relaxed);
+    SHARED.recovery.store(recovery, Ordering::Relaxed);
     // A pulse is at least as long as the fastest driver asks and at most 1 ms.
     SHARED.pulse_ticks.store((STEP_CLOCK_HZ / 1_000_000) * pulse_us.clamp(1, 1000), Ordering::Release);
 }
@@ -218,15 +230,21 @@ extern "C" fn on_step_timer() {
     });
 }
 
-/// The same where some motors need pulses, or something was late.
+/// The same where some motors need pulses, or something was late. Where motors need pulses this is the timer's interrupt itself.
 #[inline(never)]
 #[unsafe(link_section = ".itcm.pulses")]
-fn play_carefully() {
+extern "C" fn play_carefully() {
     let careful = SHARED.careful.load(Ordering::Relaxed);
-    if timer().sr.read().cc2if().bit_is_set() {
+    let flags = timer().sr.read();
+    if flags.cc2if().bit_is_set() {
         lower_all();
+        if flags.cc1if().bit_is_clear() && SHARED.woken.load(Ordering::Relaxed) == 0 {
+            // A pulse's end and nothing else: the timer is armed for the next event, or will be when the feed has written one.
+            return timer().sr.write(|w| w.cc1if().set_bit().cc2if().clear_bit());
+        }
     }
     acknowledge();
+    SHARED.woken.store(0, Ordering::Relaxed);
     if careful & CATCHING_UP != 0 {
         return catch_up(careful);
     }
@@ -246,17 +264,19 @@ fn act(event: StepEvent, pulsed: u32) {
     if event.is_turn() {
         return turn(motor, event.is_forward());
     }
-    let (bit, raised) = (1 << event.motor(), SHARED.raised.load(Ordering::Relaxed));
+    let bit = 1 << event.motor();
+    if pulsed & bit == 0 {
+        return toggle(motor);
+    }
+    let raised = SHARED.raised.load(Ordering::Relaxed);
     if raised & bit != 0 {
         // Faster than the pulse is long: the edge is kept, the pulse is cut.
         toggle(motor);
     }
     toggle(motor);
-    if pulsed & bit != 0 {
-        SHARED.raised.store(raised | bit, Ordering::Relaxed);
-        let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
-        timer().ccr2().write(|w| w.ccr().bits(end));
-    }
+    SHARED.raised.store(raised | bit, Ordering::Relaxed);
+    let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
+    timer().ccr2().write(|w| w.ccr().bits(end));
 }
 
 /// Ends the pulses that are high.
@@ -316,7 +336,7 @@ fn catch_up(careful: u32) {
     SHARED.queue.play_on_this_core(|event| {
         let late = lateness(event.at);
         if late < 0 {
-            if now().wrapping_sub(SHARED.late_at.load(Ordering::Relaxed)) > RECOVERED_TICKS {
+            if now().wrapping_sub(SHARED.late_at.load(Ordering::Relaxed)) > SHARED.recovery.load(Ordering::Relaxed) {
                 SHARED.careful.store(careful & !CATCHING_UP, Ordering::Relaxed);
             }
             return false;
@@ -348,7 +368,7 @@ fn count(late: u32, delayed: bool) {
     };
     let is_late = late > LATE_TICKS as u32;
     add(&STATISTICS.late, is_late);
-    add(&STATISTICS.delayed, delayed);
+    add(&STATISTICS.delayed, delayed && late > HARMLESS_TICKS);
     if is_late {
         SHARED.late_at.store(now(), Ordering::Relaxed);
         STATISTICS.worst_ticks.store(STATISTICS.worst_ticks.load(Ordering::Relaxed).max(late), Ordering::Relaxed);
@@ -387,5 +407,6 @@ pub(crate) fn start(timer: pac::TIM2, nvic: &mut NVIC) {
 /// Asks the interrupt to look at the queue again: the feed calls this after it has written.
 #[inline(always)]
 pub fn wake() {
+    SHARED.woken.store(1, Ordering::Release);
     NVIC::pend(pac::Interrupt::TIM2);
 }

@@ -126,7 +126,7 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
         let results = bench.run(rates.iter().map(|&rate| job(rate)).collect())?;
         let mut fast_enough = None;
         for &rate in rates.iter().rev() {
-            let run = results.of(&name(rate))?;
+            let Ok(run) = results.of(&name(rate)) else { continue };
             if keeps_up(run, rate)? {
                 fast_enough = Some((rate, run));
             }
