@@ -37,6 +37,7 @@ pub mod planner;
 pub mod profile;
 pub mod queue;
 mod ramp;
+mod root;
 mod run;
 mod series;
 mod smooth;

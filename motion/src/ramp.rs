@@ -10,7 +10,7 @@
 //! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first step of Newton's
 //! method from zero (k < 0, where it can only come from below) is polished by a fixed number of Newton steps.
 
-use crate::profile::Phase;
+use crate::{profile::Phase, root::cube_root};
 
 /// The greatest acceleration and jerk of a ramp; both above zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,7 +81,7 @@ fn cubic(v: f64, k: f64, x: f64) -> f64 {
     }
     let (mut t, steps) = if k > 0.0 {
         let (p, q) = (v / k, x / k);
-        let u = libm::cbrt(0.5 * q + libm::sqrt(0.25 * q * q + p * p * p / 27.0));
+        let u = cube_root(0.5 * q + libm::sqrt(0.25 * q * q + p * p * p / 27.0));
         (u - p / (3.0 * u), 3)
     } else {
         (x / v, 6)

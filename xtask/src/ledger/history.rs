@@ -27,8 +27,8 @@ const GROUPS: [(&str, &str, &[&str]); 13] = [
     ("Solving, plain", "instructions for each step, by kinematics", &["solve_per_step_*_plain"]),
     (
         "Solving, with shapers and pressure advance",
-        "instructions for each step, by kinematics",
-        &["solve_per_step_*_shaped"],
+        "instructions for each step, by kinematics; smooth: limited in jerk too",
+        &["solve_per_step_*_shaped", "solve_per_step_*_smooth"],
     ),
     ("Sustained rate", "steps a second, three axes, all else running", &["sustained_steps_per_s"]),
     ("Lines a second", "short G1 lines at 400 million instructions a second", &["lines_per_s"]),

@@ -49,6 +49,9 @@ const SHAPERS: &str =
     "[input shaper]\nshaper_type_x = mzv\nshaper_freq_x = 50\nshaper_type_y = mzv\nshaper_freq_y = 40\n";
 const ADVANCE: (&str, &str) = ("[extruder]\n", "[extruder]\nhotend.pressure_advance = 0.02\n");
 
+/// Where the jerk limit is set.
+const PLANNER: &str = "[planner]\n";
+
 /// Pulsed drivers on an expansion header, for the fifth and the sixth motor.
 const EXTERNAL: &str = "[actuator]\n\
     epsilon.steps_per_mm = 1600\nepsilon.max_rate = 20000\nepsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n\
@@ -63,6 +66,16 @@ impl Machines {
             text = text.replace(ADVANCE.0, ADVANCE.1) + SHAPERS;
         }
         text
+    }
+
+    /// As [`Self::of`], shaped, with jerk-limited ramps of at least 20 ms.
+    pub fn smooth(&self, kind: &Kind) -> String {
+        self.of(kind, true).replace(PLANNER, &format!("{PLANNER}jerk = 1000000\n"))
+    }
+
+    /// The printer, with filters and jerk-limited ramps of at least 20 ms.
+    pub fn smooth_printer(&self) -> String {
+        self.shaped_printer().replace(PLANNER, &format!("{PLANNER}jerk = 250000\n"))
     }
 
     /// The printer, with filters.
@@ -105,6 +118,10 @@ mod tests {
         assert!(plain.contains("arm_solution = winch\n") && plain.contains("[winch]\n"));
         assert!(!plain.contains("shaper") && shaped.contains("shaper_freq_x") && shaped.contains("pressure_advance"));
         assert!(machines.shaped_printer().contains("pressure_advance"));
+        assert!(
+            machines.smooth_printer().contains("\njerk = 250000\n") && machines.smooth_printer().contains("shaper")
+        );
+        assert!(machines.smooth(winch).contains("\njerk = 1000000\n") && !shaped.contains("jerk"));
         assert!(machines.fastest().contains("max_rate = 37500") && machines.six_motors().contains("zeta.step_pin"));
         assert!(winch.job(true).contains("E7") && !winch.job(false).contains('E'));
     }

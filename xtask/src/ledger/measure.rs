@@ -18,6 +18,8 @@ const RATES: [u32; 12] =
     [1_000_000, 950_000, 900_000, 850_000, 800_000, 750_000, 700_000, 650_000, 600_000, 550_000, 500_000, 450_000];
 /// How fast the three axes are to each other, together, in the loaded job.
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
+/// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
+const SMOOTH: &str = "_smooth";
 /// The hold comes in the middle of its stroke.
 const HOLD_AFTER: u64 = 120_000;
 
@@ -32,7 +34,8 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let mut ledger = Ledger::new();
     steps(&results, &mut ledger)?;
     kinematics(&results, &mut ledger)?;
-    lines(&results, &mut ledger)?;
+    lines(&results, "", &mut ledger)?;
+    lines(&results, SMOOTH, &mut ledger)?;
     let printer = results.of("printer-3")?;
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     let held = results.of("hold")?;
@@ -53,6 +56,13 @@ fn list(machines: &Machines) -> Vec<Job> {
     list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
+    let smooth = machines.smooth_printer();
+    list.push(Job::new("lines-few_smooth", &smooth, jobs::lines(jobs::FEW)));
+    list.push(Job::new("lines-many_smooth", &smooth, jobs::lines(jobs::MANY)));
+    list.push(Job::new("hard_smooth", &smooth, jobs::hard()));
+    if let Some(kind) = KINDS.iter().find(|kind| kind.word == "cartesian") {
+        list.push(Job::new("cartesian_smooth", &machines.smooth(kind), kind.job(true)));
+    }
     list.push(Job::new("hold", fast, jobs::stroke()).held_after(HOLD_AFTER));
     list.push(Job::new("hard", &machines.shaped_printer(), jobs::hard()));
     for kind in &KINDS {
@@ -94,12 +104,16 @@ fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
             ledger.insert(key, round(run.moving(FEED)? / run.steps()?));
         }
     }
+    let smooth = results.of("cartesian_smooth")?;
+    ledger.insert("solve_per_step_cartesian_smooth".into(), round(smooth.moving(FEED)? / smooth.steps()?));
     Ok(())
 }
 
-/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else.
-fn lines(results: &Results, ledger: &mut Ledger) -> Result<()> {
-    let (few, many) = (results.of("lines-few")?, results.of("lines-many")?);
+/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else. `with`: what the names of jobs and
+/// keys end with.
+fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
+    let of = |job: &str| results.of(&format!("{job}{with}"));
+    let (few, many, hard) = (of("lines-few")?, of("lines-many")?, of("hard")?);
     let each = |cost: &dyn Fn(&Measured) -> Result<f64>| -> Result<f64> {
         Ok((cost(many)? - cost(few)?) / (many.lines()? - few.lines()?))
     };
@@ -107,13 +121,17 @@ fn lines(results: &Results, ledger: &mut Ledger) -> Result<()> {
     let line = each(&Measured::dispatcher)?;
     let plan = each(&|run| run.number(&["functions", planner, "total"]))?;
     let solve = each(&|run| run.number(&["functions", FEED, "total"]))?;
-    ledger.insert("line_instructions".into(), round(line));
-    ledger.insert("plan_instructions_per_block".into(), round(plan));
-    ledger.insert("block_instructions".into(), round(plan + solve));
-    let passes = [many.calls(planner, "max")?, results.of("hard")?.calls(planner, "max")?];
-    ledger.insert("plan_pass_max_instructions".into(), passes.into_iter().fold(0.0, f64::max));
+    let passes = [many.calls(planner, "max")?, hard.calls(hard.planner()?, "max")?];
+    let runs = [many.calls(FEED, "max")?, hard.calls(FEED, "max")?];
     // Everything that ran while the machine moved, its steps included.
-    ledger.insert("lines_per_s".into(), (INSTRUCTIONS_PER_S * many.lines()? / many.while_moving()?).round());
+    let lines_per_s = (INSTRUCTIONS_PER_S * many.lines()? / many.while_moving()?).round();
+    let mut enter = |key: &str, number: f64| ledger.insert(format!("{key}{with}"), number);
+    enter("line_instructions", round(line));
+    enter("plan_instructions_per_block", round(plan));
+    enter("block_instructions", round(plan + solve));
+    enter("plan_pass_max_instructions", passes.into_iter().fold(0.0, f64::max));
+    enter("feed_run_max_lines_instructions", runs.into_iter().fold(0.0, f64::max));
+    enter("lines_per_s", lines_per_s);
     Ok(())
 }
 
