@@ -116,7 +116,6 @@ fn worst_ns(edges: &[StepEdge]) -> f64 {
         chip: Chip::Tmc2590,
         faults: Vec::new(),
         verify: true,
-        profile: false,
     };
     fs::write(&job.config, CONFIG).expect("a file in it");
     fs::write(&job.gcode, JOB).expect("a file in it");
