@@ -37,7 +37,7 @@ impl<P: Ports> Controller<P> {
         homing.delta || homing.rotary_delta || homing.scara
     }
 
-    fn motion_config(&mut self) -> Result<MotionConfig, Failure> {
+    pub(crate) fn motion_config(&mut self) -> Result<MotionConfig, Failure> {
         let config = self.ports.motion(|motion| motion.config().copied());
         config.ok_or_else(|| Failure::refused("motion is not configured"))
     }
@@ -64,11 +64,7 @@ impl<P: Ports> Controller<P> {
     /// X, Y and Z are the tool's again, at the place that the motors' positions mean.
     pub(crate) async fn leave_motor_space(&mut self) -> Result<(), Failure> {
         let Some(space) = self.motor_space.take() else { return Ok(()) };
-        let since = self.ports.now();
-        while !self.ports.motion(|motion| motion.is_idle()) && self.ports.now().since(since) < SETTLING_TIME {
-            self.serve();
-            yield_once().await;
-        }
+        self.come_to_rest().await;
         let mut config = self.motion_config()?;
         config.kinematics = space.kinematics;
         config.limits.axis_speed = space.axis_speed;
@@ -76,6 +72,24 @@ impl<P: Ports> Controller<P> {
         let motors = self.ports.motion(|motion| motion.commanded_position());
         self.ports.motion(|motion| motion.configure(config)).map_err(refuse)?;
         self.set_machine_position(space.kinematics.point(&PerActuator(motors.0)))
+    }
+
+    /// Waits for standstill after something went wrong, halt or not.
+    pub(crate) async fn come_to_rest(&mut self) {
+        let since = self.ports.now();
+        while !self.ports.motion(|motion| motion.is_idle()) && self.ports.now().since(since) < SETTLING_TIME {
+            self.serve();
+            yield_once().await;
+        }
+    }
+
+    /// Where the tool of a linear delta is with every carriage at its switch, were there no trims.
+    pub(crate) fn delta_home(&self) -> PerAxis<f64> {
+        let stop = self.config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0);
+        // With all carriages at the top the tool is in the middle.
+        let mut place = PerAxis([0.0; units::MAX_AXES]);
+        place[Axis::Z] = stop + self.home_offset[Axis::Z];
+        place
     }
 
     /// Where the motors are at their switches. A trim is the part of the way that a switch sits too low.
@@ -90,8 +104,8 @@ impl<P: Ports> Controller<P> {
             return place;
         }
         if homing.delta {
-            // With all carriages at the top the tool is in the middle.
-            (place[Axis::X], place[Axis::Y]) = (0.0, 0.0);
+            let home = self.delta_home();
+            Axis::PRIMARY.into_iter().for_each(|axis| place[axis] = home[axis]);
         }
         let mut motors = PerAxis(kinematics.actuators(&place).0);
         for (axis, trim) in Axis::PRIMARY.into_iter().zip(homing.trim) {
@@ -123,7 +137,7 @@ impl<P: Ports> Controller<P> {
     }
 
     /// The motors stay where they are; what that means for the tool is worked out anew.
-    fn change_arms(&mut self, config: MotionConfig, kinematics: Kinematics) -> Result<(), Failure> {
+    pub(crate) fn change_arms(&mut self, config: MotionConfig, kinematics: Kinematics) -> Result<(), Failure> {
         let motors = config.kinematics.actuators(&self.position);
         self.ports.motion(|motion| motion.configure(MotionConfig { kinematics, ..config })).map_err(refuse)?;
         self.set_machine_position(kinematics.point(&motors))

@@ -80,7 +80,7 @@ impl<P: Ports> Controller<P> {
     }
 
     /// Homes these axes, or all that can be when none is named.
-    async fn home(&mut self, named: AxisSet) -> Outcome {
+    pub(crate) async fn home(&mut self, named: AxisSet) -> Outcome {
         let able = Axis::ALL
             .into_iter()
             .filter(|axis| self.homing_endstop(*axis).is_some())

@@ -4,6 +4,9 @@
 //! it costs nothing. So the speed of a search decides how far the machine runs past the contact, never what it measures.
 
 mod codes;
+mod delta_calibration;
+mod delta_fit;
+mod points;
 mod settings;
 
 use motion::Mode;

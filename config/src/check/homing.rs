@@ -1,7 +1,7 @@
 //! Endstops and the probe.
 
 use super::Checks;
-use crate::machine::{EndstopConfig, HomingDirection};
+use crate::machine::{ArmSolution, EndstopConfig, HomingDirection};
 use units::{Actuator, Mm};
 
 const ENDSTOPS: &str = "endstops";
@@ -37,6 +37,10 @@ fn probe(checks: &mut Checks<'_, '_>) {
     if probe.slow_rate > probe.fast_rate {
         let reason = format_args!("the search is faster than the travel between the points");
         checks.warn((SECTION, 0, "slow_feedrate"), reason, format_args!("write less than fast_feedrate"));
+    }
+    if config.delta_calibration.enable && config.motion.arm_solution != ArmSolution::LinearDelta {
+        let reason = format_args!("only a linear delta can be calibrated");
+        checks.error((SECTION, 0, "calibration"), reason, format_args!("leave it out"));
     }
     let motor = &config.actuators[Actuator::Gamma];
     // The motor takes no more than its own limit, so that is the speed it would have to brake from.

@@ -5,6 +5,7 @@
 
 mod actuators;
 mod arms;
+mod calibration;
 mod heat;
 mod homing;
 mod motion;
@@ -13,6 +14,7 @@ mod system;
 
 pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig};
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
+pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
@@ -72,6 +74,8 @@ pub struct MachineConfig {
     pub homing: HomingConfig,
     /// `[zprobe]`
     pub probe: ProbeConfig,
+    /// `[delta calibration strategy]`
+    pub delta_calibration: DeltaCalibrationConfig,
     /// `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.

@@ -104,7 +104,13 @@ pub const ZPROBE: Section = Section {
             "How G29, G31 and G32 level the bed; the strategy has a section of its own.",
         )
         .not_yet(NO_LEVELING),
-        word("calibration", "", &["delta"], nowhere, "How G32 calibrates the machine.").not_yet(NO_LEVELING),
+        word(
+            "calibration",
+            "",
+            &["delta"],
+            |c, _, _| c.delta_calibration.enable = true,
+            "How G32 calibrates the machine; the strategy has a section of its own.",
+        ),
     ],
 };
 
@@ -237,17 +243,32 @@ pub const DELTA_CALIBRATION: Section = Section {
     summary: "Finds the endstop trims and the radius of a delta by probing.",
     form: Form::Plain,
     settings: &[
-        number("radius", "100", ANY, nowhere, "Distance of the probe points from the centre.")
-            .unit("mm")
-            .v1("leveling-strategy.delta-calibration.radius")
-            .dormant(),
-        number("initial_height", "20", ANY, nowhere, "Height moved to fast before searching for the bed.")
-            .unit("mm")
-            .v1("leveling-strategy.delta-calibration.initial_height")
-            .dormant(),
-        number("tolerance", "0.03", ANY, nowhere, "Target spread for the trim and radius iterations.")
-            .unit("mm")
-            .v1("leveling-strategy.delta-calibration.tolerance")
-            .dormant(),
+        number(
+            "radius",
+            "100",
+            POSITIVE,
+            |c, _, v| c.delta_calibration.radius = Mm(v),
+            "Distance of the probed points from the centre. G32 J changes it.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.delta-calibration.radius"),
+        number(
+            "initial_height",
+            "20",
+            POSITIVE,
+            |c, _, v| c.delta_calibration.initial_height = Mm(v),
+            "Height moved to fast before searching for the bed.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.delta-calibration.initial_height"),
+        number(
+            "tolerance",
+            "0.03",
+            POSITIVE,
+            |c, _, v| c.delta_calibration.tolerance = Mm(v),
+            "Spread of the points' heights that is good enough. G32 I changes it.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.delta-calibration.tolerance"),
     ],
 };

@@ -26,6 +26,7 @@ impl<P: Ports> Controller<P> {
             };
         }
         match (number, subcode) {
+            (29 | 31 | 32, _) => self.strategy_code(number, subcode, block).await,
             (30, 0) => self.probe_bed(block).await,
             (38, 2) => self.probe_along(block, Until::Touch, true).await,
             (38, 3) => self.probe_along(block, Until::Touch, false).await,
@@ -33,6 +34,19 @@ impl<P: Ports> Controller<P> {
             (38, 5) => self.probe_along(block, Until::Release, false).await,
             (38, _) => Err(Failure::refused("Only G38.2 to G38.5 are supported")),
             _ => Ok(Answer::Unknown),
+        }
+    }
+
+    /// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the latter alone.
+    async fn strategy_code(&mut self, number: u16, subcode: u8, block: &Block<'_>) -> Outcome {
+        let calibrates = self.config.delta_calibration.enable && block.get('P') != Some(0.0);
+        if calibrates {
+            self.probing_rate(block)?;
+        }
+        match (number, subcode) {
+            (29, 0 | 1) if calibrates => self.measure_delta(block).await,
+            (32, 0) if calibrates => self.calibrate_delta(block).await,
+            _ => Err(Failure::Refused(message(format_args!("No strategy found to handle G{number}")))),
         }
     }
 

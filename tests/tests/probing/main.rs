@@ -1,5 +1,6 @@
 //! Probing: G30, G38, M48 and M670 against a simulated bed, and everything that can be wrong with a probe.
 
+mod calibration;
 mod faults;
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
@@ -23,6 +24,14 @@ fn homed(plan: Plan) -> Bench {
     let mut bench = plan.start();
     assert!(bench.greeting().find("ERROR").is_none(), "{}", bench.greeting());
     bench.run(&["G28", "G1 X50 Y60 Z20 F6000", "M400"]);
+    bench
+}
+
+/// A homed delta.
+fn homed_delta(plan: Plan) -> Bench {
+    let mut bench = plan.start();
+    assert!(bench.greeting().find("ERROR").is_none(), "{}", bench.greeting());
+    bench.run(&["G28", "G1 Z30 F9000", "M400"]);
     bench
 }
 
