@@ -40,6 +40,7 @@ const SCOPES: &[(&str, Scope)] = &[
     ("cartesian grid leveling strategy", Scope::Section),
     ("delta grid leveling strategy", Scope::Section),
     ("delta calibration strategy", Scope::Section),
+    ("skew correction", Scope::Section),
     ("player", Scope::Section),
     ("laser", Scope::Section),
     ("drillingcycles", Scope::Section),

@@ -138,9 +138,11 @@ impl<P: Ports> Controller<P> {
 
     /// The motors stay where they are; what that means for the tool is worked out anew.
     pub(crate) fn change_arms(&mut self, config: MotionConfig, kinematics: Kinematics) -> Result<(), Failure> {
-        let motors = config.kinematics.actuators(&self.position);
+        let place = self.position;
+        let motors = self.ports.motion(|motion| config.kinematics.actuators(&motion.compensation().motors(&place)));
         self.ports.motion(|motion| motion.configure(MotionConfig { kinematics, ..config })).map_err(refuse)?;
-        self.set_machine_position(kinematics.point(&motors))
+        let place = self.ports.motion(|motion| motion.compensation().program(&kinematics.point(&motors)));
+        self.set_machine_position(place)
     }
 
     fn set_home_height(&mut self, block: &Block<'_>) {

@@ -11,6 +11,7 @@ use units::{Actuator, Duty, Micros};
 use crate::console::Target;
 use crate::controller::Controller;
 use crate::heat::HeaterSettings;
+use crate::levelling::GRID_TEMPORARY;
 use crate::modal::Modal;
 use crate::motion_config::motion_config;
 use crate::ports::{MotorDrivers, OpenMode, Ports, StorageError};
@@ -70,6 +71,7 @@ impl<P: Ports> Controller<P> {
         self.ports.mount()?;
         // A change that a power cut stopped half way.
         self.settle(CONFIG_TEMPORARY).await?;
+        self.settle(GRID_TEMPORARY).await?;
         let file = self.ports.open(CONFIG_PATH, OpenMode::Read)?;
         let board = BoardId::from_id(self.ports.board().board_id);
         let mut reader = Reader::new(&mut self.config, board, findings);
@@ -125,6 +127,7 @@ impl<P: Ports> Controller<P> {
         let now = self.ports.now();
         self.limits.configure(&self.config, now);
         self.configure_motion();
+        self.configure_levelling();
         self.configure_heat();
         self.wire();
         if !self.crippled {

@@ -12,6 +12,7 @@ use crate::arms::MotorSpace;
 use crate::console::{Consoles, Target};
 use crate::failure::Failure;
 use crate::halt::HaltWatch;
+use crate::levelling::Levelling;
 use crate::limits::LimitWatch;
 use crate::modal::{Modal, Saved};
 use crate::overrides::Overrides;
@@ -64,6 +65,8 @@ pub struct Controller<P: Ports> {
     /// Set while X, Y and Z are motors (homing of towers and arms).
     pub(crate) motor_space: Option<MotorSpace>,
     pub(crate) probing: Probing,
+    /// What probing a bed starts from.
+    pub(crate) levelling: Levelling,
     /// Motors with current, one bit each.
     pub(crate) motors_on: u8,
     /// Motors at their standstill current, one bit each.
@@ -105,6 +108,7 @@ impl<P: Ports> Controller<P> {
             home_offset: PerAxis([0.0; units::MAX_AXES]),
             motor_space: None,
             probing: Probing::default(),
+            levelling: Levelling::default(),
             motors_on: 0,
             resting_motors: 0,
             standing_since: Micros(0),

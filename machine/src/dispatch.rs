@@ -200,6 +200,7 @@ impl<P: Ports> Controller<P> {
             (203..=205, 0 | 1) | (220, 0) => self.limits_code(code, block),
             (206, 0) => self.home_offset_code(block),
             (303, 0) => self.autotune_code(block).await,
+            (370 | 421 | 557 | 561 | 565 | 852, 0) | (374 | 375, 0 | 1) => self.levelling_code(code, block).await,
             (400, 0) => {
                 self.wait_idle().await?;
                 Ok(Answer::Ok)

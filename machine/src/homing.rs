@@ -99,10 +99,16 @@ impl<P: Ports> Controller<P> {
         self.suspend_limits();
         // Filters would delay the stop at a switch.
         self.ports.motion(|motion| motion.bypass_filters(true));
+        // A switch is at a place of the motors.
+        let was_aside = self.compensation_is_aside();
+        self.set_compensation_aside()?;
         let homed = self.home_in_order(chosen).await;
         self.ports.motion(|motion| motion.bypass_filters(false));
         self.ports.latch().disarm();
         let homed = self.leave_motor_space().await.and(homed);
+        if !was_aside {
+            self.put_compensation_back().await;
+        }
         self.apply(Event::HomingEnds);
         if let Err(Failure::Alarm(text)) = homed {
             self.homed = 0;

@@ -22,6 +22,7 @@ pub mod heat;
 mod heat_codes;
 mod homing;
 mod jog;
+mod levelling;
 mod limits;
 mod modal;
 pub mod motion_config;

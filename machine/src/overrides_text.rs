@@ -12,7 +12,7 @@ use crate::tuning::advance_of;
 /// The lines of one part of the machine.
 pub type Text = heapless::String<1_408>;
 /// How many parts there are.
-pub const PARTS: u8 = 7;
+pub const PARTS: u8 = 8;
 
 impl<P: Ports> Controller<P> {
     /// The lines of part n of [`PARTS`]. Full texts are an error, not a cut: half a line would be another setting.
@@ -25,6 +25,7 @@ impl<P: Ports> Controller<P> {
             3 => self.write_heaters(&mut text),
             4 => self.write_currents(&mut text),
             5 => self.write_probe(&mut text),
+            6 => self.write_levelling(&mut text),
             _ => self.write_offsets(&mut text),
         }?;
         Ok(text)

@@ -151,7 +151,7 @@ impl<P: Ports> Controller<P> {
             2 => ("MCS", live, false),
             3 => ("APOS", self.motor_position(&live), false),
             4 => ("MP", self.position, false),
-            5 => ("CMP", self.position, false),
+            5 => ("CMP", self.compensated(), false),
             _ => return Ok(Answer::Unknown),
         };
         let unit = |mm: f64| if in_units { self.modal.in_program_units(mm) } else { mm };
@@ -177,9 +177,18 @@ impl<P: Ports> Controller<P> {
         Ok(Answer::Said)
     }
 
+    /// The commanded position after levelling and skew.
+    fn compensated(&mut self) -> PerAxis<f64> {
+        let position = self.position;
+        self.ports.motion(|motion| motion.compensation().motors(&position))
+    }
+
     /// Motor positions in mm, dressed as a position.
     fn motor_position(&mut self, machine: &PerAxis<f64>) -> PerAxis<f64> {
-        let motors = self.ports.motion(|motion| motion.config().map(|config| config.kinematics.actuators(machine)));
+        let motors = self.ports.motion(|motion| {
+            let place = motion.compensation().motors(machine);
+            motion.config().map(|config| config.kinematics.actuators(&place))
+        });
         motors.map_or(*machine, |motors| PerAxis(motors.0))
     }
 

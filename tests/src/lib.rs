@@ -283,6 +283,20 @@ impl Bench {
         fs::read_to_string(self.card.join(name)).ok()
     }
 
+    /// The bytes of a file on the card.
+    #[must_use]
+    pub fn read_card_bytes(&self, name: &str) -> Option<Vec<u8>> {
+        fs::read(self.card.join(name)).ok()
+    }
+
+    /// Puts a file on the card, as another computer would.
+    ///
+    /// # Panics
+    /// When the card's folder cannot be written.
+    pub fn write_card(&self, name: &str, bytes: &[u8]) {
+        fs::write(self.card.join(name), bytes).expect("the card's folder");
+    }
+
     /// Nothing moves, nothing heats, no motor has current; a command is refused.
     ///
     /// # Panics

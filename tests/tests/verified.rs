@@ -24,6 +24,11 @@ fn parse(row: &str) -> StepEdge {
 
 /// The plan of the job on a machine, and the edges that a board would have made of it.
 fn job_on(config: &str, name: &str) -> (Plan, Vec<StepEdge>) {
+    job_of(JOB, config, name)
+}
+
+fn job_of(job: &str, config: &str, name: &str) -> (Plan, Vec<StepEdge>) {
+    let lines = job;
     let out = std::env::temp_dir().join(format!("velvet-verified-{name}-{}", std::process::id()));
     fs::create_dir_all(&out).expect("a temporary folder");
     let write = |name: &str, text: &str| -> PathBuf {
@@ -32,7 +37,7 @@ fn job_on(config: &str, name: &str) -> (Plan, Vec<StepEdge>) {
     };
     let job = Job {
         config: write("config.ini", config),
-        gcode: write("job.gcode", JOB),
+        gcode: write("job.gcode", lines),
         out: out.clone(),
         until_ns: None,
         chip: sim::models::tmc26x::Chip::Tmc2590,
@@ -46,6 +51,18 @@ fn job_on(config: &str, name: &str) -> (Plan, Vec<StepEdge>) {
     // A folder left behind harms nobody.
     let _ = fs::remove_dir_all(&out);
     (plan, edges.lines().skip(1).map(parse).collect())
+}
+
+#[test]
+fn a_levelled_and_skewed_machine_keeps_time() {
+    let grid = "\n[cartesian grid leveling strategy]\nx_size = 60\ny_size = 40\ngrid_x_size = 4\ngrid_y_size = 3\n\
+                [skew correction]\nxy = 0.01\nyz = -0.02\n[zprobe]\nleveling = cartesian grid\n";
+    let levelled =
+        format!("G28\nM421 I1 J1 Z0.3\nM421 I2 J1 Z-0.2\nM421 I2 J2 Z0.25\n{JOB}G1 X55 Y35 F9000\nM370\nG1 X0 Y0\n");
+    let (plan, edges) = job_of(&levelled, &format!("{}{grid}", scenarios::CARTESIAN), "levelled");
+    let right = compare(&plan, &edges).expect("the same motion");
+    assert!(right.max_ns < SOLVER_NS, "{right:?}");
+    assert!(edges.iter().filter(|edge| edge.actuator == Actuator::Gamma).count() > 500, "Z follows the bed");
 }
 
 fn compare(plan: &Plan, edges: &[StepEdge]) -> Result<StepError, Mismatch> {

@@ -5,6 +5,7 @@
 mod arms;
 mod heat;
 mod homing;
+mod leveling;
 mod motors;
 mod names;
 mod outputs;
@@ -31,6 +32,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);
+    leveling::check(&mut checks);
     heat::check(&mut checks);
     tools::check(&mut checks);
     uart::check(&mut checks);

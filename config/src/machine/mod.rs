@@ -8,6 +8,7 @@ mod arms;
 mod calibration;
 mod heat;
 mod homing;
+mod leveling;
 mod motion;
 mod outputs;
 mod system;
@@ -17,6 +18,7 @@ pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms
 pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
+pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
 pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
@@ -76,6 +78,8 @@ pub struct MachineConfig {
     pub probe: ProbeConfig,
     /// `[delta calibration strategy]`
     pub delta_calibration: DeltaCalibrationConfig,
+    /// The leveling strategies and `[skew correction]`.
+    pub leveling: LevelingConfig,
     /// `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.

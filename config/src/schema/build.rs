@@ -153,8 +153,6 @@ impl Setting {
 pub const fn nowhere<T: Copy>(_: &mut MachineConfig, _: usize, _: T) {}
 /// The same for texts.
 pub const fn no_text(_: &mut MachineConfig, _: usize, _: &str) {}
-/// The same for lists of numbers.
-pub const fn no_numbers(_: &mut MachineConfig, _: usize, _: &[f64]) {}
 
 /// An instance's name, when it is short enough.
 pub fn new_name(name: &str) -> Result<Name, CannotCreate> {

@@ -45,6 +45,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "cartesian grid leveling strategy",
             "delta grid leveling strategy",
             "delta calibration strategy",
+            "skew correction",
         ],
     ),
     ("Tools", &["laser", "drillingcycles", "lathe", "els"]),

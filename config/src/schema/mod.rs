@@ -16,6 +16,7 @@ mod heat;
 #[cfg(any(test, feature = "std"))]
 mod json;
 mod kinematics;
+mod leveling;
 #[cfg(any(test, feature = "std"))]
 mod markdown;
 mod modules;
@@ -57,10 +58,11 @@ pub const SECTIONS: &[Section] = &[
     switches::PWM2,
     switches::VOLTAGE_MONITOR,
     probe::ZPROBE,
-    probe::THREE_POINT,
-    probe::CARTESIAN_GRID,
-    probe::DELTA_GRID,
+    leveling::THREE_POINT,
+    leveling::CARTESIAN_GRID,
+    leveling::DELTA_GRID,
     probe::DELTA_CALIBRATION,
+    leveling::SKEW_CORRECTION,
     system::KILL_BUTTON,
     system::PLAYER,
     kinematics::LINEAR_DELTA,

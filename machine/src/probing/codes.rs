@@ -44,8 +44,15 @@ impl<P: Ports> Controller<P> {
             self.probing_rate(block)?;
         }
         match (number, subcode) {
-            (29, 0 | 1) if calibrates => self.measure_delta(block).await,
-            (32, 0) if calibrates => self.calibrate_delta(block).await,
+            (29, 0 | 1) | (32, 0) if calibrates => {
+                self.wait_idle().await?;
+                // The machine itself is measured, not what makes up for its bed.
+                self.set_compensation_aside()?;
+                let done =
+                    if number == 29 { self.measure_delta(block).await } else { self.calibrate_delta(block).await };
+                self.put_compensation_back().await;
+                done
+            }
             _ => Err(Failure::Refused(message(format_args!("No strategy found to handle G{number}")))),
         }
     }

@@ -301,6 +301,11 @@ impl Compensation {
         &mut self.surface.draft
     }
 
+    pub(crate) fn copy_to_draft(&mut self) {
+        let surface = &mut *self.surface;
+        surface.draft = if self.bed == Bed::Grid { surface.heights } else { [0.0; MOST_POINTS] };
+    }
+
     pub(crate) fn set_suspended(&mut self, suspended: bool) {
         self.suspended = suspended;
         self.changed();

@@ -17,6 +17,11 @@ impl Motion {
         self.compensation.draft()
     }
 
+    /// Begins a draft with the heights in force, or with a flat bed.
+    pub fn copy_to_draft(&mut self) {
+        self.compensation.copy_to_draft();
+    }
+
     /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at each point of the grid. It takes the
     /// place of whatever levelled before.
     ///

@@ -5,6 +5,7 @@
 mod heat;
 mod homing;
 mod kinematics;
+mod leveling;
 mod motion;
 mod motors;
 mod probe;
@@ -113,7 +114,7 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 9] {
+fn tables() -> [(&'static str, &'static [Row]); 10] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
@@ -124,6 +125,7 @@ fn tables() -> [(&'static str, &'static [Row]); 9] {
         ("probe", probe::ROWS),
         ("switches", switches::ROWS),
         ("kinematics", kinematics::ROWS),
+        ("leveling", leveling::ROWS),
     ]
 }
 
@@ -203,4 +205,5 @@ tests! {
     each_setting_of_the_probe_changes_something: probe;
     each_setting_of_switches_changes_something: switches;
     each_setting_of_kinematics_changes_something: kinematics;
+    each_setting_of_leveling_changes_something: leveling;
 }

@@ -25,6 +25,7 @@ pub const ROWS: &[Row] = &[
     row("[zprobe] max_travel", "30", "5", Say(DOWN)).with(PROBE),
     row("[zprobe] reverse_z", "false", "true", Edges(DOWN)).with(PROBE).built(),
     row("[zprobe] dwell_before_probing", "0", "0.5", Edges(DOWN)).with(PROBE),
+    row("[zprobe] probe_height", "5", "9", Edges(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
     row("[zprobe] calibration", "delta", "", Say(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
     row("[delta calibration strategy] radius", "60", "50", Say(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
     row("[delta calibration strategy] initial_height", "20", "10", Edges(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),

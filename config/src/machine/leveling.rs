@@ -1,0 +1,76 @@
+//! The leveling strategies and `[skew correction]`.
+
+use units::Mm;
+
+/// How the bed is leveled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leveling {
+    /// As a plane through three points.
+    ThreePoint,
+    /// By a square grid around the middle.
+    DeltaGrid,
+    /// By a rectangular grid.
+    CartesianGrid,
+}
+
+/// What levels the machine, and how its axes lean.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LevelingConfig {
+    /// `[zprobe] leveling`
+    pub strategy: Option<Leveling>,
+    /// `[three point leveling strategy]` `point1` to `point3`: X and Y, mm.
+    pub points: [[f64; 2]; 3],
+    /// Its `probe_offsets`, mm.
+    pub plane_offsets: [f64; 3],
+    /// M500 stores the plane.
+    pub save_plane: bool,
+    /// `[cartesian grid leveling strategy]`
+    pub grid: CartesianGrid,
+    /// `[delta grid leveling strategy]`
+    pub delta: DeltaGrid,
+    /// `[skew correction]`: XY, XZ, YZ.
+    pub skew: [SkewConfig; 3],
+}
+
+/// `[cartesian grid leveling strategy]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CartesianGrid {
+    /// Of the area, from the origin along X and Y.
+    pub size: [Mm; 2],
+    /// Points along X and Y.
+    pub count: [u8; 2],
+    /// M500 adds a command that loads the grid.
+    pub save: bool,
+    /// The area comes with each probing.
+    pub two_corners: bool,
+    /// Printed with coordinates.
+    pub human_readable: bool,
+    /// Probe relative to the nozzle, mm.
+    pub offsets: [f64; 3],
+    /// `dampening_start`
+    pub fade_start: Mm,
+    /// `height_limit`
+    pub fade_end: Mm,
+}
+
+/// `[delta grid leveling strategy]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DeltaGrid {
+    /// Of the probed circle.
+    pub radius: Mm,
+    /// Points along a side.
+    pub count: u8,
+    /// M500 adds a command that loads the grid.
+    pub save: bool,
+    /// Probe relative to the nozzle, mm.
+    pub offsets: [f64; 3],
+}
+
+/// How one axis leans towards another.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SkewConfig {
+    /// The tangent.
+    pub factor: f64,
+    /// AC, BD and AD of a square, mm, which the factor follows from.
+    pub measured: Option<[f64; 3]>,
+}

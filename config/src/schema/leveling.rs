@@ -1,0 +1,207 @@
+//! The leveling strategies' sections, and `[skew correction]`.
+
+use super::build::{ANY, bool, integer, no_text, nowhere, number, numbers, text};
+use super::{Form, Section, Setting};
+use units::Mm;
+
+/// Points along a side of a grid; `motion` has room for no more.
+const SIDE: (i64, i64) = (2, 50);
+/// Skew factors: tangents of six degrees.
+const SKEW: (f64, f64) = (-0.1, 0.1);
+
+pub const THREE_POINT: Section = Section {
+    name: "three point leveling strategy",
+    summary: "Levels the bed as a plane through three probed points.",
+    form: Form::Plain,
+    settings: &[
+        point("point1", |c, _, v| c.leveling.points[0] = pair(v), "First probe point as X,Y. M557 P0 changes it.")
+            .v1("leveling-strategy.three-point-leveling.point1"),
+        point("point2", |c, _, v| c.leveling.points[1] = pair(v), "Second probe point as X,Y. M557 P1 changes it.")
+            .v1("leveling-strategy.three-point-leveling.point2"),
+        point("point3", |c, _, v| c.leveling.points[2] = pair(v), "Third probe point as X,Y. M557 P2 changes it.")
+            .v1("leveling-strategy.three-point-leveling.point3"),
+        offsets(|c, _, v| c.leveling.plane_offsets = triple(v))
+            .v1("leveling-strategy.three-point-leveling.probe_offsets"),
+        bool("home_first", "true", nowhere, "Homes X and Y before probing.")
+            .v1("leveling-strategy.three-point-leveling.home_first")
+            .dormant(),
+        number("tolerance", "0.03", ANY, nowhere, "Height spread below which the bed counts as flat.")
+            .unit("mm")
+            .v1("leveling-strategy.three-point-leveling.tolerance")
+            .dormant(),
+        bool("save_plane", "false", |c, _, v| c.leveling.save_plane = v, "Lets M500 store the plane.")
+            .v1("leveling-strategy.three-point-leveling.save_plane"),
+    ],
+};
+
+pub const CARTESIAN_GRID: Section = Section {
+    name: "cartesian grid leveling strategy",
+    summary: "Levels the bed by a rectangular grid of heights, through which a smooth surface is laid.",
+    form: Form::Plain,
+    settings: &[
+        size("x_size", |c, _, v| c.leveling.grid.size[0] = Mm(v), "Width of the area from X0; may be negative.")
+            .v1("leveling-strategy.rectangular-grid.x_size"),
+        size("y_size", |c, _, v| c.leveling.grid.size[1] = Mm(v), "Depth of the area from Y0; may be negative.")
+            .v1("leveling-strategy.rectangular-grid.y_size"),
+        points("grid_x_size", |c, _, v| c.leveling.grid.count[0] = v as u8, "Grid points along X.")
+            .v1("leveling-strategy.rectangular-grid.grid_x_size"),
+        points("grid_y_size", |c, _, v| c.leveling.grid.count[1] = v as u8, "Grid points along Y.")
+            .v1("leveling-strategy.rectangular-grid.grid_y_size"),
+        number("tolerance", "0.03", ANY, nowhere, "Intended flatness tolerance.")
+            .unit("mm")
+            .v1("leveling-strategy.rectangular-grid.tolerance")
+            .dormant(),
+        bool(
+            "save",
+            "false",
+            |c, _, v| c.leveling.grid.save = v,
+            "Makes M500 add a command that reloads the saved grid.",
+        )
+        .v1("leveling-strategy.rectangular-grid.save"),
+        bool("do_home", "true", nowhere, "Homes before the grid probe.")
+            .v1("leveling-strategy.rectangular-grid.do_home")
+            .dormant(),
+        bool(
+            "only_by_two_corners",
+            "false",
+            |c, _, v| c.leveling.grid.two_corners = v,
+            "Takes the area from the G31/G32 line instead of the config; such a grid is neither saved nor loaded.",
+        )
+        .v1("leveling-strategy.rectangular-grid.only_by_two_corners"),
+        bool(
+            "human_readable",
+            "false",
+            |c, _, v| c.leveling.grid.human_readable = v,
+            "Prints the grid with coordinates along its edges.",
+        )
+        .v1("leveling-strategy.rectangular-grid.human_readable"),
+        offsets(|c, _, v| c.leveling.grid.offsets = triple(v)).v1("leveling-strategy.rectangular-grid.probe_offsets"),
+        number(
+            "dampening_start",
+            "0",
+            ANY,
+            |c, _, v| c.leveling.grid.fade_start = Mm(v),
+            "Height from which the correction fades.",
+        )
+        .unit("mm")
+        .klipper("[bed_mesh] fade_start")
+        .v1("leveling-strategy.rectangular-grid.dampening_start"),
+        number(
+            "height_limit",
+            "0",
+            ANY,
+            |c, _, v| c.leveling.grid.fade_end = Mm(v),
+            "Height at which the correction has faded to nothing; not above dampening_start: it never fades.",
+        )
+        .unit("mm")
+        .klipper("[bed_mesh] fade_end")
+        .v1("leveling-strategy.rectangular-grid.height_limit"),
+        number("initial_height", "10", ANY, nowhere, "Height moved to fast before searching for the bed.")
+            .unit("mm")
+            .v1("leveling-strategy.rectangular-grid.initial_height")
+            .dormant(),
+        text("before_probe_gcode", "", 96, no_text, "Line executed before probing.").dormant(),
+        text("after_probe_gcode", "", 96, no_text, "Line executed after probing.").dormant(),
+    ],
+};
+
+pub const DELTA_GRID: Section = Section {
+    name: "delta grid leveling strategy",
+    summary: "Levels the bed of a delta by a square grid of heights around the middle.",
+    form: Form::Plain,
+    settings: &[
+        number(
+            "radius",
+            "50",
+            (1.0, 10_000.0),
+            |c, _, v| c.leveling.delta.radius = Mm(v),
+            "Radius of the probed circle.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.delta-grid.radius"),
+        points("size", |c, _, v| c.leveling.delta.count = v as u8, "Points per side of the square grid.")
+            .v1("leveling-strategy.delta-grid.size"),
+        number("tolerance", "0.03", ANY, nowhere, "Intended flatness tolerance.")
+            .unit("mm")
+            .v1("leveling-strategy.delta-grid.tolerance")
+            .dormant(),
+        bool(
+            "save",
+            "false",
+            |c, _, v| c.leveling.delta.save = v,
+            "Makes M500 add a command that reloads the saved grid.",
+        )
+        .v1("leveling-strategy.delta-grid.save"),
+        bool("do_home", "true", nowhere, "Homes before probing.").v1("leveling-strategy.delta-grid.do_home").dormant(),
+        number("initial_height", "10", ANY, nowhere, "Height moved to fast before searching for the bed.")
+            .unit("mm")
+            .v1("leveling-strategy.delta-grid.initial_height")
+            .dormant(),
+        offsets(|c, _, v| c.leveling.delta.offsets = triple(v)).v1("leveling-strategy.delta-grid.probe_offsets"),
+    ],
+};
+
+pub const SKEW_CORRECTION: Section = Section {
+    name: "skew correction",
+    summary: "Takes back that two axes of the machine are not at right angles. For each plane either the factor (the tangent of the \
+              angle by which the second axis leans towards the first) or three lengths measured on a square made with the machine.",
+    form: Form::Plain,
+    settings: &[
+        factor("xy", |c, _, v| c.leveling.skew[0].factor = v, "How far Y leans towards X. M852 I changes it."),
+        factor("xz", |c, _, v| c.leveling.skew[1].factor = v, "How far Z leans towards X. M852 J changes it."),
+        factor("yz", |c, _, v| c.leveling.skew[2].factor = v, "How far Z leans towards Y. M852 K changes it."),
+        lengths(
+            "xy_measured",
+            |c, _, v| c.leveling.skew[0].measured = triple_or_none(v),
+            "AC,BD,AD of a square with AB along X and AD along Y.",
+        ),
+        lengths(
+            "xz_measured",
+            |c, _, v| c.leveling.skew[1].measured = triple_or_none(v),
+            "AC,BD,AD of a square with AB along X and AD along Z.",
+        ),
+        lengths(
+            "yz_measured",
+            |c, _, v| c.leveling.skew[2].measured = triple_or_none(v),
+            "AC,BD,AD of a square with AB along Y and AD along Z.",
+        ),
+    ],
+};
+
+type SetNumbers = for<'v> fn(&mut crate::MachineConfig, usize, &'v [f64]);
+
+const fn point(key: &'static str, set: SetNumbers, summary: &'static str) -> Setting {
+    numbers(key, 2, set, summary).unit("mm")
+}
+
+const fn offsets(set: SetNumbers) -> Setting {
+    numbers("probe_offsets", 3, set, "Probe position relative to the nozzle as X,Y,Z. M565 changes it.").unit("mm")
+}
+
+const fn size(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
+    number(key, "0", (-10_000.0, 10_000.0), set, summary).unit("mm")
+}
+
+const fn points(key: &'static str, set: super::Set<i64>, summary: &'static str) -> Setting {
+    integer(key, "7", SIDE, set, summary).unit("points").klipper("[bed_mesh] probe_count")
+}
+
+const fn factor(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
+    number(key, "0", SKEW, set, summary).velvet()
+}
+
+const fn lengths(key: &'static str, set: SetNumbers, summary: &'static str) -> Setting {
+    numbers(key, 3, set, summary).unit("mm").velvet()
+}
+
+fn pair(values: &[f64]) -> [f64; 2] {
+    values.try_into().unwrap_or_default()
+}
+
+fn triple(values: &[f64]) -> [f64; 3] {
+    values.try_into().unwrap_or_default()
+}
+
+fn triple_or_none(values: &[f64]) -> Option<[f64; 3]> {
+    values.try_into().ok()
+}
