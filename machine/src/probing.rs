@@ -6,8 +6,10 @@
 mod codes;
 mod delta_calibration;
 mod delta_fit;
+mod grids;
 mod points;
 mod settings;
+mod three_point;
 
 use motion::Mode;
 use units::{Axis, Micros, MmPerSecond, PerAxis};

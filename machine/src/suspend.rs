@@ -83,7 +83,7 @@ impl<P: Ports> Controller<P> {
     }
 
     /// Runs the commands of a line of G-code from the configuration.
-    async fn run_configured(&mut self, line: &str) -> Result<(), Failure> {
+    pub(crate) async fn run_configured(&mut self, line: &str) -> Result<(), Failure> {
         for block in gcode::Blocks::new(line.as_bytes()) {
             let block = block.map_err(|error| Failure::Refused(message(format_args!("{line}: {error}"))))?;
             // A suspension within a suspension has no meaning.

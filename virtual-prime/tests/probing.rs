@@ -132,3 +132,37 @@ fn a_probe_that_is_stuck_closed_is_refused() {
     velvet.hear_until("error:ZProbe triggered before move, aborting command.\nok\n", 5 * SECOND);
     assert_eq!(velvet.world(|world| world.trace().total()), 0);
 }
+
+/// Leveling, and what memory the deepest of all command sequences takes.
+#[test]
+fn a_grid_levels_the_bed() {
+    let plan = [
+        "[zprobe] leveling = cartesian grid",
+        "[zprobe] probe_height = 2",
+        "[cartesian grid leveling strategy] only_by_two_corners = true",
+        "[cartesian grid leveling strategy] grid_x_size = 2",
+        "[cartesian grid leveling strategy] grid_y_size = 2",
+        "[cartesian grid leveling strategy] initial_height = -6",
+    ]
+    .into_iter()
+    .fold(plan(), Plan::set);
+    let mut velvet = plan.start();
+    let bed = Bed::tilted(0.5, [0.01, 0.02]);
+    lay(&mut velvet, Surface { bed: Some(bed), ..Surface::default() });
+    let answer = velvet.ask("G32 X0 Y0 A20 B20", 60 * SECOND);
+    assert_eq!(answer.matches("DEBUG: X").count(), 4, "{answer}");
+    let mut gaps = Vec::new();
+    for place in ["X0 Y0", "X20 Y10", "X10 Y20"] {
+        velvet.ask(&format!("G1 {place} Z-5 F6000"), SECOND);
+        velvet.ask("M400", 20 * SECOND);
+        let [x, y, z] = velvet.world(|world| world.tool_mm());
+        gaps.push(z - bed.height(x, y));
+    }
+    assert!(gaps.iter().all(|gap| (gap - gaps[0]).abs() < 3.0 * Z_STEP), "{gaps:?}");
+    velvet.type_in("mem");
+    let said = velvet.hear_until(" bytes\n", SECOND) + &velvet.hear(100);
+    println!("{said}");
+    let unused = said.lines().find_map(|line| line.strip_prefix("stack never used: ")).expect("the stack's depth");
+    let unused: u32 = unused.trim_end_matches(" bytes").parse().expect("a number");
+    assert!(unused > 2_048, "{unused} bytes of stack were never used");
+}

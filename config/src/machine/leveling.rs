@@ -22,6 +22,10 @@ pub struct LevelingConfig {
     pub points: [[f64; 2]; 3],
     /// Its `probe_offsets`, mm.
     pub plane_offsets: [f64; 3],
+    /// It homes X and Y first.
+    pub home_first: bool,
+    /// Its heights are one when they differ by no more.
+    pub tolerance: Mm,
     /// M500 stores the plane.
     pub save_plane: bool,
     /// `[cartesian grid leveling strategy]`
@@ -45,6 +49,10 @@ pub struct CartesianGrid {
     pub two_corners: bool,
     /// Printed with coordinates.
     pub human_readable: bool,
+    /// It homes first.
+    pub home: bool,
+    /// Height from which the bed is searched for.
+    pub initial_height: Mm,
     /// Probe relative to the nozzle, mm.
     pub offsets: [f64; 3],
     /// `dampening_start`
@@ -62,6 +70,10 @@ pub struct DeltaGrid {
     pub count: u8,
     /// M500 adds a command that loads the grid.
     pub save: bool,
+    /// It homes first.
+    pub home: bool,
+    /// Height from which the bed is searched for.
+    pub initial_height: Mm,
     /// Probe relative to the nozzle, mm.
     pub offsets: [f64; 3],
 }

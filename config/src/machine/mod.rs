@@ -80,6 +80,8 @@ pub struct MachineConfig {
     pub delta_calibration: DeltaCalibrationConfig,
     /// The leveling strategies and `[skew correction]`.
     pub leveling: LevelingConfig,
+    /// Lines run before and after probing a cartesian grid.
+    pub probe_gcode: [Command; 2],
     /// `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.

@@ -1,6 +1,6 @@
 //! The leveling strategies' sections, and `[skew correction]`.
 
-use super::build::{ANY, bool, integer, no_text, nowhere, number, numbers, text};
+use super::build::{ANY, NOT_NEGATIVE, bool, integer, nowhere, number, numbers, text};
 use super::{Form, Section, Setting};
 use units::Mm;
 
@@ -22,13 +22,17 @@ pub const THREE_POINT: Section = Section {
             .v1("leveling-strategy.three-point-leveling.point3"),
         offsets(|c, _, v| c.leveling.plane_offsets = triple(v))
             .v1("leveling-strategy.three-point-leveling.probe_offsets"),
-        bool("home_first", "true", nowhere, "Homes X and Y before probing.")
-            .v1("leveling-strategy.three-point-leveling.home_first")
-            .dormant(),
-        number("tolerance", "0.03", ANY, nowhere, "Height spread below which the bed counts as flat.")
-            .unit("mm")
-            .v1("leveling-strategy.three-point-leveling.tolerance")
-            .dormant(),
+        bool("home_first", "true", |c, _, v| c.leveling.home_first = v, "Homes X and Y before probing.")
+            .v1("leveling-strategy.three-point-leveling.home_first"),
+        number(
+            "tolerance",
+            "0.03",
+            NOT_NEGATIVE,
+            |c, _, v| c.leveling.tolerance = Mm(v),
+            "Height spread up to which the bed counts as flat.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.three-point-leveling.tolerance"),
         bool("save_plane", "false", |c, _, v| c.leveling.save_plane = v, "Lets M500 store the plane.")
             .v1("leveling-strategy.three-point-leveling.save_plane"),
     ],
@@ -58,9 +62,8 @@ pub const CARTESIAN_GRID: Section = Section {
             "Makes M500 add a command that reloads the saved grid.",
         )
         .v1("leveling-strategy.rectangular-grid.save"),
-        bool("do_home", "true", nowhere, "Homes before the grid probe.")
-            .v1("leveling-strategy.rectangular-grid.do_home")
-            .dormant(),
+        bool("do_home", "true", |c, _, v| c.leveling.grid.home = v, "Homes before the grid probe.")
+            .v1("leveling-strategy.rectangular-grid.do_home"),
         bool(
             "only_by_two_corners",
             "false",
@@ -96,12 +99,23 @@ pub const CARTESIAN_GRID: Section = Section {
         .unit("mm")
         .klipper("[bed_mesh] fade_end")
         .v1("leveling-strategy.rectangular-grid.height_limit"),
-        number("initial_height", "10", ANY, nowhere, "Height moved to fast before searching for the bed.")
-            .unit("mm")
-            .v1("leveling-strategy.rectangular-grid.initial_height")
-            .dormant(),
-        text("before_probe_gcode", "", 96, no_text, "Line executed before probing.").dormant(),
-        text("after_probe_gcode", "", 96, no_text, "Line executed after probing.").dormant(),
+        number(
+            "initial_height",
+            "10",
+            ANY,
+            |c, _, v| c.leveling.grid.initial_height = Mm(v),
+            "Height moved to fast before searching for the bed.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.rectangular-grid.initial_height"),
+        text(
+            "before_probe_gcode",
+            "",
+            96,
+            |c, _, v| c.probe_gcode[0] = line_of(v),
+            "Line executed before probing: moves, waits, modes, switches.",
+        ),
+        text("after_probe_gcode", "", 96, |c, _, v| c.probe_gcode[1] = line_of(v), "Line executed after probing."),
     ],
 };
 
@@ -132,11 +146,17 @@ pub const DELTA_GRID: Section = Section {
             "Makes M500 add a command that reloads the saved grid.",
         )
         .v1("leveling-strategy.delta-grid.save"),
-        bool("do_home", "true", nowhere, "Homes before probing.").v1("leveling-strategy.delta-grid.do_home").dormant(),
-        number("initial_height", "10", ANY, nowhere, "Height moved to fast before searching for the bed.")
-            .unit("mm")
-            .v1("leveling-strategy.delta-grid.initial_height")
-            .dormant(),
+        bool("do_home", "true", |c, _, v| c.leveling.delta.home = v, "Homes before probing.")
+            .v1("leveling-strategy.delta-grid.do_home"),
+        number(
+            "initial_height",
+            "10",
+            ANY,
+            |c, _, v| c.leveling.delta.initial_height = Mm(v),
+            "Height moved to fast before searching for the bed.",
+        )
+        .unit("mm")
+        .v1("leveling-strategy.delta-grid.initial_height"),
         offsets(|c, _, v| c.leveling.delta.offsets = triple(v)).v1("leveling-strategy.delta-grid.probe_offsets"),
     ],
 };
@@ -204,4 +224,9 @@ fn triple(values: &[f64]) -> [f64; 3] {
 
 fn triple_or_none(values: &[f64]) -> Option<[f64; 3]> {
     values.try_into().ok()
+}
+
+/// As long as the schema lets it be.
+fn line_of(text: &str) -> crate::machine::Command {
+    crate::machine::Command::try_from(text).unwrap_or_default()
 }

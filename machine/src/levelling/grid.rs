@@ -27,7 +27,6 @@ pub(crate) fn around(radius: f64, count: u8) -> GridShape {
 /// the two neighbours towards the middle along X, along Y and along the diagonal. From the inside outwards, so that neighbours have theirs.
 ///
 /// A point whose neighbours have no height either keeps none; levelling refuses such a grid.
-#[allow(dead_code, reason = "for probing on a delta, which comes next")]
 pub(crate) fn extrapolate(shape: &GridShape, heights: &mut [f32]) {
     let [nx, ny] = shape.count.map(|count| count as i32);
     // Rings around the middle, told by the doubled distance from it.

@@ -1,5 +1,6 @@
 //! Codes that search: G30 down to the bed, G38 along a line, M48 again and again.
 
+use config::Leveling;
 use gcode::{Block, Decoder, Line};
 use units::{Axis, MmPerSecond, PerAxis};
 
@@ -39,9 +40,17 @@ impl<P: Ports> Controller<P> {
 
     /// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the latter alone.
     async fn strategy_code(&mut self, number: u16, subcode: u8, block: &Block<'_>) -> Outcome {
+        let strategy = self.config.leveling.strategy.filter(|_| block.get('P') != Some(1.0));
         let calibrates = self.config.delta_calibration.enable && block.get('P') != Some(0.0);
-        if calibrates {
-            self.probing_rate(block)?;
+        match (strategy, number, subcode) {
+            (Some(Leveling::ThreePoint), 29, 0) => return self.measure_three_points().await,
+            (Some(Leveling::ThreePoint), 31, 0) => return self.show_plane(),
+            (Some(Leveling::ThreePoint), 32, 0) => return self.level_by_three_points().await,
+            (Some(Leveling::CartesianGrid), 29, 0) => return self.scan_cartesian(block).await,
+            (Some(Leveling::CartesianGrid), 31 | 32, 0) => return self.level_by_cartesian_grid(block).await,
+            (Some(Leveling::DeltaGrid), 29, 0 | 1) => return self.scan_delta(block, subcode == 1).await,
+            (Some(Leveling::DeltaGrid), 31, 0) => return self.level_by_delta_grid(block).await,
+            _ => {}
         }
         match (number, subcode) {
             (29, 0 | 1) | (32, 0) if calibrates => {
@@ -122,19 +131,28 @@ impl<P: Ports> Controller<P> {
         self.wait_idle().await?;
         let target = self.probing_target(block)?;
         self.modal.machine_next = false;
-        let found = self.search(&Search { target, rate, until }).await?;
-        if let Some(contact) = found {
-            // Braking went a little past it.
-            self.go_there(contact, rate).await?;
-        }
+        // The tool goes straight, not along the bed's shape.
+        let target = self.ports.motion(|motion| motion.compensation().motors(&target));
+        self.set_compensation_aside()?;
+        let found = self.search_and_return(&Search { target, rate, until }).await;
+        self.put_compensation_back().await;
+        let found = found?;
         let [x, y, z] = Axis::PRIMARY.map(|axis| self.position[axis]);
-        self.probing.last = ([x, y, z], found.is_some());
-        self.say(format_args!("[PRB:{x:.3},{y:.3},{z:.3}:{}]\n", u8::from(found.is_some())));
-        if found.is_none() && must_find {
+        self.probing.last = ([x, y, z], found);
+        self.say(format_args!("[PRB:{x:.3},{y:.3},{z:.3}:{}]\n", u8::from(found)));
+        if !found && must_find {
             self.halt(format_args!("ALARM: Probe fail\n"));
             return Err(Failure::Halted);
         }
         Ok(Answer::Ok)
+    }
+
+    /// Whether the contact was found; the machine then stands there.
+    async fn search_and_return(&mut self, search: &Search) -> Result<bool, Failure> {
+        let Some(contact) = self.search(search).await? else { return Ok(false) };
+        // Braking went a little past it.
+        self.go_there(contact, search.rate).await?;
+        Ok(true)
     }
 
     /// The words of G38. In GRBL mode they are read as those of any move, as GRBL does; else they are distances, whatever the
@@ -164,11 +182,17 @@ impl<P: Ports> Controller<P> {
         Ok(target)
     }
 
-    /// F, for this search alone, or else `slow_feedrate`. Also what must hold before any search.
-    fn probing_rate(&self, block: &Block<'_>) -> Result<MmPerSecond, Failure> {
+    /// Probing moves, so it needs what moves need.
+    pub(super) fn check_homed(&self) -> Result<(), Failure> {
         if self.config.motion.must_be_homed && !self.all_homed() {
             return Err(Failure::alarm("Must be homed before moving"));
         }
+        Ok(())
+    }
+
+    /// F, for this search alone, or else `slow_feedrate`. Also what must hold before any search.
+    fn probing_rate(&self, block: &Block<'_>) -> Result<MmPerSecond, Failure> {
+        self.check_homed()?;
         match block.get('F') {
             None => Ok(self.config.probe.slow_rate),
             Some(rate) if rate > 0.0 => Ok(MmPerSecond::from_per_minute(self.modal.to_mm(rate))),

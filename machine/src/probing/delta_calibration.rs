@@ -39,6 +39,8 @@ impl<P: Ports> Controller<P> {
         }
         let tolerance = block.get('I').map_or(self.config.delta_calibration.tolerance.0, |word| self.modal.to_mm(word));
         let circle = self.calibration_radius(block)?;
+        // It belongs to the geometry that is about to change.
+        self.recompensate(motion::Motion::level_off).await?;
         let (arms, trim) = (self.motion_config()?.kinematics, self.config.homing.trim);
         let calibrated = self.calibration_rounds(circle, tolerance, trims, radius).await;
         if calibrated.is_err() {

@@ -12,6 +12,18 @@ impl<P: Ports> Controller<P> {
         if self.config.probe.reverse_z { 1.0 } else { -1.0 }
     }
 
+    /// Where the nozzle is while the probe is over this place.
+    pub(super) fn nozzle_over(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [dx, dy, _] = self.levelling.probe_offsets;
+        [x - dx, y - dy]
+    }
+
+    /// Where the probe is now.
+    pub(super) fn probed_by_nozzle_here(&self) -> [f64; 2] {
+        let [dx, dy, _] = self.levelling.probe_offsets;
+        [self.position[Axis::X] + dx, self.position[Axis::Y] + dy]
+    }
+
     /// The height `probe_height` away from a contact.
     pub(super) fn clear_of(&self, contact: f64) -> f64 {
         contact - self.towards_bed() * self.config.probe.height.0

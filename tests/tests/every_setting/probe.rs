@@ -1,8 +1,9 @@
 //! `[zprobe]`.
 
-use super::See::{Board, Boot, Edges, Say};
-use super::{Row, row};
+use super::See::{Board, Boot, Edges, Look, Say};
+use super::{Bench, Row, row};
 use scenarios::DELTA;
+use sim::models::surface::{Bed, Surface};
 
 /// At power-on the tool is 10 mm above the bed.
 const PROBE: &[&str] =
@@ -13,6 +14,32 @@ const DELTA_PROBE: &[&str] = &[
     "[zprobe] calibration = delta",
     "[delta calibration strategy] radius = 60",
 ];
+const GRID: &[&str] = &[
+    "[zprobe] enable = true",
+    "[zprobe] probe_pin = PB10^",
+    "[zprobe] leveling = cartesian grid",
+    "[cartesian grid leveling strategy] x_size = 40",
+    "[cartesian grid leveling strategy] y_size = 30",
+    "[cartesian grid leveling strategy] grid_x_size = 2",
+    "[cartesian grid leveling strategy] grid_y_size = 2",
+];
+const POINTS: &[&str] = &[
+    "[zprobe] enable = true",
+    "[zprobe] probe_pin = PB10^",
+    "[zprobe] leveling = three point",
+    "[three point leveling strategy] point1 = 35,45",
+    "[three point leveling strategy] point2 = 60,45",
+    "[three point leveling strategy] point3 = 35,60",
+];
+const DELTA_GRID: &[&str] = &[
+    "[zprobe] enable = true",
+    "[zprobe] probe_pin = PB10^",
+    "[zprobe] leveling = delta grid",
+    "[delta grid leveling strategy] size = 2",
+    "[delta grid leveling strategy] radius = 30",
+];
+const LEVEL: &[&str] = &["G32"];
+const ROUND: &[&str] = &["G28", "G31"];
 const DOWN: &[&str] = &["G30"];
 
 pub const ROWS: &[Row] = &[
@@ -25,7 +52,15 @@ pub const ROWS: &[Row] = &[
     row("[zprobe] max_travel", "30", "5", Say(DOWN)).with(PROBE),
     row("[zprobe] reverse_z", "false", "true", Edges(DOWN)).with(PROBE).built(),
     row("[zprobe] dwell_before_probing", "0", "0.5", Edges(DOWN)).with(PROBE),
-    row("[zprobe] probe_height", "5", "9", Edges(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
+    row("[zprobe] probe_height", "5", "2", Edges(LEVEL)).with(GRID),
+    row("[three point leveling strategy] home_first", "true", "false", Edges(LEVEL)).with(POINTS),
+    row("[three point leveling strategy] tolerance", "0.03", "0", Look(level_a_leaning_bed)).with(POINTS),
+    row("[cartesian grid leveling strategy] do_home", "true", "false", Edges(LEVEL)).with(GRID),
+    row("[cartesian grid leveling strategy] initial_height", "10", "8", Edges(LEVEL)).with(GRID),
+    row("[cartesian grid leveling strategy] before_probe_gcode", "", "G91 G1 X1 F600 G90", Edges(LEVEL)).with(GRID),
+    row("[cartesian grid leveling strategy] after_probe_gcode", "", "G91 G1 X1 F600 G90", Edges(LEVEL)).with(GRID),
+    row("[delta grid leveling strategy] do_home", "true", "false", Edges(ROUND)).with(DELTA_GRID).on(DELTA),
+    row("[delta grid leveling strategy] initial_height", "10", "8", Edges(ROUND)).with(DELTA_GRID).on(DELTA),
     row("[zprobe] calibration", "delta", "", Say(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
     row("[delta calibration strategy] radius", "60", "50", Say(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
     row("[delta calibration strategy] initial_height", "20", "10", Edges(&["G28", "G29"])).with(DELTA_PROBE).on(DELTA),
@@ -34,3 +69,10 @@ pub const ROWS: &[Row] = &[
         .on(DELTA),
     row("[zprobe] debounce_ms", "0", "30", Edges(DOWN)).with(PROBE),
 ];
+
+/// By 0.025 mm from point to point.
+fn level_a_leaning_bed(bench: &mut Bench) -> String {
+    let bed = Some(Bed::tilted(0.0, [0.001, 0.0]));
+    bench.world(|world| world.lay(0, Surface { bed, ..Surface::default() }));
+    bench.say("G32")
+}

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod faults;
+mod leveling;
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
 use sim::models::surface::{Bed, Surface};
