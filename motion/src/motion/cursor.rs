@@ -21,6 +21,9 @@ use crate::{
 
 impl Motion {
     /// The next half millisecond of trajectory at most, written to `segment`; false when there is nothing to do now.
+    ///
+    /// Never inlined: once a slice, it would take registers from the feed's loop over the steps.
+    #[inline(never)]
     pub(crate) fn take_segment(&mut self, now: Ticks, segment: &mut Segment) -> bool {
         if self.planner.pushed() != self.seen.0 {
             self.seen = (self.planner.pushed(), now);
@@ -293,6 +296,7 @@ impl Motion {
 }
 
 /// Motor positions at the end of a slice, and what each motor does for a millimetre of path at both ends, through the compensation.
+#[inline(never)]
 fn compensated(
     config: &MotionConfig,
     compensation: &Compensation,

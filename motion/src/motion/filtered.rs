@@ -148,6 +148,7 @@ fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
 }
 
 /// What comes out of the filters, as the motors see it.
+#[inline(never)]
 fn compensated(compensation: &Compensation, knot: &Knot) -> Knot {
     let (start, end) = (compensation.at(&knot.start), compensation.at(&knot.point));
     Knot {

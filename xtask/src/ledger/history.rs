@@ -24,7 +24,11 @@ const GROUPS: [(&str, &str, &[&str]); 13] = [
         "instructions for each step, by motors; and with the interrupt's for three",
         &["feed_per_step", "per_step_total"],
     ),
-    ("Solving, plain", "instructions for each step, by kinematics", &["solve_per_step_*_plain"]),
+    (
+        "Solving, plain",
+        "instructions for each step, by kinematics; and on an uneven bed",
+        &["solve_per_step_*_plain", "solve_per_step_*_levelled"],
+    ),
     (
         "Solving, with shapers and pressure advance",
         "instructions for each step, by kinematics; smooth: limited in jerk too",

@@ -52,6 +52,10 @@ const ADVANCE: (&str, &str) = ("[extruder]\n", "[extruder]\nhotend.pressure_adva
 /// Where the jerk limit is set.
 const PLANNER: &str = "[planner]\n";
 
+/// Points 10 mm apart under the paths.
+const GRIDS: &str = "[cartesian grid leveling strategy]\nx_size = 40\ny_size = 40\ngrid_x_size = 5\ngrid_y_size = 5\n\
+    [delta grid leveling strategy]\nradius = 30\nsize = 7\n";
+
 /// Pulsed drivers on an expansion header, for the fifth and the sixth motor.
 const EXTERNAL: &str = "[actuator]\n\
     epsilon.steps_per_mm = 1600\nepsilon.max_rate = 20000\nepsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n\
@@ -66,6 +70,12 @@ impl Machines {
             text = text.replace(ADVANCE.0, ADVANCE.1) + SHAPERS;
         }
         text
+    }
+
+    /// As [`Self::of`], plain, with a grid of heights; [`Kind::levelled_job`] has the heights.
+    pub fn levelled(&self, kind: &Kind) -> String {
+        let strategy = if kind.word == "linear_delta" { "delta grid" } else { "cartesian grid" };
+        format!("{}[zprobe]\nleveling = {strategy}\n{GRIDS}", self.of(kind, false))
     }
 
     /// As [`Self::of`], shaped, with jerk-limited ramps of at least 20 ms.
@@ -95,6 +105,11 @@ impl Machines {
 }
 
 impl Kind {
+    /// The path on an uneven bed.
+    pub fn levelled_job(&self) -> String {
+        format!("M421 I1 J1 Z0.2\nM421 I2 J2 Z-0.1\nM421 I3 J4 Z0.15\n{}", self.job(false))
+    }
+
     /// The path at full speed; extruding a quarter of what the axes go, or not at all.
     pub fn job(&self, extruding: bool) -> String {
         let mut job = format!("M83\n{}", self.before);
@@ -122,6 +137,8 @@ mod tests {
             machines.smooth_printer().contains("\njerk = 250000\n") && machines.smooth_printer().contains("shaper")
         );
         assert!(machines.smooth(winch).contains("\njerk = 1000000\n") && !shaped.contains("jerk"));
+        let levelled = machines.levelled(&KINDS[0]);
+        assert!(levelled.contains("leveling = cartesian grid") && KINDS[0].levelled_job().starts_with("M421 "));
         assert!(machines.fastest().contains("max_rate = 37500") && machines.six_motors().contains("zeta.step_pin"));
         assert!(winch.job(true).contains("E7") && !winch.job(false).contains('E'));
     }

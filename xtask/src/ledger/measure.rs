@@ -20,6 +20,8 @@ const RATES: [u32; 12] =
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 /// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
 const SMOOTH: &str = "_smooth";
+/// The kinds that are measured on an uneven bed.
+const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
 /// The hold comes in the middle of its stroke.
 const HOLD_AFTER: u64 = 120_000;
 
@@ -63,6 +65,9 @@ fn list(machines: &Machines) -> Vec<Job> {
     if let Some(kind) = KINDS.iter().find(|kind| kind.word == "cartesian") {
         list.push(Job::new("cartesian_smooth", &machines.smooth(kind), kind.job(true)));
     }
+    for kind in KINDS.iter().filter(|kind| LEVELLED.contains(&kind.word)) {
+        list.push(Job::new(format!("{}-levelled", kind.word), &machines.levelled(kind), kind.levelled_job()));
+    }
     list.push(Job::new("hold", fast, jobs::stroke()).held_after(HOLD_AFTER));
     list.push(Job::new("hard", &machines.shaped_printer(), jobs::hard()));
     for kind in &KINDS {
@@ -103,6 +108,10 @@ fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
             let key = format!("solve_per_step_{}_{}", kind.word, if shaped { "shaped" } else { "plain" });
             ledger.insert(key, round(run.moving(FEED)? / run.steps()?));
         }
+    }
+    for word in LEVELLED {
+        let run = results.of(&format!("{word}-levelled"))?;
+        ledger.insert(format!("solve_per_step_{word}_levelled"), round(run.moving(FEED)? / run.steps()?));
     }
     let smooth = results.of("cartesian_smooth")?;
     ledger.insert("solve_per_step_cartesian_smooth".into(), round(smooth.moving(FEED)? / smooth.steps()?));
