@@ -114,6 +114,15 @@ struct Spacing {
     acted_at: AtomicU32,
 }
 
+/// Pulses that are high: when each is to end, in the order they began. All are of one length, so this is the order of their ends as well.
+struct Pulses {
+    /// Counts of pulses ever ended and begun, wrapping.
+    ended: AtomicU32,
+    begun: AtomicU32,
+    /// A motor has one at most, so eight are enough. The lowest three bits of the tick are the motor.
+    ends: [AtomicU32; 8],
+}
+
 /// Bit of [`Shared::careful`]: something was late, [`catch_up`] plays.
 const CATCHING_UP: u32 = 1 << 31;
 /// A step delayed by less does no motor any harm: 10 us. Six motors that turn at one tick take half a microsecond to play, and each one's
@@ -129,8 +138,9 @@ struct Shared {
     careful: AtomicU32,
     /// Length of a pulse.
     pulse_ticks: AtomicU32,
-    /// Motors whose pulse is high now, one bit each. The interrupt's own.
+    /// Motors whose pulse is high now, one bit each. The interrupt's own, as are these pulses.
     raised: AtomicU32,
+    pulses: Pulses,
     /// The interrupt was asked to look at the queue. It may come for a pulse's end in the same moment.
     woken: AtomicU32,
     /// Eight, so that a three-bit index needs no test.
@@ -150,6 +160,7 @@ static SHARED: Shared = Shared {
     careful: AtomicU32::new(0),
     pulse_ticks: AtomicU32::new(STEP_CLOCK_HZ / 1_000_000),
     raised: AtomicU32::new(0),
+    pulses: Pulses { ended: AtomicU32::new(0), begun: AtomicU32::new(0), ends: [const { AtomicU32::new(0) }; 8] },
     woken: AtomicU32::new(0),
     motors: [const { Motor::absent() }; 8],
     spacings: [const { Spacing { least_distance: AtomicU32::new(0), acted_at: AtomicU32::new(0) } }; 8],
@@ -236,59 +247,88 @@ extern "C" fn on_step_timer() {
 extern "C" fn play_carefully() {
     let careful = SHARED.careful.load(Ordering::Relaxed);
     let flags = timer().sr.read();
+    // Flags are cleared before the timer is armed anew: what comes from then on counts. Writing one leaves a flag as it is.
     if flags.cc2if().bit_is_set() {
-        lower_all();
+        timer().sr.write(|w| w.cc1if().set_bit().cc2if().clear_bit());
+        lower();
         if flags.cc1if().bit_is_clear() && SHARED.woken.load(Ordering::Relaxed) == 0 {
             // A pulse's end and nothing else: the timer is armed for the next event, or will be when the feed has written one.
-            return timer().sr.write(|w| w.cc1if().set_bit().cc2if().clear_bit());
+            return;
         }
     }
-    acknowledge();
+    timer().sr.write(|w| w.cc1if().clear_bit().cc2if().set_bit());
     SHARED.woken.store(0, Ordering::Relaxed);
     if careful & CATCHING_UP != 0 {
         return catch_up(careful);
     }
-    SHARED.queue.play_on_this_core(|event| {
-        let due = is_due(event.at);
-        if due {
-            act(event, careful);
-        }
-        due
-    });
+    SHARED.queue.play_on_this_core(|event| is_due(event.at) && act(event, careful));
 }
 
-/// Plays an event of a motor that may need pulses.
+/// Plays an event of a motor that may need pulses. False where its last pulse is still high: it is looked at again after a pulse's length.
 #[inline(always)]
-fn act(event: StepEvent, pulsed: u32) {
+fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
     if event.is_turn() {
-        return turn(motor, event.is_forward());
+        turn(motor, event.is_forward());
+        return true;
     }
     let bit = 1 << event.motor();
     if pulsed & bit == 0 {
-        return toggle(motor);
+        toggle(motor);
+        return true;
     }
     let raised = SHARED.raised.load(Ordering::Relaxed);
     if raised & bit != 0 {
-        // Faster than the pulse is long: the edge is kept, the pulse is cut.
-        toggle(motor);
+        wait_for_low(event.motor());
+        return false;
     }
     toggle(motor);
     SHARED.raised.store(raised | bit, Ordering::Relaxed);
-    let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed));
-    timer().ccr2().write(|w| w.ccr().bits(end));
+    let pulses = &SHARED.pulses;
+    let begun = pulses.begun.load(Ordering::Relaxed);
+    // Up to the next multiple of eight, 40 ns at most: there is the motor's place.
+    let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed) + 7) & !7 | event.motor() as u32;
+    pulses.ends[(begun & 7) as usize].store(end, Ordering::Relaxed);
+    pulses.begun.store(begun.wrapping_add(1), Ordering::Relaxed);
+    if raised == 0 {
+        // Otherwise the timer is armed for the end of one that began earlier.
+        timer().ccr2().write(|w| w.ccr().bits(end));
+    }
+    true
 }
 
-/// Ends the pulses that are high.
+/// The interrupt was kept so long that a motor's pulse is high when the next is due: [`catch_up`] plays that when it is low for long enough.
+#[cold]
+#[inline(never)]
+#[unsafe(link_section = ".itcm.wait")]
+extern "C" fn wait_for_low(motor: usize) {
+    fall_behind();
+    lower();
+    SHARED.spacings[motor & 7].acted_at.store(now(), Ordering::Relaxed);
+    SHARED.caught.store(1 << (motor & 7), Ordering::Relaxed);
+}
+
+/// Ends the pulses whose time has come, and arms the timer for the end of the next.
 #[inline(always)]
-fn lower_all() {
-    let mut raised = SHARED.raised.load(Ordering::Relaxed);
+fn lower() {
+    let (pulses, mut raised) = (&SHARED.pulses, SHARED.raised.load(Ordering::Relaxed));
+    let mut ended = pulses.ended.load(Ordering::Relaxed);
     while raised != 0 {
+        let end = pulses.ends[(ended & 7) as usize].load(Ordering::Relaxed);
+        if (now().wrapping_sub(end) as i32) < 0 {
+            timer().ccr2().write(|w| w.ccr().bits(end));
+            if (now().wrapping_sub(end) as i32) < 0 {
+                break;
+            }
+        }
         // The mask leaves no bound to test.
-        toggle(&SHARED.motors[(raised.trailing_zeros() & 7) as usize]);
-        raised &= raised - 1;
+        let motor = (end & 7) as usize;
+        toggle(&SHARED.motors[motor]);
+        raised &= !(1 << motor);
+        ended = ended.wrapping_add(1);
     }
-    SHARED.raised.store(0, Ordering::Relaxed);
+    pulses.ended.store(ended, Ordering::Relaxed);
+    SHARED.raised.store(raised, Ordering::Relaxed);
 }
 
 /// How late it is for `at`, ticks. Negative: not yet, and the timer is armed for it; when it comes while arming, it has come.
@@ -352,9 +392,11 @@ fn catch_up(careful: u32) {
             return false;
         }
         let at = now();
+        if !act(event, careful) {
+            return false;
+        }
         spacing.acted_at.store(at, Ordering::Relaxed);
         SHARED.caught.store(caught | bit, Ordering::Relaxed);
-        act(event, careful);
         count(at.wrapping_sub(event.at), crowded);
         true
     });

@@ -60,6 +60,8 @@ pub enum DriverConfig {
     OnBoard,
     /// A driver on a header: a rising STEP edge is a step, `enable_high` the level that energises it.
     External {
+        /// STEP must be low and high for this long, else a step may be missed: counted as a timing fault, nanoseconds.
+        pulse_ns: u64,
         /// Microsteps per full step set by its switches.
         microsteps: u32,
         /// Level of the enable pin that energises the motor; `None` when it is always on.

@@ -77,6 +77,7 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
         actuator,
         driver: match config.driver {
             DriverKind::External => DriverConfig::External {
+                pulse_ns: u64::from(machine.system.step_pulse_us) * 1_000,
                 microsteps: u32::from(config.microsteps.max(1)),
                 enable_high: config.en_pin.map(|pin| !pin.inverted),
             },

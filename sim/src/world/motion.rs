@@ -18,6 +18,7 @@ pub(super) struct Motor {
     driver: DriverConfig,
     forward_high: bool,
     step_high: bool,
+    step_changed_ns: Option<u64>,
     dir_high: bool,
     dir_changed_ns: u64,
     /// Only external drivers have an enable of their own.
@@ -31,6 +32,7 @@ impl Motor {
             driver: config.driver,
             forward_high: config.forward_high,
             step_high: false,
+            step_changed_ns: None,
             dir_high: false,
             dir_changed_ns: 0,
             enabled: matches!(config.driver, DriverConfig::External { enable_high: None, .. }),
@@ -55,13 +57,15 @@ impl World {
             return;
         }
         motor.step_high = high;
+        let stayed_ns = motor.step_changed_ns.replace(at_ns).map_or(u64::MAX, |before| at_ns.saturating_sub(before));
         let dir_high = motor.dir_high;
         let (moved, drives) = match motor.driver {
             DriverConfig::OnBoard => {
                 let driver = &mut self.drivers[actuator as usize];
                 (driver.step_edge(at_ns, high, dir_high), driver.drives())
             }
-            DriverConfig::External { microsteps, .. } => {
+            DriverConfig::External { microsteps, pulse_ns, .. } => {
+                self.timing_faults += u64::from(stayed_ns < pulse_ns);
                 let size = 256 / microsteps.clamp(1, 256) as i32;
                 (high.then_some(if dir_high { size } else { -size }), motor.enabled)
             }
@@ -87,7 +91,14 @@ impl World {
         let double_edge = motor.driver == DriverConfig::OnBoard && self.drivers[actuator as usize].double_edge();
         self.step_pin(at_ns, actuator, !high);
         if !double_edge {
+            // How long a pulse is, is not known here.
+            if let Some(motor) = &mut self.motors[actuator as usize] {
+                motor.step_changed_ns = None;
+            }
             self.step_pin(at_ns, actuator, high);
+            if let Some(motor) = &mut self.motors[actuator as usize] {
+                motor.step_changed_ns = None;
+            }
         }
     }
 
