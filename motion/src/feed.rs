@@ -40,6 +40,17 @@ impl FeedReport {
     pub const RESTING: Self = Self { played: PerActuator([0; MAX_ACTUATORS]), drained: true };
 }
 
+/// What the motion object has for the feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Supply {
+    /// A segment.
+    Segment,
+    /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled at once.
+    Later,
+    /// Nothing, now.
+    Nothing,
+}
+
 /// What the motion object wants of the feed, taken at the beginning of each run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FeedOrders {
@@ -114,12 +125,16 @@ impl StepFeed {
         }
         let urgent = self.moving && self.end < now.plus(URGENT);
         let mut segment = Segment::default();
+        // Ends: each turn brings the segments, or the trajectory that comes before them, on in time.
         while self.emit(queue) && self.end < now.plus(REFILL) {
-            if !motion.with(|motion| motion.take_segment(now, &mut segment)) {
-                self.moving = false;
-                break;
+            match motion.with(|motion| motion.take_segment(now, &mut segment)) {
+                Supply::Segment => self.load(&segment),
+                Supply::Later => {}
+                Supply::Nothing => {
+                    self.moving = false;
+                    break;
+                }
             }
-            self.load(&segment);
         }
         let report = self.report(queue);
         let squeezed = self.motors.iter_mut().map(|motor| core::mem::take(&mut motor.squeezed)).sum();

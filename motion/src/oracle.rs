@@ -9,12 +9,18 @@ use std::{sync::Arc, vec::Vec};
 
 mod arms;
 mod bed;
+mod eras;
 mod ways;
 
 pub use bed::Warp;
 use units::{Actuator, PerAxis};
 
-use crate::{FilterConfig, MotionConfig, PressureAdvance, path::Curve, trajectory::Piece};
+use crate::{
+    FilterConfig, MotionConfig, PressureAdvance,
+    path::Curve,
+    trajectory::{Piece, TakenBack, TickTime},
+};
+use eras::Era;
 
 /// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A motor that
 /// creeps slower than a step a second, or that turns right on a crossing, has no better defined time.
@@ -31,7 +37,8 @@ pub struct Ideal {
     filters: FilterConfig,
     /// What lies between the program and the motors from the next piece on.
     warp: Option<Arc<Warp>>,
-    pieces: Vec<Timed>,
+    /// What was planned at first, and after each time that trajectory was taken back. Never empty.
+    eras: Vec<Era>,
 }
 
 #[derive(Clone, Debug)]
@@ -81,8 +88,8 @@ impl StepError {
 impl Ideal {
     /// No motion yet.
     #[must_use]
-    pub const fn new(config: MotionConfig) -> Self {
-        Self { config, filters: config.filters, warp: None, pieces: Vec::new() }
+    pub fn new(config: MotionConfig) -> Self {
+        Self { config, filters: config.filters, warp: None, eras: std::vec![Era::first()] }
     }
 
     /// The machine has changed, at rest: steps per millimetre, geometry.
@@ -102,41 +109,82 @@ impl Ideal {
 
     /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an override).
     pub fn push(&mut self, piece: &Piece) {
-        let start = piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS);
-        let same = self.pieces.last().filter(|last| last.piece.path.curve == piece.path.curve);
+        let start = nanoseconds(piece.start);
+        let Some(era) = self.eras.last_mut() else { return };
+        let same = era.pieces.last().filter(|last| last.piece.path.curve == piece.path.curve);
         let table = match (same, &piece.path.curve) {
             (Some(last), _) => last.table.clone(),
             (None, Curve::Spline(spline)) => Some(Arc::new(ways::Table::new(spline))),
             _ => None,
         };
-        self.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
+        era.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
+    }
+
+    /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Where several times were missed, the one
+    /// that went back farthest counts.
+    pub fn take_back(&mut self, taken: &TakenBack) {
+        let (from, out) = (nanoseconds(taken.from), nanoseconds(taken.out));
+        let Some(last) = self.eras.last_mut() else { return };
+        if last.from == out {
+            // Nothing was put out since the last time.
+            last.cut(from);
+            return;
+        }
+        let next = last.followed_by(from, out);
+        self.eras.push(next);
     }
 
     /// Forgets pieces that have no influence after `at` (ns) any more.
     pub fn forget_before(&mut self, at: f64) {
-        let keep = self.index(at - LONGEST_LOOK_BACK_NS).saturating_sub(1);
-        self.pieces.drain(..keep);
-    }
-
-    fn index(&self, at: f64) -> usize {
-        self.pieces.partition_point(|timed| timed.start <= at).saturating_sub(1)
+        let at = at - LONGEST_LOOK_BACK_NS;
+        let over = self.eras.iter().skip(1).take_while(|next| next.from < at).count();
+        self.eras.drain(..over);
+        self.eras.iter_mut().for_each(|era| era.forget_before(at));
     }
 
     /// Where the machine ideally is, and its velocity, at `at` ns. `None` before any piece is known.
     #[must_use]
     pub fn machine(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
-        let filters = self.pieces.get(self.index(at))?.filters;
+        self.machine_by(self.number_at(at), at)
+    }
+
+    /// The version of the trajectory that is put out at `at` ns.
+    fn number_at(&self, at: f64) -> usize {
+        self.eras.partition_point(|era| era.from <= at).saturating_sub(1)
+    }
+
+    fn era_at(&self, at: f64) -> Option<&Era> {
+        self.eras.get(self.number_at(at))
+    }
+
+    /// Where trajectory was taken back, ns, and by how much the output there jumps.
+    #[cfg(test)]
+    pub(crate) fn jumps(&self) -> Vec<(f64, PerAxis<f64>, PerAxis<f64>)> {
+        let jump = |number: usize| {
+            let at = self.eras[number].from;
+            let ((place, speed), (place_was, speed_was)) =
+                (self.machine_by(number, at)?, self.machine_by(number - 1, at)?);
+            let less = |of: PerAxis<f64>, was: PerAxis<f64>| PerAxis(core::array::from_fn(|n| of.0[n] - was.0[n]));
+            Some((at, less(place, place_was), less(speed, speed_was)))
+        };
+        (1..self.eras.len()).filter_map(jump).collect()
+    }
+
+    /// The same by the plan of this number.
+    fn machine_by(&self, number: usize, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
+        let era = self.eras.get(number)?;
+        let filters = era.pieces.get(era.index(at))?.filters;
         let latency = filters.latency();
         if latency == 0.0 {
-            return self.planned(at);
+            return era.planned(at);
         }
-        let (mut position, mut velocity) = self.planned(at - latency * 1e9)?;
+        let (mut position, mut velocity) = era.planned(at - latency * 1e9)?;
         for (axis, shaper) in units::Axis::PRIMARY.into_iter().zip(filters.shapers) {
             let Some(pulses) = shaper.map(|shaper| shaper.pulses()) else { continue };
             (position[axis], velocity[axis]) = (0.0, 0.0);
             for pulse in pulses.as_slice() {
                 let delay = latency + pulse.time - pulses.shift();
-                let (there, speed) = self.planned(at - delay * 1e9)?;
+                let (there, speed) = era.planned(at - delay * 1e9)?;
                 position[axis] += pulse.amplitude * there[axis];
                 velocity[axis] += pulse.amplitude * speed[axis];
             }
@@ -144,62 +192,42 @@ impl Ideal {
         for (index, advance) in filters.advance.into_iter().enumerate() {
             let (axis, Some(advance)) = (3 + index, advance) else { continue };
             if advance.factor > 0.0 {
-                (position.0[axis], velocity.0[axis]) = self.averaged(axis, advance, at - latency * 1e9)?;
+                (position.0[axis], velocity.0[axis]) = self.extruder(number, axis, advance, latency, at)?;
             }
         }
         Some((position, velocity))
     }
 
-    /// An extruder's advanced position and speed, averaged with a triangular weight around `at` ns: numerically, from the
-    /// definition. Between the ends of pieces the integrand is of degree four at most, for which three Gauss points are exact.
-    fn averaged(&self, axis: usize, advance: PressureAdvance, at: f64) -> Option<(f64, f64)> {
-        let half = advance.smooth_time / 2.0 * 1e9;
-        let (from, to) = (at - half, at + half);
-        let mut cuts = std::vec![from, at, to];
-        for timed in &self.pieces[self.index(from)..=self.index(to)] {
-            cuts.extend([timed.start, timed.start + timed.piece.duration * 1e9]);
+    /// An extruder's position and speed by the plan of this number. It goes over from the plan before, over one latency, by the
+    /// cubic that begins with the difference in place and speed and ends without.
+    fn extruder(
+        &self,
+        number: usize,
+        axis: usize,
+        advance: PressureAdvance,
+        latency: f64,
+        at: f64,
+    ) -> Option<(f64, f64)> {
+        let era = self.eras.get(number)?;
+        let (place, speed) = era.averaged(axis, advance, at - latency * 1e9)?;
+        let seconds = (at - era.from) * 1e-9;
+        if number == 0 || seconds >= latency {
+            return Some((place, speed));
         }
-        cuts.retain(|cut| (from..=to).contains(cut));
-        cuts.sort_by(f64::total_cmp);
-        let near = self.planned(at)?.0.0[axis];
-        let (mut place, mut speed) = (0.0, 0.0);
-        for cut in cuts.windows(2) {
-            let (middle, reach) = ((cut[0] + cut[1]) / 2.0, (cut[1] - cut[0]) / 2.0);
-            for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
-                let x = middle + node * reach;
-                let share = weight * reach * (self.advanced(axis, advance.factor, x)? - near) / (half * half);
-                place += share * (half - (at - x).abs());
-                speed += share * (x - at).signum();
-            }
-        }
-        Some((near + place, speed * 1e9))
-    }
-
-    /// Position plus K times speed, where X or Y move and filament is pushed.
-    fn advanced(&self, axis: usize, factor: f64, at: f64) -> Option<f64> {
-        let (position, velocity) = self.planned(at)?;
-        let pushes = velocity.0[axis] > 0.0 && (velocity.0[0] != 0.0 || velocity.0[1] != 0.0);
-        Some(position.0[axis] + if pushes { factor * velocity.0[axis] } else { 0.0 })
-    }
-
-    /// The trajectory before the filters.
-    fn planned(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
-        let Timed { start, piece, table, .. } = self.pieces.get(self.index(at))?;
-        let seconds = (at - start) * 1e-9;
-        let resting = seconds > piece.duration || seconds < 0.0;
-        let t = seconds.clamp(0.0, piece.duration);
-        let way = piece.speed * t + piece.acceleration * t.powi(2) / 2.0 + piece.jerk * t.powi(3) / 6.0;
-        let rate = piece.speed + piece.acceleration * t + piece.jerk * t.powi(2) / 2.0;
-        let speed = if resting { 0.0 } else { rate };
-        let (position, mut velocity) = ways::place(&piece.path, table.as_deref(), piece.base + way);
-        for axis in units::Axis::ALL {
-            velocity[axis] *= speed;
-        }
-        Some((position, velocity))
+        let (place_was, speed_was) = self.extruder(number - 1, axis, advance, latency, era.from)?;
+        let (place_is, speed_is) = era.averaged(axis, advance, era.from - latency * 1e9)?;
+        let (ahead, faster) = (place_was - place_is, speed_was - speed_is);
+        // a + b t + c t^2 + d t^3, and its slope, both zero after the latency.
+        let c = -(3.0 * ahead + 2.0 * faster * latency) / latency.powi(2);
+        let d = (2.0 * ahead + faster * latency) / latency.powi(3);
+        let left = ahead + faster * seconds + c * seconds.powi(2) + d * seconds.powi(3);
+        let slope = faster + 2.0 * c * seconds + 3.0 * d * seconds.powi(2);
+        Some((place + left, speed + slope))
     }
 
     fn motor(&self, actuator: Actuator, axes: &PerAxis<f64>, at: f64) -> f64 {
-        let warp = self.pieces.get(self.index(at)).and_then(|timed| timed.warp.as_deref());
+        let era = self.era_at(at);
+        let warp = era.and_then(|era| era.pieces.get(era.index(at))).and_then(|timed| timed.warp.as_deref());
         let axes = warp.map_or(axes.0, |warp| warp.motors(&axes.0));
         let mm = arms::motor(&self.config.kinematics, actuator, &axes);
         mm * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm)
@@ -272,4 +300,9 @@ impl Ideal {
         let near = |nanoseconds: &f64| beyond(at + nanoseconds).is_some_and(|off| off.abs() <= 4.0 * ON_CROSSING_STEPS);
         (0..4_000).map(|half| f64::from(half) * 0.5 - 1e3).filter(near).map(f64::abs).reduce(f64::min)
     }
+}
+
+/// Nanoseconds from boot.
+fn nanoseconds(time: TickTime) -> f64 {
+    time.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS)
 }

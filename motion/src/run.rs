@@ -80,9 +80,22 @@ impl Run {
         speed: f64,
         carried: Option<(Ramp, f64)>,
     ) -> Self {
+        let path = Path::new(origin, &block.target, block.length, curve);
+        Self::within(block, path, 0.0, start, speed, carried)
+    }
+
+    /// Begins within a block, `travelled` millimetres along its path.
+    pub fn within(
+        block: Block,
+        path: Path,
+        travelled: f64,
+        start: TickTime,
+        speed: f64,
+        carried: Option<(Ramp, f64)>,
+    ) -> Self {
         Self {
             block,
-            path: Path::new(origin, &block.target, block.length, curve),
+            path,
             rates: None,
             profile: Profile::default(),
             ramps: Ramps::carried(carried),
@@ -90,8 +103,8 @@ impl Run {
             phase: 0,
             taken: 0,
             phase_start: start,
-            phase_base: 0.0,
-            travelled: 0.0,
+            phase_base: travelled,
+            travelled,
             speed,
         }
     }

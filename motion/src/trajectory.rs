@@ -33,6 +33,11 @@ pub(crate) fn seconds_between(from: TickTime, to: TickTime) -> f64 {
     (high * 18_446_744_073_709_551_616.0 + low) / UNITS_PER_SECOND
 }
 
+/// Seconds in the low half of a length of [`TickTime`].
+pub(crate) fn seconds_of(units: u64) -> f64 {
+    float_of_u64(units) / UNITS_PER_SECOND
+}
+
 /// The whole tick at a point in time.
 #[must_use]
 pub const fn whole_ticks(time: TickTime) -> Ticks {
@@ -62,6 +67,18 @@ pub struct Piece {
     pub acceleration: f64,
     /// Path jerk, mm/s^3.
     pub jerk: f64,
+}
+
+/// Trajectory was taken back: what follows replaces it. No axis had used it, or those that had stood still; but for extruders with
+/// pressure advance, which go over from the old to the new over one latency.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TakenBack {
+    /// Changes each time.
+    pub count: u32,
+    /// From when on.
+    pub from: TickTime,
+    /// How far the output of the filters was settled then: until there extruders follow the old trajectory.
+    pub out: TickTime,
 }
 
 impl Piece {

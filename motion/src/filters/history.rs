@@ -9,6 +9,7 @@ use super::MAX_EXTRUDERS;
 use crate::{
     convert::float_of_i64,
     path::{Curve, Path},
+    ramp::Ramp,
     trajectory::{Piece, TickTime},
 };
 
@@ -32,6 +33,19 @@ fn low(time: TickTime) -> u64 {
 /// Curves kept; a stretch for which there is no room is straight ([`super::Filters::has_room_for`]).
 const CURVES: usize = 16;
 
+/// What of the program a stretch is: all it takes to begin again within it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    /// Count of its block.
+    pub block: u32,
+    /// Where the block begins.
+    pub origin: PerAxis<f64>,
+    /// Path distance from there to the beginning of the stretch, mm.
+    pub base: f64,
+    /// The ramp it is part of, and how many seconds of that were over when it began.
+    pub ramp: Option<(Ramp, f64)>,
+}
+
 /// Constant jerk along a path, until the next stretch begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
@@ -47,6 +61,8 @@ pub(crate) struct Stretch {
     curves: u32,
     /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
+    /// `None`: a rest, or a chord in place of several pieces.
+    pub source: Option<Source>,
 }
 
 impl Stretch {
@@ -60,6 +76,7 @@ impl Stretch {
         curved: None,
         curves: 0,
         sums: [[0.0; 2]; MAX_EXTRUDERS],
+        source: None,
     };
 
     pub fn of(piece: &Piece) -> (Self, Curve) {
@@ -86,6 +103,11 @@ impl Stretch {
     /// Standing still.
     pub fn rest(start: TickTime, place: PerAxis<f64>) -> (Self, Curve) {
         (Self { start: low(start), origin: place, ..Self::EMPTY }, Curve::Line)
+    }
+
+    /// What of the program it is.
+    pub fn from(self, source: Option<Source>) -> Self {
+        Self { source, ..self }
     }
 
     pub fn is_rest(&self) -> bool {
@@ -143,6 +165,8 @@ impl Stretch {
 #[derive(Debug)]
 pub(crate) struct History {
     stretches: [Stretch; CAPACITY],
+    /// Count of the oldest stretch since everything before was forgotten.
+    first: u32,
     /// Count of the newest stretch.
     newest: u32,
     /// The curves of stretches that have one.
@@ -158,6 +182,7 @@ impl History {
     pub const fn new() -> Self {
         Self {
             stretches: [Stretch::EMPTY; CAPACITY],
+            first: 0,
             newest: 0,
             curves: [Curve::Line; CURVES],
             factors: [0.0; MAX_EXTRUDERS],
@@ -224,7 +249,28 @@ impl History {
         self.references = references;
         self.since = stretch.start;
         *self.stretch_mut(self.newest) = stretch;
+        self.first = self.newest;
         self.newest
+    }
+
+    /// Count of the newest stretch, and how many there are.
+    pub fn extent(&self) -> (u32, u32) {
+        let all = self.age(self.first);
+        (self.newest, 1 + if all < CAPACITY as u32 { all } else { CAPACITY as u32 - 1 })
+    }
+
+    /// The curve of a stretch.
+    pub fn curve_of(&self, stretch: &Stretch) -> Curve {
+        match stretch.curved {
+            // The remainder is always in range: the check disappears.
+            Some(_) => self.curves[stretch.curves as usize % CURVES],
+            None => Curve::Line,
+        }
+    }
+
+    /// Forgets what is newer than this stretch.
+    pub fn truncate(&mut self, newest: u32) {
+        self.newest = newest;
     }
 
     /// Appends a stretch. `oldest` is the count of the oldest that anything still looks at.

@@ -15,14 +15,16 @@
 //! When no filter is configured, or they are switched off (homing), none of this runs and nothing is delayed.
 
 pub mod advance;
+mod back;
 mod history;
 pub mod shaper;
 
 use units::{Axis, MAX_AXES, PerAxis};
 
 pub use advance::PressureAdvance;
+pub(crate) use back::{Place, is_before, moves};
 use history::CAPACITY;
-pub(crate) use history::{History, Stretch};
+pub(crate) use history::{History, Source, Stretch};
 pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
 
 use crate::{
@@ -33,6 +35,7 @@ use crate::{
     trajectory::{Piece, TickTime, tick_time},
 };
 use advance::Window;
+use back::Corrections;
 
 /// Auxiliary axes: extruders.
 pub const MAX_EXTRUDERS: usize = 3;
@@ -98,6 +101,7 @@ pub(crate) struct Filters {
     taps: [Tap; MAX_TAPS],
     tap_count: usize,
     windows: [Option<Window>; MAX_EXTRUDERS],
+    corrections: Corrections,
     /// The longest delay.
     span: u64,
     /// Something is configured.
@@ -137,6 +141,7 @@ impl Filters {
             taps: [Tap::NONE; MAX_TAPS],
             tap_count: 0,
             windows: [None; MAX_EXTRUDERS],
+            corrections: Corrections::NONE,
             span: 0,
             configured: false,
             bypassed: false,
@@ -177,6 +182,7 @@ impl Filters {
         }
         let factors = config.advancing().map(|advance| advance.map_or(0.0, |advance| advance.factor));
         self.history.configure(factors);
+        self.corrections.configure(tick_time(latency).to_bits() as u64);
         self.span = self.cursors().map(|cursor| cursor.delay).fold(0, |longest, delay| longest.max(delay));
     }
 
@@ -222,14 +228,15 @@ impl Filters {
         self.out = at;
         self.drained = true;
         self.cut_piece = None;
+        self.corrections.clear();
         self.point = place;
         self.velocity = PerAxis([0.0; MAX_AXES]);
     }
 
     /// The trajectory goes on with this stretch. Stretches come in order of time.
-    pub fn push(&mut self, (stretch, curve): (Stretch, Curve)) {
+    pub fn push(&mut self, (stretch, curve): (Stretch, Curve), source: Option<Source>) {
         let oldest = self.oldest();
-        self.history.push(stretch, &curve, oldest);
+        self.history.push(stretch.from(source), &curve, oldest);
     }
 
     /// Count of the oldest stretch that is still looked at.
@@ -264,6 +271,7 @@ impl Filters {
         // The rest may begin a sliver after the output's end.
         let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start) as i64;
         let left = (self.span as i64).saturating_sub(rested);
+        let left = left.max(self.corrections.left(self.out.to_bits() as u64).unwrap_or(0) as i64);
         TickTime::from_bits(if left > 0 { left as u128 } else { 0 })
     }
 
@@ -271,6 +279,7 @@ impl Filters {
     pub fn shift(&mut self, by: TickTime) {
         self.out += by;
         self.history.shift(by.to_bits() as u64);
+        self.corrections.shift(by.to_bits() as u64);
         if let Some(piece) = &mut self.cut_piece {
             piece.start += by;
         }
@@ -289,6 +298,8 @@ impl Filters {
                 nearest = nearest.min(next.wrapping_add(cursor.delay).wrapping_sub(now));
             }
         }
+        turned |= self.begin_corrections(now);
+        let nearest = nearest.min(self.corrections.left(now).unwrap_or(u64::MAX));
         room = room.min(nearest.max(LEAST_SPACING));
         let start = self.point;
         let entry = if turned { self.output(now).1 } else { self.velocity };
@@ -298,6 +309,7 @@ impl Filters {
             history.pass(&mut cursor.count, end.wrapping_sub(cursor.delay), false);
         }
         let (point, exit) = self.output(end);
+        self.end_corrections(end);
         self.out += TickTime::from_bits(u128::from(room));
         self.point = point;
         self.velocity = exit;
@@ -328,7 +340,10 @@ impl Filters {
         }
         let history = &*self.history;
         for window in self.windows.iter().flatten() {
-            let (place, rate) = window.output(history, time);
+            let (mut place, mut rate) = window.output(history, time);
+            if let Some((ahead, faster)) = self.corrections.at(window.axis, time) {
+                (place, rate) = (place + ahead, rate + faster);
+            }
             if let (Some(p), Some(v)) = (point.0.get_mut(window.axis), velocity.0.get_mut(window.axis)) {
                 (*p, *v) = (place, rate);
             }
@@ -348,7 +363,7 @@ mod tests {
         filters.configure(&FilterConfig { shapers: [Some(shaper), None, None], ..FilterConfig::NONE });
         let start = tick_time(1.0);
         filters.settle(PerAxis::default(), start);
-        filters.push(Stretch::rest(start + TickTime::from_bits(1), PerAxis::default()));
+        filters.push(Stretch::rest(start + TickTime::from_bits(1), PerAxis::default()), None);
         let whole = filters.still_to_drain();
         assert_eq!(whole.to_bits(), u128::from(filters.span) + 1, "a shaper's length from the rest on");
         filters.out += whole;

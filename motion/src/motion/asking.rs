@@ -3,7 +3,13 @@
 use units::{MmPerSecond, PerActuator, PerAxis, StepCount};
 
 use super::{Counters, Motion, State};
-use crate::{filters::FilterConfig, knots::point_of_steps, planner::Block, trajectory::Piece, trigger::Trigger};
+use crate::{
+    filters::FilterConfig,
+    knots::point_of_steps,
+    planner::Block,
+    trajectory::{Piece, TakenBack},
+    trigger::Trigger,
+};
 
 impl Motion {
     /// Nothing is queued, nothing is on its way, the motors have played every step.
@@ -65,6 +71,12 @@ impl Motion {
     #[must_use]
     pub const fn last_piece(&self) -> Option<&Piece> {
         self.piece.as_ref()
+    }
+
+    /// The last time that trajectory was taken back, for whoever checks step times.
+    #[must_use]
+    pub const fn last_taken_back(&self) -> Option<&TakenBack> {
+        self.taken_back.as_ref()
     }
 
     /// The filters that the last segment taken went through: none while they are bypassed.

@@ -6,7 +6,7 @@ use super::{LEAD, Motion, State};
 use crate::{
     compensation::{Compensation, Warped},
     config::MotionConfig,
-    feed::{FeedOrders, FeedReport},
+    feed::{FeedOrders, FeedReport, Supply},
     greatest,
     knots::{Segment, Span, step_positions_after, steps_per_mm},
     least,
@@ -20,11 +20,11 @@ use crate::{
 };
 
 impl Motion {
-    /// The next half millisecond of trajectory at most, written to `segment`; false when there is nothing to do now.
+    /// The next half millisecond of trajectory at most, written to `segment`.
     ///
     /// Never inlined: once a slice, it would take registers from the feed's loop over the steps.
     #[inline(never)]
-    pub(crate) fn take_segment(&mut self, now: Ticks, segment: &mut Segment) -> bool {
+    pub(crate) fn take_segment(&mut self, now: Ticks, segment: &mut Segment) -> Supply {
         if self.planner.pushed() != self.seen.0 {
             self.seen = (self.planner.pushed(), now);
         }
@@ -34,9 +34,9 @@ impl Motion {
         if self.filters.engaged() {
             return self.filtered_segment(now, segment);
         }
-        let Some(slice) = self.next_slice(now) else { return false };
+        let Some(slice) = self.next_slice(now) else { return Supply::Nothing };
         self.segment(&slice, now, segment);
-        true
+        Supply::Segment
     }
 
     /// The next slice of trajectory; it begins at the clock.
@@ -52,6 +52,8 @@ impl Motion {
             let run = self.run.as_mut()?;
             if let Some(piece) = run.new_piece() {
                 self.piece = Some(piece);
+                // Asked for when trajectory is taken back only.
+                self.piece_ramp = if self.filters.engaged() { run.ramp() } else { None };
             }
             if let Some(slice) = run.advance() {
                 return Some(slice);

@@ -6,7 +6,8 @@ use super::{Motion, State};
 use crate::{
     compensation::Compensation,
     config::MotionConfig,
-    filters::{Knot, LEAST_SPACING, Stretch},
+    feed::Supply,
+    filters::{Knot, LEAST_SPACING, Source, Stretch},
     knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
     path::{Curve, Path},
     run::Slice,
@@ -31,15 +32,21 @@ impl Motion {
         }
     }
 
-    /// The next segment of filtered trajectory; false when there is nothing to do now.
-    pub(super) fn filtered_segment(&mut self, now: Ticks, segment: &mut Segment) -> bool {
+    /// The next segment of filtered trajectory.
+    pub(super) fn filtered_segment(&mut self, now: Ticks, segment: &mut Segment) -> Supply {
         if self.state == State::Aborting {
-            return false;
+            return Supply::Nothing;
         }
+        if self.resume_wanted && !self.is_behind() {
+            self.resume();
+        }
+        let was_behind = self.is_behind();
         // Never the last sliver of what is known: in a segment so short, the rounding of positions is more than the way.
-        let is_sliver = self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING);
-        if is_sliver && self.settle_more(now).is_none() {
-            return false;
+        if self.is_sliver() && self.settle_more(now).is_none() {
+            return Supply::Nothing;
+        }
+        if was_behind {
+            return Supply::Later;
         }
         segment.start = self.filters.out;
         let knot = self.filters.advance(self.clock);
@@ -51,7 +58,16 @@ impl Motion {
             self.knots = ends;
         }
         self.shift_if_late(segment, now);
-        true
+        Supply::Segment
+    }
+
+    fn is_sliver(&self) -> bool {
+        self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING)
+    }
+
+    /// Trajectory that was taken back has not been replaced yet.
+    pub(super) fn is_behind(&self) -> bool {
+        self.filters.engaged() && self.clock < self.filters.out
     }
 
     /// Moves the trajectory on: by a slice, or by a moment of rest while the filters have not drained.
@@ -69,7 +85,12 @@ impl Motion {
         {
             let rest = rest_of(piece, begin);
             crowded = !self.filters.has_room_for(&rest.path.curve);
-            self.filters.push(if crowded { Stretch::straight(&rest) } else { Stretch::of(&rest) });
+            let source = self.source_of(piece, &rest);
+            if crowded {
+                self.filters.push(Stretch::straight(&rest), None);
+            } else {
+                self.filters.push(Stretch::of(&rest), Some(source));
+            }
             if crowded {
                 self.piece = Some(rest);
             }
@@ -88,15 +109,26 @@ impl Motion {
         }
         if !self.filters.newest().is_rest() {
             self.filters.cut_piece = None;
-            self.filters.push(Stretch::rest(self.clock, self.place));
+            self.filters.push(Stretch::rest(self.clock, self.place), None);
         }
         let left = self.filters.still_to_drain();
         if left == TickTime::ZERO {
             self.filters.drained = true;
             return None;
         }
-        self.clock += left.min(tick_time(SEGMENT_SECONDS));
+        self.clock = self.clock.max(self.filters.out) + left.min(tick_time(SEGMENT_SECONDS));
         Some(())
+    }
+
+    /// What of the program the rest of a piece is.
+    fn source_of(&self, piece: &Piece, rest: &Piece) -> Source {
+        let later = seconds_between(piece.start, rest.start);
+        Source {
+            block: self.planner.released().wrapping_sub(1),
+            origin: piece.path.origin,
+            base: rest.base,
+            ramp: self.piece_ramp.map(|(ramp, elapsed)| (ramp, elapsed + later)),
+        }
     }
 
     /// When very short pieces fill the history, several become one: their chord, with their speeds at its ends. When there is no

@@ -14,6 +14,7 @@
 //! what the feed has taken, at most 1.5 ms ahead of the motors.
 
 mod asking;
+mod back;
 mod compensating;
 mod corner;
 mod cursor;
@@ -21,6 +22,7 @@ mod filtered;
 mod request;
 mod smoothly;
 
+use back::Pace;
 use units::{PerActuator, PerAxis, StepPosition, Ticks};
 
 use crate::{
@@ -34,10 +36,11 @@ use crate::{
     motor::MotorSetup,
     moves::Refusal,
     path::CurveRing,
-    planner::{Block, Overrides, Planner},
+    planner::{Block, CAPACITY, KEPT, Overrides, Planner},
+    ramp::Ramp,
     run::Run,
     store::Elsewhere,
-    trajectory::{Piece, TickTime},
+    trajectory::{Piece, TakenBack, TickTime},
     trigger::Trigger,
 };
 
@@ -95,6 +98,8 @@ pub struct Motion {
     /// Greatest squared speed of the run up or down under way, where a minimum cruise ratio is kept.
     peak_sq: f64,
     piece: Option<Piece>,
+    /// The ramp at the beginning of that piece, and how many seconds of it were over.
+    piece_ramp: Option<(Ramp, f64)>,
     /// The trajectory is settled up to here.
     clock: TickTime,
     /// What the trajectory goes through when any filter is on.
@@ -103,6 +108,10 @@ pub struct Motion {
     compensation: Compensation,
     /// Machine position at `clock` while nothing runs.
     place: PerAxis<f64>,
+    /// The last time that trajectory was taken back.
+    taken_back: Option<TakenBack>,
+    /// Go on as soon as the trajectory is settled as far as it was before some was taken back.
+    resume_wanted: bool,
     /// Motor positions at `clock`, or at the filters' output.
     knots: PerActuator<StepPosition>,
     /// Where the last submitted block ends.
@@ -165,6 +174,9 @@ impl Motion {
             run: None,
             peak_sq: f64::INFINITY,
             piece: None,
+            piece_ramp: None,
+            taken_back: None,
+            resume_wanted: false,
             clock: TickTime::ZERO,
             place: PerAxis([0.0; units::MAX_AXES]),
             knots: PerActuator([StepPosition::ZERO; units::MAX_ACTUATORS]),
@@ -195,6 +207,10 @@ impl Motion {
         }
         config.check()?;
         self.config = Some(config);
+        if let (Some(config), true) = (&mut self.config, config.filters.latency() > 0.0) {
+            // Where trajectory may be taken back, its blocks must not have been overwritten.
+            config.queue_size = config.queue_size.min(CAPACITY - KEPT);
+        }
         self.orders.setup = Some(MotorSetup::all(&config));
         self.filters.configure(&config.filters);
         self.settle_at(self.planned);
@@ -264,7 +280,9 @@ impl Motion {
 
     /// Brakes along the path from the present state; keeps the rest for [`Self::resume`].
     pub fn hold(&mut self) {
+        self.resume_wanted = false;
         if self.state == State::Running {
+            self.take_back(Pace::Slower);
             self.state = State::Holding;
             self.brake();
         }
@@ -272,7 +290,12 @@ impl Motion {
 
     /// Goes on after a hold, or in the middle of one.
     pub fn resume(&mut self) {
-        if matches!(self.state, State::Holding | State::Held) {
+        if !matches!(self.state, State::Holding | State::Held) {
+            return;
+        }
+        // Until then it must be as slow as was promised to the axes that have used it.
+        self.resume_wanted = self.is_behind();
+        if !self.resume_wanted {
             self.state = State::Running;
             self.follow_plan();
         }
@@ -280,8 +303,12 @@ impl Motion {
 
     /// Brakes along the path from the present state and drops the rest. Idle when done.
     pub fn stop(&mut self) {
+        self.resume_wanted = false;
         match self.state {
             State::Running | State::Holding => {
+                if self.state == State::Running {
+                    self.take_back(Pace::Slower);
+                }
                 self.state = State::Stopping;
                 self.brake();
             }
@@ -302,13 +329,19 @@ impl Motion {
         self.curves.clear();
         self.run = None;
         self.resting = true;
+        self.resume_wanted = false;
     }
 
     /// Scales the speed of working moves and of rapids; 1 is as programmed. Takes effect from the present state on.
     /// Factors outside 0.01 to 10 are brought to the nearer of these.
     pub fn set_overrides(&mut self, feed: f64, rapid: f64) {
         let bounded = |factor: f64| least(greatest(factor, 0.01), 10.0);
-        self.overrides = Overrides { feed: bounded(feed), rapid: bounded(rapid) };
+        let overrides = Overrides { feed: bounded(feed), rapid: bounded(rapid) };
+        let changes = overrides != self.overrides;
+        self.overrides = overrides;
+        if changes && self.state == State::Running {
+            self.take_back(Pace::Any);
+        }
         let cruise_before = match (&self.run, self.planner.front()) {
             (Some(run), _) => run.block.cruise(&self.overrides),
             (None, Some(front)) => front.cruise(&self.overrides),

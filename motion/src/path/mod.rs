@@ -54,6 +54,15 @@ impl Curve {
         self.is_line() || (self.length().is_finite() && size(self.offset(0.5 * self.length())).is_finite())
     }
 
+    /// Which of X, Y and Z it moves beside the straight line by more than `least` mm.
+    pub(crate) fn moves(&self, least: f64) -> [bool; 3] {
+        match self {
+            Self::Line => [false; 3],
+            Self::Arc(arc) => [0, 1, 2].map(|n| parts_exceed([arc.arm(), arc.ahead(), [0.0; 3]], n, least)),
+            Self::Spline(spline) => [0, 1, 2].map(|n| parts_exceed(*spline.cubic(), n, least)),
+        }
+    }
+
     /// What it adds to X, Y and Z after `s` mm of path.
     #[must_use]
     pub fn offset(&self, s: f64) -> [f64; 3] {
@@ -142,6 +151,11 @@ impl Path {
     pub fn curvature(&self, s: f64) -> f64 {
         size(self.curve.bend(s))
     }
+}
+
+/// Whether this part of any of these vectors does.
+fn parts_exceed(vectors: [Vector; 3], part: usize, least: f64) -> bool {
+    vectors.iter().any(|vector| vector.get(part).is_some_and(|part| libm::fabs(*part) > least))
 }
 
 fn add(point: &mut PerAxis<f64>, [x, y, z]: Vector) {

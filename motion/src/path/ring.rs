@@ -4,18 +4,20 @@ use super::Curve;
 
 /// Curves that may wait at once; a block for which there is no room waits outside.
 pub const MOST_CURVES: usize = 32;
+/// As many more stay behind them, should their blocks be taken back. A power of two.
+const CAPACITY: usize = 2 * MOST_CURVES;
 
 /// The ring; counts wrap.
 #[derive(Debug)]
 pub(crate) struct CurveRing {
-    curves: [Curve; MOST_CURVES],
+    curves: [Curve; CAPACITY],
     first: u32,
     end: u32,
 }
 
 impl CurveRing {
     pub const fn new() -> Self {
-        Self { curves: [Curve::Line; MOST_CURVES], first: 0, end: 0 }
+        Self { curves: [Curve::Line; CAPACITY], first: 0, end: 0 }
     }
 
     pub const fn is_full(&self) -> bool {
@@ -25,7 +27,7 @@ impl CurveRing {
     /// Appends a curve. Not when full.
     pub fn push(&mut self, curve: Curve) {
         // The remainder is always in range: the check disappears.
-        self.curves[self.end as usize % MOST_CURVES] = curve;
+        self.curves[self.end as usize % CAPACITY] = curve;
         self.end = self.end.wrapping_add(1);
     }
 
@@ -34,9 +36,19 @@ impl CurveRing {
         if self.first == self.end {
             return Curve::Line;
         }
-        let curve = self.curves[self.first as usize % MOST_CURVES];
+        let curve = self.curves[self.first as usize % CAPACITY];
         self.first = self.first.wrapping_add(1);
         curve
+    }
+
+    /// Whether the last `count` curves taken out are still there.
+    pub const fn keeps(&self, count: u32) -> bool {
+        self.end.wrapping_sub(self.first.wrapping_sub(count)) as usize <= CAPACITY
+    }
+
+    /// Puts the last `count` curves taken out back; there must be so many.
+    pub const fn take_back(&mut self, count: u32) {
+        self.first = self.first.wrapping_sub(count);
     }
 
     pub const fn clear(&mut self) {

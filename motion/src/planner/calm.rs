@@ -56,6 +56,12 @@ impl Planner {
         self.calm_share.is_some()
     }
 
+    /// Greatest squared speed of the run up or down that a released block is part of, as far as blocks that are still there tell.
+    pub(crate) fn calm_peak_sq(&self, block: u32) -> Option<f64> {
+        let so_far = (0..super::KEPT as u32).map_while(|n| self.released_block(block.wrapping_sub(n)));
+        so_far.into_iter().find_map(|block| block.calm().peak_sq())
+    }
+
     fn gain_sq(block: &Block, share: f64) -> f64 {
         2.0 * block.acceleration * share * block.length
     }

@@ -21,11 +21,15 @@ pub(crate) use junction::corner_sq;
 
 /// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. About 60 KiB.
 pub const CAPACITY: usize = 256;
+/// Released blocks that stay in the ring behind those that wait, where trajectory may be taken back.
+pub(crate) const KEPT: usize = 32;
 
 /// The queue of blocks that have not begun. Blocks are counted from the beginning of time (wrapping).
 #[derive(Debug)]
 pub struct Planner {
     blocks: [Block; CAPACITY],
+    /// Count of the first block that may be taken back, if it is still there.
+    kept: u32,
     /// Count of blocks ever released.
     first: u32,
     /// Count of blocks ever pushed.
@@ -53,6 +57,7 @@ impl Planner {
     pub(crate) const fn new() -> Self {
         Self {
             blocks: [Block::EMPTY; CAPACITY],
+            kept: 0,
             first: 0,
             end: 0,
             planned: 0,
@@ -220,6 +225,25 @@ impl Planner {
         Some(block)
     }
 
+    /// A block that was released and can be taken back: nothing has taken its place, and what followed it is still to follow.
+    pub(crate) fn released_block(&self, count: u32) -> Option<&Block> {
+        let is_kept = count.wrapping_sub(self.kept) as i32 >= 0 && (self.end.wrapping_sub(count) as usize) <= CAPACITY;
+        let is_released = (self.first.wrapping_sub(count) as i32) > 0;
+        if is_kept && is_released { Some(self.block(count)) } else { None }
+    }
+
+    /// The block of this count, that waits or was released.
+    pub(crate) fn any_block(&self, count: u32) -> Option<&Block> {
+        if (self.end.wrapping_sub(count) as i32) > 0 { Some(self.block(count)) } else { None }
+    }
+
+    /// Makes everything behind a released block wait again. Then [`Self::replan`].
+    pub(crate) fn take_back(&mut self, count: u32) {
+        self.first = count.wrapping_add(1);
+        // What is executed again keeps its corner.
+        self.reserve = 0.0;
+    }
+
     /// Squared speed with which the block in execution should end: the planned entry of the next one.
     pub(crate) fn next_entry_sq(&self) -> f64 {
         self.front().map_or(self.rest_sq, |next| next.entry_sq)
@@ -228,6 +252,7 @@ impl Planner {
     /// Forgets every block.
     pub(crate) fn clear(&mut self) {
         self.first = self.end;
+        self.kept = self.end;
         self.planned = self.end;
         self.settled = self.end;
     }

@@ -61,6 +61,11 @@ pub fn strokes() -> impl Strategy<Value = Vec<Stroke>> {
     prop::collection::vec(stroke, 1..8)
 }
 
+/// Random programs of arcs, splines and lines that begin at the origin.
+pub fn flat_programs() -> impl Strategy<Value = Vec<Move>> {
+    strokes().prop_map(|strokes| program(PerAxis([0.0; 6]), &strokes))
+}
+
 /// The moves of a program that begins at `start`.
 pub fn program(start: PerAxis<f64>, strokes: &[Stroke]) -> Vec<Move> {
     let mut here = start;

@@ -11,13 +11,13 @@ use super::{
 };
 use crate::{FilterConfig, Kinematics, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind, oracle::StepError};
 
-fn shapers() -> impl Strategy<Value = Option<Shaper>> {
+pub fn shapers() -> impl Strategy<Value = Option<Shaper>> {
     let kind = prop::sample::select(ShaperKind::NAMES.map(|(_, kind)| kind).to_vec());
     let shaper = (kind, 25.0..120.0_f64, 0.0..0.2_f64);
     prop::option::weighted(0.8, shaper.prop_map(|(kind, frequency, damping)| Shaper { kind, frequency, damping }))
 }
 
-fn advances() -> impl Strategy<Value = Option<PressureAdvance>> {
+pub fn advances() -> impl Strategy<Value = Option<PressureAdvance>> {
     let advance = (0.0..0.2_f64, 0.005..0.06_f64);
     prop::option::weighted(0.8, advance.prop_map(|(factor, smooth_time)| PressureAdvance { factor, smooth_time }))
 }

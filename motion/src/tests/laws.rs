@@ -5,7 +5,7 @@ use std::{sync::Arc, vec::Vec};
 use proptest::prelude::*;
 use units::{Actuator, Axis, Mm, MmPerSecond, PerActuator, PerAxis, Ticks};
 
-use super::rig::{Rig, at, printer};
+use super::rig::{Entry, Rig, at, printer};
 use crate::{
     Kinematics, MotionConfig, Move,
     oracle::{Ideal, StepError, Warp},
@@ -41,8 +41,11 @@ pub fn run(config: MotionConfig, moves: &[Move]) -> Rig {
 pub fn ideal(rig: &Rig, config: MotionConfig) -> Ideal {
     let mut ideal = Ideal::new(config);
     ideal.set_warp(Warp::of(rig.access.motion.compensation()).map(Arc::new));
-    for piece in &rig.access.pieces {
-        ideal.push(piece);
+    for entry in &rig.access.log {
+        match entry {
+            Entry::Piece(piece) => ideal.push(piece),
+            Entry::TakenBack(taken) => ideal.take_back(taken),
+        }
     }
     ideal
 }

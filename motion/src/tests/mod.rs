@@ -1,6 +1,7 @@
 //! Laws of the whole pipeline, from submitted moves to played events.
 
 mod arms;
+mod back;
 mod corners;
 mod curves;
 mod filters;

@@ -9,7 +9,7 @@ use crate::{
     ActuatorConfig, Kinematics, Latch, Limits, Motion, MotionConfig, Move, Refusal, StepFeed,
     motion::Access,
     queue::{StepEvent, StepQueue},
-    trajectory::Piece,
+    trajectory::{Piece, TakenBack},
 };
 
 /// Period of the feed task.
@@ -34,17 +34,50 @@ pub struct Edge {
 /// Records every piece of ideal trajectory the feed is given.
 pub struct Recorder {
     pub motion: Box<Motion>,
+    /// Those that hold in the end: what was taken back is not among them.
     pub pieces: Vec<Piece>,
+    /// All of them in the order in which they came, and what was taken back.
+    pub log: Vec<Entry>,
+    last: Option<Piece>,
+    taken: u32,
+}
+
+/// Something that happened to the trajectory.
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "nearly all are pieces")]
+pub enum Entry {
+    Piece(Piece),
+    TakenBack(TakenBack),
+}
+
+impl Recorder {
+    fn new(motion: Box<Motion>) -> Self {
+        Self { motion, pieces: Vec::new(), log: Vec::new(), last: None, taken: 0 }
+    }
+
+    fn look(&mut self) {
+        if let Some(taken) = self.motion.last_taken_back()
+            && self.taken != taken.count
+        {
+            self.taken = taken.count;
+            self.log.push(Entry::TakenBack(*taken));
+            self.pieces.retain(|piece| piece.start < taken.from);
+            self.last = None;
+        }
+        if let Some(piece) = self.motion.last_piece()
+            && self.last.as_ref() != Some(piece)
+        {
+            self.last = Some(*piece);
+            self.pieces.push(*piece);
+            self.log.push(Entry::Piece(*piece));
+        }
+    }
 }
 
 impl Access for Recorder {
     fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         let result = f(&mut self.motion);
-        if let Some(piece) = self.motion.last_piece()
-            && self.pieces.last() != Some(piece)
-        {
-            self.pieces.push(*piece);
-        }
+        self.look();
         result
     }
 }
@@ -89,7 +122,7 @@ impl Rig {
         let mut motion = Box::new(Motion::new());
         motion.configure(config).expect("a valid configuration");
         Self {
-            access: Recorder { motion, pieces: Vec::new() },
+            access: Recorder::new(motion),
             feed: StepFeed::new(),
             queue: Box::new(StepQueue::new()),
             latch: Latch::new(),

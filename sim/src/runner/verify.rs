@@ -41,6 +41,8 @@ pub struct Watch {
     /// The compensation in force, and which change of it that is.
     warp: (Option<u32>, Option<Arc<Warp>>),
     last: Option<Piece>,
+    /// Count of the last time that trajectory was taken back.
+    taken_back: u32,
     /// Where each motor stands, and which way it turns.
     counts: PerActuator<StepCount>,
     signs: PerActuator<StepCount>,
@@ -70,6 +72,7 @@ impl Watch {
             config,
             warp: (None, None),
             last: None,
+            taken_back: 0,
             counts: PerActuator([0; units::MAX_ACTUATORS]),
             signs: PerActuator([1; units::MAX_ACTUATORS]),
             resting: true,
@@ -98,6 +101,17 @@ impl Watch {
         }
         if self.resting {
             self.counts = motion.steps();
+        }
+    }
+
+    /// Trajectory that was taken back since the last look is no longer ideal.
+    fn taken_back(&mut self, motion: &Motion) {
+        let Some(taken) = motion.last_taken_back().filter(|taken| taken.count != self.taken_back) else { return };
+        self.taken_back = taken.count;
+        self.last = None;
+        match &mut self.task {
+            Task::Compare(comparison) => comparison.ideal.take_back(taken),
+            Task::Record(plan) => plan.take_back(taken),
         }
     }
 
@@ -216,8 +230,11 @@ pub struct Watched<'a> {
 impl Access for Watched<'_> {
     fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         let result = f(self.motion);
-        if let (Some(watch), Some(piece)) = (self.watch.as_deref_mut(), self.motion.last_piece()) {
-            watch.piece(piece, self.motion);
+        if let Some(watch) = self.watch.as_deref_mut() {
+            watch.taken_back(self.motion);
+            if let Some(piece) = self.motion.last_piece() {
+                watch.piece(piece, self.motion);
+            }
         }
         result
     }

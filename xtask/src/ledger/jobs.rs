@@ -67,6 +67,11 @@ pub fn loaded_seconds(steps_per_s: u32) -> f64 {
     length / speed + speed / ACCELERATION
 }
 
+/// One line of filament along X at full speed, long enough to be held in the middle.
+pub fn line_of_filament() -> String {
+    "M83\nG1 X100 E6 F20000\n".into()
+}
+
 /// One stroke of three axes at full speed, long enough to be held in the middle.
 pub fn stroke() -> String {
     "G1 X80 Y78 Z76 F40000\n".into()

@@ -93,6 +93,13 @@ impl Machines {
         self.printer.replace(ADVANCE.0, ADVANCE.1) + SHAPERS
     }
 
+    /// The fast machine with filters that look far ahead: pressure advance over 40 ms, and a shaper of Y that is longer than that of X.
+    pub fn looking_far_ahead(&self) -> String {
+        let far = "[extruder]\nhotend.pressure_advance = 0.04\nhotend.pressure_advance_smooth_time = 0.04\n";
+        let shapers = SHAPERS.replace("shaper_type_y = mzv", "shaper_type_y = 2hump_ei");
+        self.fast.replace(ADVANCE.0, far) + &shapers
+    }
+
     /// The fast machine with six motors.
     pub fn six_motors(&self) -> String {
         format!("{}{EXTERNAL}", self.fast)

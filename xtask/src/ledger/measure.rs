@@ -40,9 +40,11 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     lines(&results, SMOOTH, &mut ledger)?;
     let printer = results.of("printer-3")?;
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
-    let held = results.of("hold")?;
-    let held_ns = held.number(&["held_ns"])? as u64;
-    ledger.insert("hold_latency_us".into(), round(hold::latency_us(&held.out.join("steps.csv"), "alpha", held_ns)?));
+    for (job, key) in [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")] {
+        let held = results.of(job)?;
+        let held_ns = held.number(&["held_ns"])? as u64;
+        ledger.insert(key.into(), round(hold::latency_us(&held.out.join("steps.csv"), "alpha", held_ns)?));
+    }
     let (max, rms) = bench.step_error(results.of("hard")?)?;
     ledger.insert("step_error_max_ns".into(), max);
     ledger.insert("step_error_rms_ns".into(), rms);
@@ -69,6 +71,7 @@ fn list(machines: &Machines) -> Vec<Job> {
         list.push(Job::new(format!("{}-levelled", kind.word), &machines.levelled(kind), kind.levelled_job()));
     }
     list.push(Job::new("hold", fast, jobs::stroke()).held_after(HOLD_AFTER));
+    list.push(Job::new("hold-shaped", &machines.looking_far_ahead(), jobs::line_of_filament()).held_after(HOLD_AFTER));
     list.push(Job::new("hard", &machines.shaped_printer(), jobs::hard()));
     for kind in &KINDS {
         for shaped in [false, true] {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use motion::oracle::{Ideal, Warp};
-use motion::trajectory::Piece;
+use motion::trajectory::{Piece, TakenBack};
 use motion::{FilterConfig, MotionConfig};
 use units::{PerActuator, StepCount};
 
@@ -20,6 +20,8 @@ pub struct PlannedMotion {
     /// What lay between program and motors.
     warp: Option<Arc<Warp>>,
     pieces: Vec<(Piece, FilterConfig)>,
+    /// Where trajectory was taken back: after so many pieces.
+    taken_back: Vec<(usize, TakenBack)>,
     /// When the first piece begins, nanoseconds from boot.
     pub start: f64,
     /// Where the motors stood before the first step.
@@ -38,6 +40,7 @@ impl PlannedMotion {
             config,
             warp,
             pieces: Vec::new(),
+            taken_back: Vec::new(),
             start: piece.start.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS),
             counts: PerActuator::default(),
             steps: PerActuator::default(),
@@ -46,9 +49,16 @@ impl PlannedMotion {
         }
     }
 
-    /// The pieces of trajectory, before any filter, in order.
+    /// The pieces of trajectory, before any filter, in order. Those that were taken back are left out.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece> {
-        self.pieces.iter().map(|(piece, _)| piece)
+        let is_left = |index: usize, piece: &Piece| {
+            !self.taken_back.iter().any(|(count, taken)| index < *count && piece.start >= taken.from)
+        };
+        self.pieces
+            .iter()
+            .enumerate()
+            .filter(move |(index, (piece, _))| is_left(*index, piece))
+            .map(|(_, (piece, _))| piece)
     }
 
     /// The filters that were in force at its beginning.
@@ -68,10 +78,15 @@ impl PlannedMotion {
     pub fn ideal_through(&self, other: Option<FilterConfig>) -> Ideal {
         let mut ideal = Ideal::new(self.config);
         ideal.set_warp(self.warp.clone());
-        for (piece, filters) in &self.pieces {
+        let mut taken_back = self.taken_back.iter().peekable();
+        for (index, (piece, filters)) in self.pieces.iter().enumerate() {
+            while let Some((_, taken)) = taken_back.next_if(|(count, _)| *count <= index) {
+                ideal.take_back(taken);
+            }
             ideal.set_filters(other.unwrap_or(*filters));
             ideal.push(piece);
         }
+        taken_back.for_each(|(_, taken)| ideal.take_back(taken));
         ideal
     }
 }
@@ -108,6 +123,13 @@ impl Plan {
         if let Some(motion) = self.motions.last_mut() {
             motion.pieces.push((*piece, filters));
             motion.searches = self.searches;
+        }
+    }
+
+    /// What comes next replaces what was taken back.
+    pub(super) fn take_back(&mut self, taken: &TakenBack) {
+        if let Some(motion) = self.motions.last_mut() {
+            motion.taken_back.push((motion.pieces.len(), *taken));
         }
     }
 

@@ -1,0 +1,269 @@
+//! Taking trajectory back: which part of it no axis has used yet, and what an extruder does that has.
+//!
+//! Each axis uses the trajectory with its own delay: a shaped one looks ahead by its shift, so it is the latency less that behind
+//! the trajectory's head; one without a filter is the whole latency behind. What no *moving* axis has used may be replaced: an
+//! axis that stood still over the part it used would have done the same with the new one, as long as that keeps it still.
+//!
+//! An extruder with pressure advance usually looks ahead farthest and matters least. Where it moves along with X, Y or Z it does not hold
+//! them up: its output goes over to that of the new trajectory. The difference in place and speed at that moment ([`Correction`])
+//! fades to nothing over one latency, by the cubic that begins with both and ends without either. Its speed differs by less than `1.5 c / L` plus the
+//! difference in speed meanwhile, c being the difference in place and L the latency.
+
+use units::{MAX_AXES, PerAxis};
+
+use super::{Filters, MAX_EXTRUDERS, Source, Stretch, history};
+use crate::{path::Path, ramp::Ramp};
+
+/// Axes that move by less than this for a millimetre of path stand still: what they move while a latency passes is no step.
+const STILL: f64 = 1e-9;
+/// The same, mm, for what a curve adds.
+const STILL_CURVE: f64 = 1e-9;
+
+/// What is left of a difference between two outputs: place and speed when it began.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Correction {
+    from: u64,
+    place: f64,
+    rate: f64,
+}
+
+impl Correction {
+    /// Place and speed of what is left at `time`; it is gone after `fade` seconds.
+    fn at(&self, time: u64, fade: f64) -> (f64, f64) {
+        let x = history::seconds(time.wrapping_sub(self.from)) / fade;
+        if x >= 1.0 {
+            return (0.0, 0.0);
+        }
+        let y = 1.0 - x;
+        let place = y * y * (self.place * (1.0 + 2.0 * x) + self.rate * fade * x);
+        let rate = y * (self.rate * (1.0 - 3.0 * x) - 6.0 * x * self.place / fade);
+        (place, rate)
+    }
+}
+
+/// Corrections of the extruders.
+#[derive(Debug)]
+pub(super) struct Corrections {
+    /// How long one takes.
+    span: u64,
+    /// The next output begins them: until then `None` says nothing.
+    wanted: bool,
+    each: [Option<Correction>; MAX_EXTRUDERS],
+}
+
+impl Corrections {
+    pub const NONE: Self = Self { span: 0, wanted: false, each: [None; MAX_EXTRUDERS] };
+
+    /// How long one takes from now on.
+    pub const fn configure(&mut self, span: u64) {
+        *self = Self { span, ..Self::NONE };
+    }
+
+    /// None.
+    pub const fn clear(&mut self) {
+        self.configure(self.span);
+    }
+
+    /// How much longer than `now` they last.
+    pub fn left(&self, now: u64) -> Option<u64> {
+        let left = |correction: &Correction| correction.from.wrapping_add(self.span).wrapping_sub(now);
+        let left = self.each.iter().flatten().map(left).max();
+        if self.wanted { Some(self.span) } else { left }
+    }
+
+    /// What an extruder's differs by at `time`: place and speed.
+    pub fn at(&self, axis: usize, time: u64) -> Option<(f64, f64)> {
+        let correction = self.each.get(axis.wrapping_sub(3))?.as_ref()?;
+        Some(correction.at(time, history::seconds(self.span)))
+    }
+
+    /// Everything is later by `by`.
+    pub fn shift(&mut self, by: u64) {
+        for correction in self.each.iter_mut().flatten() {
+            correction.from = correction.from.wrapping_add(by);
+        }
+    }
+}
+
+/// Where the trajectory can be begun anew.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// When it was there.
+    pub time: u64,
+    /// Count of the stretch that will be the newest.
+    newest: u32,
+    /// Of the stretch that goes on from there.
+    pub source: Source,
+    /// Path distance from the beginning of the block, mm.
+    pub travelled: f64,
+    /// Path speed.
+    pub speed: f64,
+    /// Seconds since the stretch began.
+    pub elapsed: f64,
+    /// The way of the block.
+    pub path: Path,
+}
+
+impl Place {
+    /// The ramp under way, and how many seconds of it are over.
+    pub fn ramp(&self) -> Option<(Ramp, f64)> {
+        let (ramp, before) = self.source.ramp?;
+        let elapsed = before + self.elapsed;
+        // A nanosecond: what `Run` leaves out.
+        if elapsed < ramp.duration() - 1e-9 { Some((ramp, elapsed)) } else { None }
+    }
+}
+
+impl Filters {
+    /// From when on the trajectory may be replaced, as far as that is of any use; `head` is its end. All axes count that are set in `careful`
+    /// even where they stand still.
+    pub fn unused_from(&self, head: u64, careful: [bool; MAX_AXES]) -> u64 {
+        let used = self.used_until();
+        // Farther back nobody would feel it sooner.
+        let mut from = used.iter().copied().reduce(earlier).unwrap_or(head);
+        for (used, careful) in used.into_iter().zip(careful) {
+            from = if careful { later(from, used) } else { from };
+        }
+        let (newest, count) = self.history.extent();
+        let mut known = careful;
+        let mut end = head;
+        for age in 0..count {
+            let stretch = self.history.stretch(newest.wrapping_sub(age));
+            if !is_before(from, end) {
+                break;
+            }
+            if !stretch.is_rest() {
+                let moves = self.moves(stretch);
+                let [x, y, z, ..] = moves;
+                for (axis, known) in known.iter_mut().enumerate() {
+                    let yields = (x || y || z) && self.is_advanced(axis);
+                    let used = used.get(axis).copied().unwrap_or(from);
+                    if !*known && !yields && moves.get(axis) == Some(&true) && is_before(stretch.start, used) {
+                        *known = true;
+                        from = later(from, earlier(used, end));
+                    }
+                }
+            }
+            end = stretch.start;
+        }
+        earlier(from, head)
+    }
+
+    /// How far each axis has used the trajectory.
+    pub fn used_until(&self) -> [u64; MAX_AXES] {
+        let now = self.out.to_bits() as u64;
+        let mut used = [now; MAX_AXES];
+        for (axis, used) in used.iter_mut().enumerate() {
+            let taps =
+                self.taps.iter().take(self.tap_count).filter(|tap| tap.weights.get(axis).is_some_and(|w| *w != 0.0));
+            let window = self.windows.iter().flatten().filter(|window| window.axis == axis);
+            let delays = taps.map(|tap| &tap.cursor).chain(window.flat_map(|window| window.cursors.first()));
+            if let Some(delay) = delays.map(|cursor| cursor.delay).min() {
+                *used = now.wrapping_sub(delay);
+            }
+        }
+        used
+    }
+
+    /// An extruder with pressure advance.
+    pub fn is_advanced(&self, axis: usize) -> bool {
+        self.windows.iter().flatten().any(|window| window.axis == axis)
+    }
+
+    /// Which axes move in a stretch that is no rest.
+    fn moves(&self, stretch: &Stretch) -> [bool; MAX_AXES] {
+        let path = Path { origin: stretch.origin, direction: stretch.direction, curve: self.history.curve_of(stretch) };
+        moves(&path)
+    }
+
+    /// The first place from `time` on, before `head`, at which the trajectory can be begun anew; `known` says which sources can.
+    pub fn place_from(&self, time: u64, head: u64, known: impl Fn(&Source, f64) -> bool) -> Option<Place> {
+        let (newest, count) = self.history.extent();
+        // From the oldest that may matter: stretches are in order of time.
+        let oldest = (0..count).rev().find(|age| {
+            let end = if *age == 0 { head } else { self.history.stretch(newest.wrapping_sub(age - 1)).start };
+            is_before(time.wrapping_add(super::LEAST_SPACING), end)
+        })?;
+        for age in (0..=oldest).rev() {
+            let number = newest.wrapping_sub(age);
+            let stretch = self.history.stretch(number);
+            let Some(source) = stretch.source else { continue };
+            let within = is_before(stretch.start, time);
+            let begin = later(stretch.start, time);
+            // What is begun at its beginning leaves nothing of the stretch; the very first must stay.
+            let (way, speed) = stretch.along(begin);
+            let travelled = source.base + way;
+            if (!within && age + 1 >= count) || !known(&source, travelled) {
+                continue;
+            }
+            let path =
+                Path { origin: source.origin, direction: stretch.direction, curve: self.history.curve_of(stretch) };
+            let elapsed = history::seconds(begin.wrapping_sub(stretch.start));
+            let newest = if within { number } else { number.wrapping_sub(1) };
+            return Some(Place { time: begin, newest, source, travelled, speed, elapsed, path });
+        }
+        None
+    }
+
+    /// Forgets the trajectory behind this place. What comes instead must be settled as far as it was before any more is put out.
+    pub fn take_back(&mut self, place: &Place) {
+        let newest = place.newest;
+        self.history.truncate(newest);
+        let (_, cursors) = self.cursors_mut();
+        for cursor in cursors {
+            if cursor.count.wrapping_sub(newest) as i32 > 0 {
+                cursor.count = newest;
+            }
+        }
+        self.cut_piece = None;
+        self.drained = false;
+        self.corrections.wanted = true;
+    }
+
+    /// The trajectory has been settled anew: corrections begin.
+    pub(super) fn begin_corrections(&mut self, now: u64) -> bool {
+        if !core::mem::take(&mut self.corrections.wanted) {
+            return false;
+        }
+        for (window, slot) in self.windows.iter().zip(&mut self.corrections.each) {
+            let Some(window) = window else { continue };
+            let (place, rate) = window.output(&self.history, now);
+            let axis = window.axis;
+            let was = |of: &PerAxis<f64>| of.0.get(axis).copied().unwrap_or_default();
+            *slot = Some(Correction { from: now, place: was(&self.point) - place, rate: was(&self.velocity) - rate });
+        }
+        true
+    }
+
+    /// Corrections that are over.
+    pub(super) fn end_corrections(&mut self, now: u64) {
+        let span = self.corrections.span;
+        for slot in &mut self.corrections.each {
+            if slot.is_some_and(|correction| !is_before(now, correction.from.wrapping_add(span))) {
+                *slot = None;
+            }
+        }
+    }
+}
+
+/// One time is before another; both within ten seconds.
+pub(crate) fn is_before(a: u64, b: u64) -> bool {
+    b.wrapping_sub(a) as i64 > 0
+}
+
+fn earlier(a: u64, b: u64) -> u64 {
+    if is_before(b, a) { b } else { a }
+}
+
+fn later(a: u64, b: u64) -> u64 {
+    if is_before(a, b) { b } else { a }
+}
+
+/// Which axes move along a path.
+pub(crate) fn moves(path: &Path) -> [bool; MAX_AXES] {
+    let mut moves = path.direction.0.map(|part| libm::fabs(part) > STILL);
+    for (moves, bends) in moves.iter_mut().zip(path.curve.moves(STILL_CURVE)) {
+        *moves |= bends;
+    }
+    moves
+}
