@@ -93,6 +93,10 @@ const ADDITIONS: &[(&str, &str)] = &[
         "a probe that is pressed too far",
         "[zprobe]\nenable = true\nprobe_pin = PB10^\nslow_feedrate = 45\nfast_feedrate = 40\n",
     ),
+    (
+        "a probe that is not lifted",
+        "[zprobe]\nenable = true\nprobe_pin = PB10^\nprobe_height = 0\nleveling = three point\n",
+    ),
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
     (

@@ -38,6 +38,11 @@ fn probe(checks: &mut Checks<'_, '_>) {
         let reason = format_args!("the search is faster than the travel between the points");
         checks.warn((SECTION, 0, "slow_feedrate"), reason, format_args!("write less than fast_feedrate"));
     }
+    let probes_points = config.leveling.strategy.is_some() || config.delta_calibration.enable;
+    if probes_points && probe.height == Mm(0.0) {
+        let reason = format_args!("the probe would stay in touch on its way from point to point");
+        checks.error((SECTION, 0, "probe_height"), reason, format_args!("write how far to lift it, in mm"));
+    }
     if config.delta_calibration.enable && config.motion.arm_solution != ArmSolution::LinearDelta {
         let reason = format_args!("only a linear delta can be calibrated");
         checks.error((SECTION, 0, "calibration"), reason, format_args!("leave it out"));
