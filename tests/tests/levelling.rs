@@ -101,7 +101,7 @@ fn correction_fades_with_height() {
         .set("[cartesian grid leveling strategy] height_limit = 2")
         .start()
         .say("M421 I2 J2 Z0.4");
-    assert_eq!(steep, "error:with heights as great as these, fading must take at least 1.9 mm\nok\n");
+    assert_eq!(steep, "error:with heights as great as these, fading must take at least 1.6 mm\nok\n");
 }
 
 #[test]

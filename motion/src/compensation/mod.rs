@@ -333,17 +333,7 @@ impl Compensation {
 
     /// Levels by what was gathered in the surface's draft.
     pub(crate) fn set_grid(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
-        if let Some(fade) = fade {
-            let most = self
-                .surface
-                .draft
-                .iter()
-                .take(shape.points())
-                .fold(0.0, |most, height| greatest(most, libm::fabs(f64::from(*height))));
-            // A spline may overshoot its points: by a quarter is usual; were it by as much again, Z would still rise with Z.
-            fade.check(1.25 * most)?;
-        }
-        self.surface.adopt(shape)?;
+        self.surface.adopt(shape, fade)?;
         (self.bed, self.fade) = (Bed::Grid, fade);
         self.changed();
         Ok(())

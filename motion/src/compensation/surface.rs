@@ -7,7 +7,7 @@
 //! Outside the grid the coefficients of its border go on, after one more that continues the slope: the surface levels out within two grid
 //! distances and is flat from there on.
 
-use super::CompensationError;
+use super::{CompensationError, Fade};
 use crate::greatest;
 
 /// Most points along X or Y.
@@ -60,6 +60,13 @@ impl GridShape {
         let is_fine = |step: &f64| libm::fabs(*step) >= LEAST_STEP && step.is_finite();
         if self.step.iter().all(is_fine) { Ok(()) } else { Err(CompensationError::Spacing) }
     }
+}
+
+/// Which heights.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Of {
+    Draft,
+    Heights,
 }
 
 /// Height and slopes of a surface at a place.
@@ -136,12 +143,19 @@ impl Surface {
     ///
     /// # Errors
     /// What is wrong with it; what was in force still is.
-    pub(super) fn adopt(&mut self, shape: &GridShape) -> Result<(), CompensationError> {
+    pub(super) fn adopt(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
         shape.check()?;
         check_heights(shape, &self.draft)?;
-        self.shape = *shape;
+        let before = core::mem::replace(&mut self.shape, *shape);
+        self.fit(Of::Draft);
+        if let Some(Err(flaw)) = fade.map(|fade| fade.check(self.greatest_size())) {
+            self.shape = before;
+            if before.points() > 0 {
+                self.fit(Of::Heights);
+            }
+            return Err(flaw);
+        }
         self.heights = self.draft;
-        self.fit();
         let [nx, ny] = self.last();
         self.inside = self.bounds([-1, nx + 1], [-1, ny + 1]);
         self.everywhere = self.bounds([-2, nx + 2], [-2, ny + 2]);
@@ -154,11 +168,12 @@ impl Surface {
     }
 
     /// Works out the coefficients: row by row along X, then column by column along Y.
-    fn fit(&mut self) {
+    fn fit(&mut self, of: Of) {
         let [nx, ny] = self.shape.count;
+        let heights = if of == Of::Draft { &self.draft } else { &self.heights };
         let mut line = [0.0; SIDE];
         for row in 0..ny {
-            for (to, height) in line.iter_mut().skip(1).zip(self.heights.iter().skip(row * nx).take(nx)) {
+            for (to, height) in line.iter_mut().skip(1).zip(heights.iter().skip(row * nx).take(nx)) {
                 *to = f64::from(*height);
             }
             natural(&mut line, nx);
@@ -177,6 +192,27 @@ impl Surface {
                 }
             }
         }
+    }
+
+    /// No place of the surface is higher or lower: the greatest size of the control points of its Bezier patches.
+    fn greatest_size(&self) -> f64 {
+        const TO_BEZIER: [[f64; 3]; 3] =
+            [[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0], [0.0, 2.0 / 3.0, 1.0 / 3.0], [0.0, 1.0 / 3.0, 2.0 / 3.0]];
+        let [nx, ny] = self.last();
+        let mut most = 0.0;
+        for (row, column) in (-2..=ny + 2).flat_map(|row| (-2..=nx + 2).map(move |column| (row, column))) {
+            let near = [-1, 0, 1].map(|up| [-1, 0, 1].map(|right| self.coefficient(column + right, row + up)));
+            for (along, across) in
+                TO_BEZIER.iter().flat_map(|along| TO_BEZIER.iter().map(move |across| (along, across)))
+            {
+                let mut control = 0.0;
+                for (weight, line) in along.iter().zip(&near) {
+                    control += weight * (across[0] * line[0] + across[1] * line[1] + across[2] * line[2]);
+                }
+                most = greatest(most, libm::fabs(control));
+            }
+        }
+        most
     }
 
     /// A coefficient: -1 to the last point and one more; beyond, the border's.

@@ -59,7 +59,11 @@ impl Bed {
             *to = share * most as f32;
         }
         let fade = self.fade.map(|more| Fade { start: from_z, end: from_z + 4.0 * 1.25 * most + more });
-        motion.level_by_draft(&shape, fade).expect("a usable bed");
+        let mut fade = fade;
+        while let Err(error) = motion.level_by_draft(&shape, fade) {
+            assert!(matches!(error, CompensationError::FadeShort { .. }), "{error}");
+            fade = fade.map(|fade| Fade { end: fade.end + (fade.end - fade.start), ..fade });
+        }
         motion.set_skew(self.skew).expect("within bounds");
     }
 }
