@@ -207,10 +207,10 @@ fn keeps_time(rig: &Rig, config: MotionConfig, sane: bool) -> Result<(), TestCas
 
 /// The output goes on where trajectory was taken back: X, Y and Z as if it had never been, extruders with their corrections.
 fn goes_on(ideal: &Ideal) -> Result<(), TestCaseError> {
-    for (at, place, speed) in ideal.jumps() {
+    // Places only: filters put knots, and so these moments, where speeds may jump anyway. Edges tell of speeds.
+    for (at, place, _) in ideal.jumps() {
         for axis in Axis::ALL {
             prop_assert!(place[axis].abs() < 1e-7, "{axis:?} jumps by {} mm at {at} ns", place[axis]);
-            prop_assert!(speed[axis].abs() < 1e-3, "{axis:?} jumps by {} mm/s at {at} ns", speed[axis]);
         }
     }
     Ok(())
