@@ -250,6 +250,12 @@ impl Limits {
         self.jerk.is_some() || self.axis_jerk.iter().any(Option::is_some)
     }
 
+    /// The jerk limits of the path, X, Y and Z; infinite where there is none.
+    pub(crate) fn jerks(&self) -> [f64; 4] {
+        let [x, y, z] = self.axis_jerk;
+        [self.jerk, x, y, z].map(|jerk| jerk.map_or(f64::INFINITY, |jerk| jerk.get()))
+    }
+
     /// Path on which any move comes to rest from `speed` mm/s, mm; motors' own accelerations aside.
     #[must_use]
     pub fn braking_length(&self, speed: f64) -> f64 {

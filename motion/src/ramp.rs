@@ -10,7 +10,7 @@
 //! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first step of Newton's
 //! method from zero (k < 0, where it can only come from below) is polished by a fixed number of Newton steps.
 
-use crate::{profile::Phase, root::cube_root};
+use crate::{least, profile::Phase, root::cube_root};
 
 /// The greatest acceleration and jerk of a ramp; both above zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +22,11 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
+    /// What exceeds neither these nor the others.
+    pub fn and(&self, other: &Self) -> Self {
+        Self { acceleration: least(self.acceleration, other.acceleration), jerk: least(self.jerk, other.jerk) }
+    }
+
     /// Seconds from no acceleration to all of it.
     fn rise(&self) -> f64 {
         self.acceleration / self.jerk

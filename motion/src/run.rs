@@ -56,6 +56,9 @@ pub(crate) struct Slice {
 /// Phases shorter than this (a fifth of a tick) are left out; the next knot makes up for their length.
 const NEGLIGIBLE_SECONDS: f64 = 1e-9;
 
+/// A nanometre, in mm: far above rounding, far below a step.
+const NEAR: f64 = 1e-6;
+
 /// Greatest share of the clearance that one slice may cover. With 1/16 the error of the cubic is below a hundredth of a
 /// microsecond of time for every kinematics: see "Knots" in `docs/motion.md`.
 const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
@@ -117,6 +120,12 @@ impl Run {
     /// Path left after the cursor, mm.
     pub fn remaining(&self) -> f64 {
         self.block.length - self.travelled
+    }
+
+    /// At its end, or so near that what is left is no phase of its own.
+    pub fn is_over(&self) -> bool {
+        let near = if self.block.jerk > 0.0 { greatest(NEAR, 2.0 * NEGLIGIBLE_SECONDS * self.speed) } else { 0.0 };
+        self.remaining() <= near
     }
 
     /// Gives the rest of the block, from the cursor at `now` on, this profile.
@@ -212,8 +221,7 @@ impl Run {
     fn close(&mut self) {
         if self.current().is_none() {
             self.speed = self.profile.exit;
-            // A nanometre: far above rounding, far below a step.
-            if self.remaining() < 1e-6 {
+            if self.remaining() < NEAR {
                 self.travelled = self.block.length;
             }
         }

@@ -7,7 +7,7 @@
 
 use crate::{
     least,
-    planner::{Block, Brake, Overrides, Planner, ROUNDING},
+    planner::{Block, Brake, Overrides, Planner, ROUNDING, SAME},
     profile::{MAX_PHASES, Phase, Profile, cruise},
     ramp::{Bounds, Ramp},
 };
@@ -185,7 +185,7 @@ impl Ahead<'_> {
     pub fn go(&self, draft: &mut Draft) {
         let here = self.after(draft);
         let speed = draft.speed;
-        if speed > here.cruise * (1.0 + 1e-9) || !here.brake.is_safe(speed, here.room(), &here.bounds()) {
+        if speed > here.cruise * SAME || !here.brake.is_safe(speed, here.room(), &here.bounds()) {
             // An override or a hold left it faster than planned.
             match here.slow_down(speed) {
                 Some(down) => draft.ramp(down, 0.0),
@@ -204,7 +204,7 @@ impl Ahead<'_> {
             return;
         }
         let (speed, target) = (draft.speed, here.brake.speed);
-        if speed <= target + ROUNDING {
+        if speed <= target * SAME + ROUNDING {
             draft.cruise(here.left);
             return;
         }
@@ -222,10 +222,11 @@ impl Ahead<'_> {
     fn slow_down(&self, speed: f64) -> Option<Ramp> {
         let (bounds, brake, room) = (self.bounds(), &self.brake, self.room());
         let to_cruise = bounds.length(speed, self.cruise);
-        if speed > self.cruise && to_cruise <= self.left && brake.is_safe(self.cruise, room - to_cruise, &bounds) {
+        if speed > self.cruise * SAME && to_cruise <= self.left && brake.is_safe(self.cruise, room - to_cruise, &bounds)
+        {
             return Some(Ramp::new(speed, self.cruise, bounds));
         }
-        if speed > brake.speed && brake.is_safe(speed, room, &bounds) {
+        if speed > brake.speed * SAME && brake.is_safe(speed, room, &bounds) {
             return Some(Ramp::new(speed, brake.speed, bounds));
         }
         self.halt(speed)
@@ -254,9 +255,25 @@ impl Ahead<'_> {
         if speed > self.brake.speed * (1.0 + 1e-6) && self.brake.is_safe(speed, self.room(), &own) {
             return Some(Ramp::new(speed, self.brake.speed, own));
         }
-        let fits = |share: &f64| own.length(speed, share * speed) <= self.left;
-        let share = [0.25, 0.5, 0.75, 0.9, 0.95, 0.98, 0.99].into_iter().find(fits)?;
-        Some(Ramp::new(speed, share * speed, own))
+        if !self.brake.is_safe(speed, self.room(), &own) {
+            // An override lowered the plan below what can be had. What the path itself allows is safe.
+            let hard = Ahead { brake: self.planner.hard_brake(self.block, speed), ..*self };
+            if speed > hard.brake.speed * SAME && hard.brake.is_safe(speed, hard.room(), &own) {
+                return Some(Ramp::new(speed, hard.brake.speed, own));
+            }
+        }
+        // As much as the rest of the block allows.
+        let fits = |to: f64| own.length(speed, to) <= self.left;
+        let (mut low, mut high) = (0.0, speed);
+        for _ in 0..HALVINGS / 2 {
+            let middle = 0.5 * (low + high);
+            if fits(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        if high < speed { Some(Ramp::new(speed, high, own)) } else { None }
     }
 
     /// The limits under which a ramp that began with `from`, `done` millimetres ago, may go down to rest: those of all blocks it runs
@@ -267,22 +284,25 @@ impl Ahead<'_> {
         let mut passed = 0;
         while bounds.length(from, 0.0) > end + ROUNDING {
             let next = self.planner.ahead(passed)?;
-            bounds.acceleration = least(bounds.acceleration, next.acceleration);
-            bounds.jerk = least(bounds.jerk, next.jerk);
+            bounds = bounds.and(&next.bounds());
             end += next.length;
             passed += 1;
         }
-        let rest = bounds.length(from, 0.0);
+        let rest = Ramp::new(from, 0.0, bounds);
+        if self.passes(&rest, done, passed) { Some(bounds) } else { None }
+    }
+
+    /// A ramp down that began `done` millimetres ago is nowhere too fast for the next so many junctions.
+    fn passes(&self, ramp: &Ramp, done: f64, junctions: usize) -> bool {
         let mut at = done + self.left;
-        for index in 0..passed {
-            let next = self.planner.ahead(index)?;
+        for next in (0..junctions).map_while(|index| self.planner.ahead(index)) {
             let limit = next.bound();
-            if from > limit && bounds.launch(0.0, limit) < rest - at {
-                return None;
+            if ramp.from > limit && ramp.bounds.launch(ramp.to, limit) < ramp.length() - at {
+                return false;
             }
             at += next.length;
         }
-        Some(bounds)
+        true
     }
 
     /// The greatest end of a ramp up that began with `from`, `done` millimetres ago, and can not end below `lowest`.

@@ -10,7 +10,7 @@
 
 use units::{Axis, PerAxis};
 
-use super::{Motion, request::shares_of_curve};
+use super::{Exit, Motion};
 use crate::{
     config::Limits,
     least,
@@ -45,7 +45,7 @@ impl Motion {
         let (config, last, Corner::Rounded(tolerance)) = (self.config.as_ref()?, self.last?, request.corner) else {
             return None;
         };
-        let ((unit_before, length_before), before, after) = (last.line?, last.direction?, envelope.primary?);
+        let ((unit_before, length_before), before, after) = (last.line?, last.exit.direction?, envelope.primary?);
         let alike = last.block.mode == request.mode && last.block.power == request.power;
         let room = config.queue_size > 2 && !self.planner.is_empty();
         if !alike || !room {
@@ -79,10 +79,8 @@ impl Motion {
         };
         let along = Move { target: rounding.to, feed_rate, curve, ..*request };
         let path = Path::new(rounding.from, &rounding.to, rounding.arc.length(), curve);
-        let exit = path::unit(&path, rounding.arc.length());
         let target = self.planned;
-        let shares = shares_of_curve(&path, rounding.arc.length());
-        self.push(&rounding.envelope, Some(exit), Some(shares), &along, limits);
+        self.push(&rounding.envelope, Exit::of(&path, rounding.arc.length()), &along, limits);
         self.curves.push(curve);
         self.planned = target;
     }

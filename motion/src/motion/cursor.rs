@@ -65,8 +65,13 @@ impl Motion {
     /// The profile of the running block is used up: standstill, or on to the next block.
     fn end_of_profile(&mut self, now: Ticks) -> Option<()> {
         let run = self.run.as_ref()?;
-        let (finished, speed, point) = (run.remaining() <= 0.0, run.speed, run.point());
+        let (finished, speed, point) = (run.is_over(), run.speed, run.point());
         match self.state {
+            // A way to rest may have more ramps than one profile holds.
+            State::Holding | State::Stopping if !finished && speed > 0.0 && self.is_smooth() => {
+                self.brake();
+                Some(())
+            }
             State::Holding if !finished || speed <= 0.0 || self.planner.is_empty() => {
                 self.state = State::Held;
                 self.resting = true;

@@ -35,7 +35,7 @@ use crate::{
     least,
     motor::MotorSetup,
     moves::Refusal,
-    path::CurveRing,
+    path::{self, CurveRing, Path},
     planner::{Block, CAPACITY, KEPT, Overrides, Planner},
     ramp::Ramp,
     run::Run,
@@ -134,11 +134,30 @@ pub struct Motion {
 
 #[derive(Clone, Copy, Debug)]
 struct Last {
-    /// Unit direction of X Y Z at its end, if any of them moves.
-    direction: Option<[f64; 3]>,
+    exit: Exit,
     block: Block,
     /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before any corner was rounded, mm.
     line: Option<(PerAxis<f64>, f64)>,
+}
+
+/// How a move ends.
+#[derive(Clone, Copy, Debug)]
+struct Exit {
+    /// Unit direction of X Y Z, if any of them moves.
+    direction: Option<[f64; 3]>,
+    /// How X Y Z bend. (Single precision will do: it only bounds a speed.)
+    bend: [f32; 3],
+}
+
+impl Exit {
+    const fn straight(direction: Option<[f64; 3]>) -> Self {
+        Self { direction, bend: [0.0; 3] }
+    }
+
+    /// Along a curve of this length.
+    fn of(path: &Path, length: f64) -> Self {
+        Self { direction: Some(path::unit(path, length)), bend: path.curve.bend(length).map(|part| part as f32) }
+    }
 }
 
 #[cfg(any(test, feature = "oracle"))]

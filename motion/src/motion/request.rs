@@ -2,7 +2,7 @@
 
 use units::{Actuator, Axis, PerActuator, PerAxis};
 
-use super::{Last, Motion, State, corner::MOST_CUT};
+use super::{Exit, Last, Motion, State, corner::MOST_CUT};
 use crate::{
     compensation::{Compensation, Over},
     config::{Limits, MotionConfig},
@@ -11,7 +11,7 @@ use crate::{
     least,
     moves::{Corner, Move, Refusal},
     path::{self, Curve, Path},
-    planner::{Envelope, SMALLEST, corner_sq, is_smooth},
+    planner::{Envelope, SMALLEST, corner_sq, is_smooth, jump_sq},
 };
 
 impl Motion {
@@ -43,8 +43,8 @@ impl Motion {
             no_orphan(config, &ways_of_curve(&path, &delta))?;
             let over = self.compensation.over_path(&path, length);
             let envelope = path::envelope(config, &path, length, request.feed_rate.get(), &over)?;
-            let (limits, exit) = (config.limits, Some(path::unit(&path, length)));
-            self.push(&envelope, exit, Some(shares_of_curve(&path, length)), request, &limits);
+            let (limits, exit) = (config.limits, Exit::of(&path, length));
+            self.push(&envelope, exit, request, &limits);
             self.curves.push(request.curve);
             return Ok(());
         }
@@ -54,6 +54,7 @@ impl Motion {
             return Ok(());
         };
         let limits = config.limits;
+        envelope.limit_straight_jerk(&limits);
         // A curve of no length is a line.
         let as_line;
         let straight = if is_curved {
@@ -73,7 +74,7 @@ impl Motion {
             envelope.length -= rounding.cut;
             self.round(&rounding, straight, &limits);
         }
-        self.push(&envelope, envelope.primary, envelope.primary, straight, &limits);
+        self.push(&envelope, Exit::straight(envelope.primary), straight, &limits);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
@@ -81,17 +82,9 @@ impl Motion {
         Ok(())
     }
 
-    /// `exit` is the direction in which it ends; `shares` is how much of a millimetre of path each of X Y Z moves at most.
-    pub(super) fn push(
-        &mut self,
-        envelope: &Envelope,
-        exit: Option<[f64; 3]>,
-        shares: Option<[f64; 3]>,
-        request: &Move,
-        limits: &Limits,
-    ) {
+    /// Appends the block of a move that ends like this.
+    pub(super) fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move, limits: &Limits) {
         let mut block = envelope.block(request);
-        block.limit_jerk(shares, limits);
         self.planner.keep_calm(limits.cruise_ratio);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
@@ -100,30 +93,19 @@ impl Motion {
             Some(last) if request.corner != Corner::Stop => {
                 let acceleration = least(last.block.acceleration, block.acceleration);
                 let gain_sq = least(last.block.acceleration * last.block.length, block.acceleration * block.length);
-                corner_sq(last.direction, envelope.primary, acceleration, gain_sq, limits)
+                let corner = corner_sq(last.exit.direction, envelope.primary, acceleration, gain_sq, limits);
+                least(corner, jump_sq(last.exit.bend, envelope.bend, limits))
             }
             _ => limits.minimum_speed.get() * limits.minimum_speed.get(),
         };
-        block.smooth = last.is_some_and(|last| is_smooth(last.direction, envelope.primary));
+        block.smooth = last.is_some_and(|last| is_smooth(last.exit.direction, envelope.primary));
         let cruise_before = last.map_or(cruise, |last| last.block.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
         // The queue was found to have room.
         let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
         self.planned = request.target;
-        self.last = Some(Last { direction: exit, block, line: None });
+        self.last = Some(Last { exit, block, line: None });
     }
-}
-
-/// How much of a millimetre of a curve each axis moves at most: all of it, unless it hardly takes part, as Z in a slow helix.
-pub(super) fn shares_of_curve(path: &Path, length: f64) -> [f64; 3] {
-    let mut shares = [0.0; 3];
-    for part in 0..=8 {
-        let unit = path::unit(path, 0.125 * f64::from(part) * length);
-        for (share, part) in shares.iter_mut().zip(unit) {
-            *share = greatest(*share, libm::fabs(part));
-        }
-    }
-    shares.map(|share| if share > 0.3 { 1.0 } else { 1.2 * share })
 }
 
 /// Which axes a curve moves, and by how much at least one of them.

@@ -9,12 +9,16 @@ impl Motion {
         self.run.as_ref().is_some_and(|run| run.block.jerk > 0.0)
     }
 
+    /// The queue is as full as it can be just after a block was taken out: what waits may not be all there is.
+    fn was_full(&self) -> bool {
+        let most = self.config.as_ref().map_or(0, |config| config.queue_size);
+        self.planner.len() + usize::from(self.wants_two) + 1 >= most || self.curves.was_full()
+    }
+
     /// Gives the running block the rest of the ramp under way and what follows it.
     pub(super) fn follow_smoothly(&mut self) {
-        // What waits is all there is unless the queue is as full as it can be just after a block was taken out.
-        let full = self.config.as_ref().is_some_and(|config| self.planner.len() + 1 >= config.queue_size);
         self.planner.plan();
-        self.planner.set_complete(!full);
+        self.planner.set_complete(!self.was_full());
         let Some(run) = &mut self.run else { return };
         let left = run.remaining();
         if left <= 0.0 {
@@ -24,8 +28,15 @@ impl Motion {
         let stopping = self.state != State::Running;
         let (fresh, entry_sq) = self.planner.brake(&run.block, self.planner.front());
         let room = fresh.length - (run.block.length - left);
-        let better = entry_sq >= run.block.entry_sq;
-        if better && (under_way.is_some() || fresh.is_safe(run.speed, room, &run.block.bounds())) {
+        // The new anchor must be safe for where what is under way can end.
+        let (speed, ahead) = match under_way {
+            None => (run.speed, 0.0),
+            Some((ramp, elapsed)) => {
+                let end = if ramp.rises() { ramp.soonest(elapsed) } else { ramp.to };
+                (end, ramp.bounds.length(ramp.from, end) - ramp.distance(elapsed))
+            }
+        };
+        if entry_sq >= run.block.entry_sq && fresh.is_safe(speed, room - ahead, &run.block.bounds()) {
             run.block.set_brake(fresh, entry_sq);
         }
         let ahead = Ahead {

@@ -73,4 +73,10 @@ impl Arc {
         let (sin, cos) = libm::sincos(self.angle * (s / self.length));
         mix(-rate_sq * cos, self.arm, -rate_sq * sin, self.ahead)
     }
+
+    pub(super) fn twist(&self, s: f64) -> Vector {
+        let cubed = self.rate() * self.rate() * self.rate();
+        let (sin, cos) = libm::sincos(self.angle * (s / self.length));
+        mix(cubed * sin, self.arm, -cubed * cos, self.ahead)
+    }
 }

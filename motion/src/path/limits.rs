@@ -11,7 +11,7 @@
 
 use units::{Actuator, MmPerSecond2, PerActuator, PerAxis};
 
-use super::{Arc, Curve, Path, Vector, dot, primary, size};
+use super::{Arc, Curve, Path, Vector, dot, jerk::Asks, primary, size};
 use crate::{
     compensation::Over,
     config::{Limits, MotionConfig},
@@ -64,6 +64,8 @@ pub(crate) fn envelope(
         speed_limit: f64::INFINITY,
         acceleration: limits.acceleration.get(),
         primary: Some(unit(path, 0.0)),
+        bend: path.curve.bend(0.0),
+        jerk: 0.0,
         clearance: 1.0 / demand.curvature,
     };
     let excess = excess(path);
@@ -80,6 +82,10 @@ pub(crate) fn envelope(
         }
         limit_by_motors(&mut envelope, machine, path, length, (limits, strain.as_ref()));
     }
+    let jerks = Asks::new(path, length, excess, limits);
+    if let Some(asks) = &jerks {
+        asks.limit_speed(&mut envelope, requested);
+    }
     limit_by_bend(&mut envelope, demand.curvature, requested);
     if let (Some(strain), true) = (&strain, kinematics.is_linear()) {
         envelope.clearance = least(envelope.clearance, strain.clearance);
@@ -90,6 +96,10 @@ pub(crate) fn envelope(
         for actuator in PATH_MOTORS {
             envelope.limit_acceleration(actuator, &ways, limits);
         }
+    }
+    if let Some(asks) = jerks {
+        let jerk = asks.limit_jerk(&mut envelope);
+        envelope.limit_jerk(jerk, &asks.shares(), limits);
     }
     Ok(envelope)
 }
@@ -274,7 +284,7 @@ fn of_arc(machine: &Skewed<'_>, path: &Path, arc: &Arc) -> Demand {
 /// Greatest size of a smooth function known at equal distances: between two places a parabola rises above both by an eighth of
 /// the second difference at most.
 #[derive(Clone, Copy, Default)]
-struct Peak {
+pub(super) struct Peak {
     most: f64,
     hidden: f64,
     before: [f64; 2],
@@ -282,7 +292,7 @@ struct Peak {
 }
 
 impl Peak {
-    fn take(&mut self, value: f64) {
+    pub fn take(&mut self, value: f64) {
         let [older, old] = self.before;
         if self.seen >= 2 {
             self.hidden = greatest(self.hidden, libm::fabs(value - 2.0 * old + older));
@@ -292,7 +302,7 @@ impl Peak {
         self.seen += 1;
     }
 
-    fn bound(&self) -> f64 {
+    pub fn bound(&self) -> f64 {
         // And a fifth of that for what a parabola does not tell.
         self.most + 0.15 * self.hidden
     }

@@ -5,6 +5,7 @@
 //! spread over the whole arc instead of being jumped. Distances are those along the curve, in mm of X, Y and Z.
 
 mod arc;
+mod jerk;
 mod limits;
 mod ring;
 mod spline;
@@ -90,6 +91,16 @@ impl Curve {
             Self::Line => [0.0; 3],
             Self::Arc(arc) => arc.bend(s),
             Self::Spline(spline) => spline.bend(s),
+        }
+    }
+
+    /// The change of [`Self::bend`] for each millimetre of path, 1/mm^2.
+    #[must_use]
+    pub(crate) fn twist(&self, s: f64) -> [f64; 3] {
+        match self {
+            Self::Line => [0.0; 3],
+            Self::Arc(arc) => arc.twist(s),
+            Self::Spline(spline) => spline.twist(s),
         }
     }
 }

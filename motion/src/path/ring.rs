@@ -24,6 +24,11 @@ impl CurveRing {
         self.end.wrapping_sub(self.first) as usize >= MOST_CURVES
     }
 
+    /// It is full, or was before one was taken out.
+    pub const fn was_full(&self) -> bool {
+        self.end.wrapping_sub(self.first) as usize + 1 >= MOST_CURVES
+    }
+
     /// Appends a curve. Not when full.
     pub fn push(&mut self, curve: Curve) {
         // The remainder is always in range: the check disappears.

@@ -142,4 +142,15 @@ impl Spline {
         let (u, (rate, change)) = (self.warped(x), self.warp_rates(x));
         mix(rate * rate, bend_of(&self.cubic, u), change, slope_of(&self.cubic, u))
     }
+
+    pub(super) fn twist(&self, s: f64) -> Vector {
+        let x = s / self.length;
+        let (u, (rate, change)) = (self.warped(x), self.warp_rates(x));
+        let [_, _, w2, w3, w4, w5] = self.warp;
+        let third = 6.0 * w2 + x * (24.0 * w3 + x * (60.0 * w4 + x * 120.0 * w5));
+        let third = third / (self.length * self.length * self.length);
+        let [_, _, c] = self.cubic;
+        let turning = mix(3.0 * rate * change, bend_of(&self.cubic, u), third, slope_of(&self.cubic, u));
+        mix(1.0, turning, 6.0 * rate * rate * rate, c)
+    }
 }

@@ -102,6 +102,10 @@ pub(crate) struct Envelope {
     pub acceleration: f64,
     /// Unit direction of X Y Z at the beginning; `None` when only auxiliary axes move.
     pub primary: Option<[f64; 3]>,
+    /// How X Y Z bend at the beginning ([`crate::path::Curve::bend`]).
+    pub bend: [f64; 3],
+    /// Path jerk, mm/s^3; zero where profiles are trapezoids.
+    pub jerk: f64,
     /// As in [`Block`].
     pub clearance: f64,
 }
@@ -124,6 +128,8 @@ impl Envelope {
                 speed_limit: f64::INFINITY,
                 acceleration: limits.acceleration.get(),
                 primary: Some(unit),
+                bend: [0.0; 3],
+                jerk: 0.0,
                 clearance: f64::INFINITY,
             };
             envelope.limit_cartesian(&unit, limits);
@@ -151,6 +157,8 @@ impl Envelope {
             speed_limit: f64::INFINITY,
             acceleration: limits.acceleration.get(),
             primary: None,
+            bend: [0.0; 3],
+            jerk: 0.0,
             clearance: f64::INFINITY,
         };
         for actuator in Actuator::ALL {
@@ -218,6 +226,7 @@ impl Envelope {
             target: request.target,
             length: self.length,
             acceleration: self.acceleration,
+            jerk: self.jerk,
             speed_limit: self.speed_limit,
             requested: request.feed_rate.get(),
             clearance: self.clearance,

@@ -17,13 +17,15 @@
 //!
 //! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps its anchor.
 
-use super::{Block, Planner};
+use super::{Block, Envelope, Planner};
 use crate::{config::Limits, greatest, least, ramp::Bounds};
 
 /// Ramps to an anchor whose speed is not final are given this much more room than they need.
 const RESERVE: f64 = 1.09;
 /// Rounding of path lengths, mm.
 pub(crate) const ROUNDING: f64 = 1e-9;
+/// Speeds that differ by less are one: a ramp between them is far longer than their difference (it goes with its root).
+pub(crate) const SAME: f64 = 1.0 + 1e-9;
 /// Cosine of the greatest angle (26 degrees) at which a path counts as going on without a corner.
 const SMOOTH: f64 = 0.9;
 /// Shortest time in which the acceleration reaches its limit, seconds; stands in where no jerk limits an axis.
@@ -45,7 +47,7 @@ pub(crate) struct Brake {
 impl Brake {
     /// Room that a ramp down from `speed` to the anchor takes, with reserve.
     pub fn braking(&self, speed: f64, bounds: &Bounds) -> f64 {
-        if speed <= self.speed {
+        if speed <= self.speed * SAME {
             return 0.0;
         }
         bounds.length(speed, self.speed) * if self.sure { 1.0 } else { RESERVE }
@@ -53,8 +55,9 @@ impl Brake {
 
     /// A speed without acceleration is safe `room` before the anchor.
     pub fn is_safe(&self, speed: f64, room: f64, bounds: &Bounds) -> bool {
-        let ramp = if speed <= self.speed { 0.0 } else { bounds.length(speed, self.speed) };
-        speed <= self.top * (1.0 + 1e-12) && ramp <= room + ROUNDING
+        let ramp = if speed <= self.speed * SAME { 0.0 } else { bounds.length(speed, self.speed) };
+        // What was chosen to be safe, within its rounding, must be found so afterwards.
+        speed <= self.top * (1.0 + 1e-12) && ramp <= room + 2.0 * ROUNDING
     }
 
     /// The greatest such speed, with reserve.
@@ -86,27 +89,6 @@ impl Block {
         self.jerk == other.jerk && self.acceleration == other.acceleration
     }
 
-    /// Sets the jerk that no axis exceeds, if any is configured. Acceleration and jerk are then rounded down to steps of
-    /// a fourth root of two, so that they stay the same from chord to chord of a curve.
-    ///
-    /// `shares` is how much of a millimetre of path each of X Y Z moves at most.
-    pub(crate) fn limit_jerk(&mut self, shares: Option<[f64; 3]>, limits: &Limits) {
-        if !limits.has_jerk() {
-            return;
-        }
-        let mut jerk = limits.jerk.map_or(f64::INFINITY, |jerk| jerk.get());
-        let mut unit = jerk;
-        for (part, limit) in shares.unwrap_or_default().iter().zip(limits.axis_jerk) {
-            if let (Some(limit), true) = (limit, *part != 0.0) {
-                unit = least(unit, limit.get());
-                jerk = least(jerk, limit.get() / libm::fabs(*part));
-            }
-        }
-        self.acceleration = rounded_down(self.acceleration, limits.acceleration.get());
-        let fastest = self.acceleration / SHORTEST_RISE;
-        self.jerk = if jerk < fastest { rounded_down(jerk, unit) } else { fastest };
-    }
-
     /// Its anchor, where profiles are limited in jerk.
     pub(crate) const fn brake(&self) -> Brake {
         let [length, speed, top] = self.notes;
@@ -136,6 +118,39 @@ impl Block {
     }
 }
 
+impl Envelope {
+    /// Sets the jerk of a straight move, if any is configured.
+    pub(crate) fn limit_straight_jerk(&mut self, limits: &Limits) {
+        if !limits.has_jerk() {
+            return;
+        }
+        let mut jerk = limits.jerk.map_or(f64::INFINITY, |jerk| jerk.get());
+        let shares = self.primary.unwrap_or_default();
+        for (part, limit) in shares.iter().zip(limits.axis_jerk) {
+            if let (Some(limit), true) = (limit, *part != 0.0) {
+                jerk = least(jerk, limit.get() / libm::fabs(*part));
+            }
+        }
+        self.limit_jerk(jerk, &shares, limits);
+    }
+
+    /// Sets the jerk. Acceleration and jerk are rounded down to steps of a fourth root of two, so that they stay the same from chord to
+    /// chord of a curve.
+    ///
+    /// `shares` is how much of a millimetre of path each of X Y Z moves at most.
+    pub(crate) fn limit_jerk(&mut self, jerk: f64, shares: &[f64; 3], limits: &Limits) {
+        let mut unit = limits.jerk.map_or(f64::INFINITY, |jerk| jerk.get());
+        for (part, limit) in shares.iter().zip(limits.axis_jerk) {
+            if let (Some(limit), true) = (limit, *part != 0.0) {
+                unit = least(unit, limit.get());
+            }
+        }
+        self.acceleration = rounded_down(self.acceleration, limits.acceleration.get());
+        let fastest = self.acceleration / SHORTEST_RISE;
+        self.jerk = if jerk < fastest { rounded_down(jerk, unit) } else { fastest };
+    }
+}
+
 impl Planner {
     /// Profiles are limited in jerk.
     pub(super) fn has_jerk(&self) -> bool {
@@ -155,16 +170,44 @@ impl Planner {
     /// The anchor of a block before `next`, or before the end of all that is known; and the greatest safe speed without
     /// acceleration at its beginning, squared.
     pub(crate) fn brake(&self, block: &Block, next: Option<&Block>) -> (Brake, f64) {
-        let own = |speed, sure| Brake { length: block.length, speed, top: f64::INFINITY, sure };
         let brake = match next {
-            None => own(libm::sqrt(self.rest_sq), self.complete),
+            None => own_end(block, self.rest_sq, self.complete),
             Some(next) => {
                 let cruise = block.cruise(&self.overrides);
-                through(block, next, cruise).unwrap_or_else(|| own(libm::sqrt(next.entry_sq), next.is_at_limit()))
+                through(block, next, cruise)
+                    .unwrap_or_else(|| own_end(block, next.entry_sq, self.complete || next.is_at_limit()))
             }
         };
-        let entry = least(brake.top, greatest(brake.reach(brake.length, &block.bounds()), brake.speed));
-        (brake, least(entry * entry, block.entry_limit_sq))
+        (brake, entry_sq_by(&brake, block))
+    }
+
+    /// The anchor of the running block by what its path allows, whatever is asked for: as [`Self::brake`], from as far on as any way
+    /// from `speed` to rest reaches.
+    pub(crate) fn hard_brake(&self, block: &Block, speed: f64) -> Brake {
+        let (mut bounds, mut length, mut count) = (block.bounds(), block.length, 0);
+        while let (true, Some(next)) = (length < bounds.length(speed, 0.0), self.ahead(count)) {
+            bounds = bounds.and(&next.bounds());
+            length += next.length;
+            count += 1;
+        }
+        let mut after: Option<Block> = None;
+        for index in (0..count).rev() {
+            let Some(mut next) = self.ahead(index).copied() else { continue };
+            next.entry_limit_sq = next.bound() * next.bound();
+            let (brake, entry_sq) = self.hard_step(&next, after.as_ref());
+            next.set_brake(brake, entry_sq);
+            after = Some(next);
+        }
+        self.hard_step(block, after.as_ref()).0
+    }
+
+    /// Of the anchors that a block may have, the one that lets it be entered faster.
+    fn hard_step(&self, block: &Block, next: Option<&Block>) -> (Brake, f64) {
+        let (brake, entry_sq) = self.brake(block, next);
+        let far = Brake { sure: true, ..brake };
+        let near = own_end(block, next.map_or(self.rest_sq, |next| next.entry_sq), true);
+        let near_sq = entry_sq_by(&near, block);
+        if near_sq > entry_sq { (near, near_sq) } else { (far, entry_sq) }
     }
 
     /// The reverse pass.
@@ -183,9 +226,21 @@ impl Planner {
             };
             let is_new = count.wrapping_sub(self.planned) as i32 >= 0;
             let same = brake == block.brake() && entry_sq == block.entry_sq;
-            if !is_new && (same || entry_sq < block.entry_sq) {
-                break;
-            }
+            let (brake, entry_sq) = match next {
+                // An anchor within the block was that of a block whose end might be taken; there is nothing to stop for.
+                Some(next) if entry_sq < block.entry_sq && block.brake().length < block.length - ROUNDING => {
+                    let brake = own_end(block, next.entry_sq, self.complete || next.is_at_limit());
+                    let entry_sq = entry_sq_by(&brake, block);
+                    // Rest can be had at its end, if it could before.
+                    if entry_sq >= block.entry_sq {
+                        (brake, entry_sq)
+                    } else {
+                        (own_end(block, 0.0, false), block.entry_sq)
+                    }
+                }
+                _ if !is_new && (same || entry_sq < block.entry_sq) => break,
+                _ => (brake, entry_sq),
+            };
             let block = self.block_mut(count);
             block.set_brake(brake, entry_sq);
             if block.is_at_limit() && count.wrapping_sub(settled) as i32 > 0 {
@@ -195,6 +250,17 @@ impl Planner {
         self.planned = self.end;
         self.settled = settled;
     }
+}
+
+/// A block's own end as its anchor.
+fn own_end(block: &Block, speed_sq: f64, sure: bool) -> Brake {
+    Brake { length: block.length, speed: libm::sqrt(speed_sq), top: f64::INFINITY, sure }
+}
+
+/// The greatest safe speed without acceleration at the beginning of a block with this anchor, squared.
+fn entry_sq_by(brake: &Brake, block: &Block) -> f64 {
+    let entry = least(brake.top, greatest(brake.reach(brake.length, &block.bounds()), brake.speed));
+    least(entry * entry, block.entry_limit_sq)
 }
 
 /// The anchor of the block after, if ramps may run through to it.

@@ -10,10 +10,12 @@
 //! `d = c^2 (sqrt(2) - 1) / A`, for Z too. There, moreover, the circle may touch a line no farther from the corner than the middle
 //! of either: `v^2 <= a L s / (2 sqrt(1 - s^2))`, where L is the length of the line and a its acceleration.
 
-use crate::{config::Limits, greatest, least};
+use crate::{config::Limits, greatest, least, root::cube_root};
 
 /// Cosine beyond which two directions count as opposite or as straight on.
 const NEARLY_STRAIGHT: f64 = 0.999_9;
+/// A curve may always be entered as if its bend began within so much of it, mm: without a junction deviation it would be a stop.
+const LEAST_DEVIATION: f64 = 1e-3;
 
 /// Greatest squared speed through the corner, (mm/s)^2, before the cruise speeds of both blocks are considered.
 /// `before` and `after` are unit directions of X Y Z, or `None` where only auxiliary axes move; `gain_sq` is the lesser of both lines'
@@ -37,8 +39,7 @@ pub(crate) fn corner_sq(
     }
     let sine = libm::sqrt(0.5 * (1.0 + along));
     if let Some(square) = limits.square_corner_velocity {
-        let deviation = square.get() * square.get() * (core::f64::consts::SQRT_2 - 1.0) / limits.acceleration.get();
-        let corner = acceleration * deviation * sine / (1.0 - sine);
+        let corner = acceleration * square_deviation(square.get(), limits) * sine / (1.0 - sine);
         let middle = gain_sq * sine / (2.0 * libm::sqrt(0.5 * (1.0 - along)));
         return greatest(least(corner, middle), least_sq);
     }
@@ -49,6 +50,33 @@ pub(crate) fn corner_sq(
     };
     let corner = acceleration * deviation.get() * sine / (1.0 - sine);
     if corner > least_sq { corner } else { least_sq }
+}
+
+/// The deviation that a square corner velocity stands for.
+fn square_deviation(square: f64, limits: &Limits) -> f64 {
+    square * square * (core::f64::consts::SQRT_2 - 1.0) / limits.acceleration.get()
+}
+
+/// Greatest squared speed at a place where the bend changes at once, as between a line and an arc, (mm/s)^2: infinite without jerk.
+///
+/// There the acceleration jumps by `v^2` times the change. A path whose bend changed evenly instead, within the time T that the jerk J
+/// needs, would be `v T` long and stand off by `a T^2 / 24` (the shift of a clothoid; a is the jump of the acceleration). With `T = a / J`
+/// that is no more than the junction deviation d if `a^3 <= 24 d J^2`. As in a sharp corner, the path itself is not changed.
+pub(crate) fn jump_sq(before: [f32; 3], after: [f64; 3], limits: &Limits) -> f64 {
+    if !limits.has_jerk() {
+        return f64::INFINITY;
+    }
+    let square = limits.square_corner_velocity.map(|square| square_deviation(square.get(), limits));
+    let deviation = greatest(square.unwrap_or(limits.junction_deviation.get()), LEAST_DEVIATION);
+    let [x, y, z] = [0, 1, 2].map(|n| after[n] - f64::from(before[n]));
+    let mut most = f64::INFINITY;
+    for (jump, jerk) in [libm::sqrt(x * x + y * y + z * z), x, y, z].into_iter().zip(limits.jerks()) {
+        if jump != 0.0 && jerk.is_finite() {
+            most = least(most, cube_root(24.0 * deviation * jerk * jerk) / libm::fabs(jump));
+        }
+    }
+    let slowest = limits.minimum_speed.get();
+    greatest(most, slowest * slowest)
 }
 
 #[cfg(test)]

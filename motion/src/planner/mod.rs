@@ -16,8 +16,8 @@ mod junction;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
-pub(crate) use brake::{Brake, ROUNDING, is_smooth};
-pub(crate) use junction::corner_sq;
+pub(crate) use brake::{Brake, ROUNDING, SAME, is_smooth};
+pub(crate) use junction::{corner_sq, jump_sq};
 
 /// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. About 60 KiB.
 pub const CAPACITY: usize = 256;
