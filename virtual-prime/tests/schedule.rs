@@ -3,6 +3,7 @@
 mod common;
 
 use std::fs;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use common::MS;
 use common::velvet::{CONFIG, Plan, SECOND};
@@ -29,24 +30,82 @@ G1 X12 Y10.7 E1
 M104 S0
 ";
 
+/// Lines, arcs, a helix, a spline, rounded corners and short chords in turn, extruding: what jerk limits and filters make hard.
+const CURVES: &str = "G28.3 X30 Y30 Z30
+G92 E0
+G64 P0.05
+G1 X40 Y30 E0.5 F9000
+G1 X50 Y38 E1
+G2 X56 Y44 I6 J0 E1.6
+G1 X60 Y44 E1.8
+G5 X70 Y40 I4 J0 P-4 Q2 E2.4
+G3 X70 Y40 Z30.4 I-5 J0 E4 P2
+G1 X70.3 Y40.1 E4.02
+G1 X70.6 Y40.3 E4.04
+G1 X70.8 Y40.6 E4.06
+G1 X70.9 Y41 E4.08
+G1 X71 Y41.5 E4.1
+G1 X71 Y60 E5 F12000
+G1 E4
+G0 X31 Y31
+G1 E5
+G1 X32 Y60 E6 F6000
+";
+
+/// A machine and its job.
+struct Case {
+    config: String,
+    job: &'static str,
+}
+
+impl Case {
+    fn plain() -> Self {
+        Self { config: CONFIG.into(), job: JOB }
+    }
+
+    /// Limited in jerk, shaped, with pressure advance.
+    fn smooth() -> Self {
+        let settings = [
+            ("planner", "jerk", "100000"),
+            ("input shaper", "shaper_type_x", "mzv"),
+            ("input shaper", "shaper_freq_x", "50"),
+            ("input shaper", "shaper_type_y", "ei"),
+            ("input shaper", "shaper_freq_y", "40"),
+            ("extruder", "hotend.pressure_advance", "0.04"),
+        ];
+        let config = settings.iter().fold(CONFIG.to_owned(), |text, (section, key, value)| {
+            config::edit::apply(&text, config::edit::Edit { section, key, value: Some(value) })
+        });
+        Self { config, job: CURVES }
+    }
+}
+
 /// Time after the job within which its last words come, milliseconds.
 const PATIENCE_MS: u64 = 60 * SECOND;
 
 /// The job on the virtual board: hash and edges.
-fn on_the_board() -> (u64, Vec<StepEdge>) {
-    let mut velvet = Plan::new().file("job.g", JOB).start();
+fn on_the_board(case: &Case) -> (u64, Vec<StepEdge>) {
+    let mut velvet = Plan::new().config(&case.config).file("job.g", case.job).start();
     velvet.ask("M23 job.g", SECOND);
     velvet.type_in("M24");
     velvet.hear_until("Done printing file", PATIENCE_MS);
     velvet.world(|world| (world.trace().edge_hash(), world.trace_mut().take()))
 }
 
+/// A folder of this call's own.
+fn folder(what: &str) -> std::path::PathBuf {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("velvet-schedule-{what}-{}-{number}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a temporary folder");
+    folder
+}
+
 /// The job on the native runner.
-fn on_the_host() -> Vec<StepEdge> {
-    let card = std::env::temp_dir().join(format!("velvet-schedule-{}", std::process::id()));
-    fs::create_dir_all(&card).expect("a temporary folder");
-    fs::write(card.join("config.ini"), CONFIG).expect("a file in it");
-    fs::write(card.join("job.g"), JOB).expect("a file in it");
+fn on_the_host(case: &Case) -> Vec<StepEdge> {
+    let card = folder("host");
+    fs::write(card.join("config.ini"), &case.config).expect("a file in it");
+    fs::write(card.join("job.g"), case.job).expect("a file in it");
     let mut runner = Runner::new(&Setup::new(&card)).expect("a machine");
     let console = ConsoleId(0);
     runner.run_until(200 * MS);
@@ -65,9 +124,9 @@ fn on_the_host() -> Vec<StepEdge> {
 
 #[test]
 fn a_job_run_twice_gives_the_same_edge_hash() {
-    let (first, edges) = on_the_board();
+    let (first, edges) = on_the_board(&Case::plain());
     assert!(edges.len() > 10_000, "only {} edges", edges.len());
-    assert_eq!(first, on_the_board().0);
+    assert_eq!(first, on_the_board(&Case::plain()).0);
 }
 
 /// Time since its motion began (nanoseconds), motor, direction.
@@ -105,9 +164,8 @@ fn beside_feed_periods(difference_ns: u64) -> u64 {
 }
 
 /// The board's edges against the oracle, as `make run VERIFY=1` does it: the largest distance in nanoseconds.
-fn worst_ns(edges: &[StepEdge]) -> f64 {
-    let out = std::env::temp_dir().join(format!("velvet-schedule-oracle-{}", std::process::id()));
-    fs::create_dir_all(&out).expect("a temporary folder");
+fn worst_ns(case: &Case, edges: &[StepEdge]) -> f64 {
+    let out = folder("oracle");
     let job = Job {
         config: out.join("config.ini"),
         gcode: out.join("job.g"),
@@ -117,8 +175,8 @@ fn worst_ns(edges: &[StepEdge]) -> f64 {
         faults: Vec::new(),
         verify: true,
     };
-    fs::write(&job.config, CONFIG).expect("a file in it");
-    fs::write(&job.gcode, JOB).expect("a file in it");
+    fs::write(&job.config, &case.config).expect("a file in it");
+    fs::write(&job.gcode, case.job).expect("a file in it");
     let error = runner::verify(&job, &mut |_| {}, &mut || Ok(edges.iter().copied().map(Ok)));
     // A folder left behind harms nobody.
     let _ = fs::remove_dir_all(&out);
@@ -127,15 +185,32 @@ fn worst_ns(edges: &[StepEdge]) -> f64 {
 
 #[test]
 fn the_board_steps_as_the_native_runner_and_the_oracle_say() {
-    let mut edges = on_the_board().1;
-    let worst = worst_ns(&edges);
+    let case = Case::plain();
+    let mut edges = on_the_board(&case).1;
+    assert_alike(&case, &edges, true);
+    // One edge of one motor, two microseconds late, does not escape.
+    let middle = edges.len() / 2;
+    edges[middle].time_ns += 2_000;
+    assert!(worst_ns(&case, &edges) > 2_000.0 - TOLERANCE_NS as f64);
+}
+
+#[test]
+fn with_jerk_shapers_and_pressure_advance_it_does_so_too() {
+    let case = Case::smooth();
+    let edges = on_the_board(&case).1;
+    assert!(edges.len() > 10_000, "only {} edges", edges.len());
+    assert_alike(&case, &edges, false);
+}
+
+/// The board's edges are where the oracle wants them and those of the host.
+fn assert_alike(case: &Case, edges: &[StepEdge], begins_with_homing: bool) {
+    let worst = worst_ns(case, edges);
     assert!(worst < TOLERANCE_NS as f64, "an edge is {worst} ns from where it belongs");
-    let (board, host) = (motions(&edges), motions(&on_the_host()));
+    let (board, host) = (motions(edges), motions(&on_the_host(case)));
     let lengths = |motions: &[Motion]| motions.iter().map(Vec::len).collect::<Vec<_>>();
     assert_eq!(lengths(&board), lengths(&host), "edges of each motion");
     for (number, (board, host)) in board.iter().zip(&host).enumerate() {
-        // The job begins with homing.
-        let homing = number == 0;
+        let homing = begins_with_homing && number == 0;
         let apart_ns = |b: u64, h: u64| if homing { beside_feed_periods(b.abs_diff(h)) } else { b.abs_diff(h) };
         let tolerance_ns = if homing { HOMING_TOLERANCE_NS } else { TOLERANCE_NS };
         let alike = |(b, h): (&Edge, &Edge)| (b.1, b.2) == (h.1, h.2) && apart_ns(b.0, h.0) <= tolerance_ns;
@@ -143,8 +218,4 @@ fn the_board_steps_as_the_native_runner_and_the_oracle_say() {
         let shown = difference.map(|at| (at, board[at], host[at]));
         assert_eq!(shown, None, "motion {number}: edge, on the board, on the host");
     }
-    // One edge of one motor, two microseconds late, does not escape.
-    let middle = edges.len() / 2;
-    edges[middle].time_ns += 2_000;
-    assert!(worst_ns(&edges) > 2_000.0 - TOLERANCE_NS as f64);
 }

@@ -22,6 +22,13 @@ impl Motion {
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
+        let result = self.accept(request);
+        // What a block is planned by depends on what was planned before it: always after each, then, whenever the planner's turn comes.
+        self.planner.plan_jerk();
+        result
+    }
+
+    fn accept(&mut self, request: &Move) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
         if matches!(self.state, State::Stopping | State::Aborting) {
             return Err(Refusal::Stopping);

@@ -157,6 +157,13 @@ impl Planner {
         !self.is_empty() && self.block(self.end.wrapping_sub(1)).jerk > 0.0
     }
 
+    /// The reverse pass, where profiles are limited in jerk.
+    pub(crate) fn plan_jerk(&mut self) {
+        if self.has_jerk() && self.planned != self.end {
+            self.plan_brakes();
+        }
+    }
+
     /// Says whether more is going to be appended soon.
     pub(crate) fn set_complete(&mut self, complete: bool) {
         if self.complete != complete {
