@@ -225,9 +225,10 @@ impl Filters {
         if !core::mem::take(&mut self.corrections.wanted) {
             return false;
         }
+        let history = &*self.history;
         for (window, slot) in self.windows.iter().zip(&mut self.corrections.each) {
             let Some(window) = window else { continue };
-            let (place, rate) = window.output(self.history, now);
+            let (place, rate) = window.output(history, now);
             let axis = window.axis;
             let was = |of: &PerAxis<f64>| of.0.get(axis).copied().unwrap_or_default();
             *slot = Some(Correction { from: now, place: was(&self.point) - place, rate: was(&self.velocity) - rate });
