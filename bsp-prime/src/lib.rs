@@ -15,6 +15,7 @@ pub mod byte_ring;
 pub mod clocks;
 mod copy;
 pub mod dma;
+pub mod fpu;
 pub mod identity;
 pub mod memory;
 pub mod pins;

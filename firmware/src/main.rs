@@ -100,6 +100,7 @@ mod app {
     // The motion object is made in place: on its way through a return value it would lie on the stack twice.
     #[init(local = [motion: Motion = Motion::new(store())])]
     fn init(cx: init::Context) -> (Shared, Local) {
+        motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
         let board = match Board::take(cx.core, cx.device) {
             Ok(board) => board,
             Err(error) => fault::board_failed(error),

@@ -15,6 +15,7 @@ use crate::{
     convert::{float_of_i64, floor_i32},
     knots::{STEP_UNITS, Span, nearest_step},
     series::{End, Scale, Series, key},
+    square_root,
 };
 
 /// One motor's way through the current segment.
@@ -344,7 +345,7 @@ impl Stretches {
 
 /// Where `c1 + 2 c2 u + 3 c3 u^2` is zero with 0 < u < 1, in order.
 fn turns(c1: f64, c2: f64, c3: f64) -> [Option<f64>; 2] {
-    let root = libm::sqrt(crate::greatest(c2 * c2 - 3.0 * c3 * c1, 0.0));
+    let root = square_root(crate::greatest(c2 * c2 - 3.0 * c3 * c1, 0.0));
     // The two roots without cancellation: one by the larger sum, the other from their product c1 / 3 c3.
     let sum = if c2 < 0.0 { root - c2 } else { -root - c2 };
     let (first, second) = (c1 / sum, sum / (3.0 * c3));

@@ -9,6 +9,8 @@
 //! a pair of speeds that this length cannot join with exactly `a`; then one ramp over the whole length joins them,
 //! and the planner's passes guarantee that its acceleration differs from `a` by rounding only.
 
+use crate::square_root;
+
 /// Constant jerk for a while.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phase {
@@ -88,7 +90,7 @@ impl Profile {
             return single;
         }
         let (peak, peak_sq) =
-            if meeting_sq < cruise_sq { (libm::sqrt(meeting_sq), meeting_sq) } else { (cruise_speed, cruise_sq) };
+            if meeting_sq < cruise_sq { (square_root(meeting_sq), meeting_sq) } else { (cruise_speed, cruise_sq) };
         if peak_sq < low_sq {
             return single;
         }
@@ -115,7 +117,7 @@ impl Profile {
         if stopping <= length {
             return Self::of_phases([ramp(entry, 0.0, stopping), Phase::default(), Phase::default()], 0.0);
         }
-        let exit = libm::sqrt(entry * entry - 2.0 * acceleration * length);
+        let exit = square_root(entry * entry - 2.0 * acceleration * length);
         Self::of_phases([ramp(entry, exit, length), Phase::default(), Phase::default()], exit)
     }
 

@@ -10,7 +10,7 @@
 //! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first step of Newton's
 //! method from zero (k < 0, where it can only come from below) is polished by a fixed number of Newton steps.
 
-use crate::{least, profile::Phase, root::cube_root};
+use crate::{least, profile::Phase, root::cube_root, square_root};
 
 /// The greatest acceleration and jerk of a ramp; both above zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +38,7 @@ impl Bounds {
         if change >= self.acceleration * rise {
             (rise, change / self.acceleration - rise)
         } else {
-            (libm::sqrt(change / self.jerk), 0.0)
+            (square_root(change / self.jerk), 0.0)
         }
     }
 
@@ -58,7 +58,7 @@ impl Bounds {
         let rise = self.rise();
         let gain = 0.5 * self.acceleration * rise;
         if change <= gain {
-            return libm::sqrt(2.0 * change / self.jerk) * (low + change / 3.0);
+            return square_root(2.0 * change / self.jerk) * (low + change / 3.0);
         }
         let risen = low + gain;
         rise * (low + gain / 3.0) + (high - risen) * (high + risen) / (2.0 * self.acceleration)
@@ -72,7 +72,7 @@ impl Bounds {
         let full = self.acceleration * self.rise();
         if length >= (low + 0.5 * full) * 2.0 * self.rise() {
             let offset = low - 0.5 * full;
-            return libm::sqrt(offset * offset + 2.0 * self.acceleration * length) - 0.5 * full;
+            return square_root(offset * offset + 2.0 * self.acceleration * length) - 0.5 * full;
         }
         let time = cubic(2.0 * low, self.jerk, length);
         low + self.jerk * time * time
@@ -86,7 +86,7 @@ fn cubic(v: f64, k: f64, x: f64) -> f64 {
     }
     let (mut t, steps) = if k > 0.0 {
         let (p, q) = (v / k, x / k);
-        let u = cube_root(0.5 * q + libm::sqrt(0.25 * q * q + p * p * p / 27.0));
+        let u = cube_root(0.5 * q + square_root(0.25 * q * q + p * p * p / 27.0));
         (u - p / (3.0 * u), 3)
     } else {
         (x / v, 6)
@@ -210,7 +210,7 @@ impl Ramp {
         }
         let on = distance - turned.distance;
         let end_sq = turned.speed * turned.speed + 2.0 * turned.acceleration * on;
-        self.turn + 2.0 * on / (turned.speed + libm::sqrt(if end_sq > 0.0 { end_sq } else { 0.0 }))
+        self.turn + 2.0 * on / (turned.speed + square_root(if end_sq > 0.0 { end_sq } else { 0.0 }))
     }
 
     /// Gives the phases from one time to a later one, in order.

@@ -1,8 +1,31 @@
-//! The cube root, for a processor whose FPU multiplies double numbers but cannot fuse or take cube roots.
+//! Roots, fast on the board and the same to the last bit everywhere.
 //!
-//! `libm`'s is correctly rounded by fused multiply-adds, which it has to make of integers there: 570 instructions, and the plan of jerk-limited
+//! **Square root.** The Cortex-M7 has an instruction for it, which safe Rust without `std` cannot reach; `libm` does without, in 85 instructions.
+//! So a board lends its own ([`use_square_root`]). IEEE 754 asks both for the correctly rounded result: nothing else changes.
+//!
+//! **Cube root.** The FPU multiplies double numbers but cannot fuse or take cube roots. `libm`'s is correctly rounded by fused multiply-adds, which it has to make of integers there: 570 instructions, and the plan of jerk-limited
 //! moves takes one for each block of look-ahead. This one takes a fifth and gives the same number: the last step adds to an
 //! approximation a correction that is exact to many more digits than are kept.
+
+use once_cell::race::OnceRef;
+
+/// What takes square roots, where it is not `libm`.
+static SQUARE_ROOT: OnceRef<'static, fn(f64) -> f64> = OnceRef::new();
+
+/// Has all square roots taken by `root`, which must round correctly (IEEE 754, 5.4.1). The first call counts; before it, and without it, `libm` does.
+pub fn use_square_root(root: &'static fn(f64) -> f64) {
+    // A second one would give the same bits.
+    let _first = SQUARE_ROOT.set(root);
+}
+
+/// The square root, correctly rounded.
+#[inline(always)]
+pub(crate) fn square_root(x: f64) -> f64 {
+    match SQUARE_ROOT.get() {
+        Some(root) => root(x),
+        None => libm::sqrt(x),
+    }
+}
 
 /// The product of two numbers as a sum of two: rounded, and what rounding took off (T. J. Dekker, "A floating-point technique for extending the
 /// available precision", 1971). For numbers of ordinary size.

@@ -6,6 +6,7 @@ use super::{Compensation, Skew, surface::Bounds};
 use crate::{
     greatest, least,
     path::{Path, primary},
+    square_root,
 };
 
 /// Places along a curve from which the box around it is made.
@@ -51,14 +52,14 @@ impl Lift {
     /// At most so much for each mm in whatever direction.
     pub fn slope(&self) -> f64 {
         let [x, y] = self.slope;
-        libm::sqrt(x * x + y * y + self.fading[0] * self.fading[0])
+        square_root(x * x + y * y + self.fading[0] * self.fading[0])
     }
 
     /// At most so much change of that in whatever direction.
     pub fn bend(&self) -> f64 {
         let ([xx, yy, xy], [x, y]) = (self.bend, self.slope);
         let flat = greatest(xx, yy) + xy;
-        flat + self.change * libm::sqrt(x * x + y * y) + self.fading[1]
+        flat + self.change * square_root(x * x + y * y) + self.fading[1]
     }
 }
 

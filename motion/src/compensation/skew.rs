@@ -6,6 +6,8 @@
 
 use units::PerAxis;
 
+use crate::square_root;
+
 use super::CompensationError;
 
 /// No factor is greater: six degrees are no machine's skew but a measurement gone wrong.
@@ -37,9 +39,9 @@ impl Skew {
         if !(ac > 0.0 && bd > 0.0 && ad > 0.0 && side_sq > 0.0) {
             return None;
         }
-        let cosine = (ac * ac - bd * bd) / (4.0 * libm::sqrt(side_sq) * ad);
+        let cosine = (ac * ac - bd * bd) / (4.0 * square_root(side_sq) * ad);
         let sine_sq = 1.0 - cosine * cosine;
-        (sine_sq > 0.0).then(|| cosine / libm::sqrt(sine_sq))
+        (sine_sq > 0.0).then(|| cosine / square_root(sine_sq))
     }
 
     /// Every factor is a number within bounds.

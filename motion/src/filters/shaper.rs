@@ -8,6 +8,8 @@
 
 use core::f64::consts::PI;
 
+use crate::square_root;
+
 /// Most pulses of any shaper.
 pub const MAX_PULSES: usize = 5;
 
@@ -120,7 +122,7 @@ impl Shaper {
     #[must_use]
     pub fn pulses(&self) -> Pulses {
         let z = self.damping;
-        let q = libm::sqrt(1.0 - z * z);
+        let q = square_root(1.0 - z * z);
         let period = 1.0 / (self.frequency * q);
         // What is left of an oscillation after this share of a damped period.
         let decay = |share: f64| libm::exp(-2.0 * share * z * PI / q);

@@ -6,6 +6,8 @@
 
 use units::{Axis, PerAxis};
 
+use crate::square_root;
+
 use crate::path::{self, Curve, Vector};
 
 /// The plane of an arc; the axis that is left out is the helix axis.
@@ -62,7 +64,7 @@ impl ArcShape {
     ) -> Result<Self, ArcError> {
         let (first, second) = plane.axes();
         let (dx, dy) = (to[first] - from[first], to[second] - from[second]);
-        let apart = libm::sqrt(dx * dx + dy * dy);
+        let apart = square_root(dx * dx + dy * dy);
         if !(apart.is_finite() && radius.is_finite()) || apart < LEAST_RADIUS {
             return Err(ArcError::NoWay);
         }
@@ -72,7 +74,7 @@ impl ArcShape {
             return Err(ArcError::TooFar { apart });
         }
         // From the middle to the centre, to the left of the way where the arc is short and counter-clockwise.
-        let height = libm::sqrt(crate::greatest(size * size - half * half, 0.0));
+        let height = square_root(crate::greatest(size * size - half * half, 0.0));
         let to_left = clockwise == (radius < 0.0);
         let aside = if to_left { height / apart } else { -height / apart };
         Ok(Self {
@@ -161,7 +163,7 @@ impl Arc {
         let (first, second) = shape.plane.axes();
         let start = (-shape.to_centre_first, -shape.to_centre_second);
         let centre = (from[first] + shape.to_centre_first, from[second] + shape.to_centre_second);
-        let radius = libm::sqrt(start.0 * start.0 + start.1 * start.1);
+        let radius = square_root(start.0 * start.0 + start.1 * start.1);
         if !(radius.is_finite() && radius >= LEAST_RADIUS) {
             return Err(ArcError::NoRadius);
         }
@@ -171,7 +173,7 @@ impl Arc {
         let sweep = sweep(start, end, shape.clockwise) + one_way * f64::from(more);
         let reached = turned(start, sweep);
         let off = (end.0 - reached.0, end.1 - reached.1);
-        let distance = libm::sqrt(off.0 * off.0 + off.1 * off.1);
+        let distance = square_root(off.0 * off.0 + off.1 * off.1);
         if !distance.is_finite() || distance > off_allowed(radius) {
             return Err(ArcError::OffCircle { off: distance });
         }
@@ -179,7 +181,7 @@ impl Arc {
     }
 
     pub(super) fn radius(&self) -> f64 {
-        libm::sqrt(self.start.0 * self.start.0 + self.start.1 * self.start.1)
+        square_root(self.start.0 * self.start.0 + self.start.1 * self.start.1)
     }
 
     /// How far the axis rises that is not in the plane.
@@ -193,7 +195,7 @@ impl Arc {
     #[must_use]
     pub fn length(&self) -> f64 {
         let (along, rise) = (self.sweep * self.radius(), self.rise());
-        libm::sqrt(along * along + rise * rise)
+        square_root(along * along + rise * rise)
     }
 
     /// Turns, whole and begun.

@@ -5,6 +5,8 @@
 
 use units::PerAxis;
 
+use crate::square_root;
+
 use super::arc::{Arc, ArcError};
 
 /// How finely arcs are cut.
@@ -50,7 +52,7 @@ impl Chords {
 fn chord(radius: f64, settings: &ArcSettings) -> Result<f64, ArcError> {
     let error = settings.max_error;
     let by_error =
-        if error > 0.0 && 2.0 * radius > error { 2.0 * libm::sqrt(error * (2.0 * radius - error)) } else { 0.0 };
+        if error > 0.0 && 2.0 * radius > error { 2.0 * square_root(error * (2.0 * radius - error)) } else { 0.0 };
     let chord = crate::greatest(by_error, settings.segment_length);
     if chord > 0.0 { Ok(chord) } else { fallback_chord(radius, error) }
 }

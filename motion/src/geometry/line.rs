@@ -2,6 +2,8 @@
 
 use units::{Axis, MmPerSecond, PerAxis};
 
+use crate::square_root;
+
 /// When and how finely straight moves are cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineSettings {
@@ -36,7 +38,7 @@ impl Line {
     #[must_use]
     pub fn cut(from: PerAxis<f64>, to: PerAxis<f64>, feed_rate: MmPerSecond, settings: &LineSettings) -> Self {
         let square = |axis: Axis| (to[axis] - from[axis]) * (to[axis] - from[axis]);
-        let length = libm::sqrt(square(Axis::X) + square(Axis::Y) + square(Axis::Z));
+        let length = square_root(square(Axis::X) + square(Axis::Y) + square(Axis::Z));
         let wanted = match (settings.segments_per_second, settings.segment_length) {
             _ if length < SHORTEST => 1.0,
             (Some(rate), _) if feed_rate.get() > 0.0 => libm::ceil(rate * length / feed_rate.get()),

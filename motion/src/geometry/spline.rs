@@ -5,6 +5,8 @@
 
 use units::{Axis, PerAxis};
 
+use crate::square_root;
+
 use crate::path::{Curve, Spline, Vector, size};
 
 /// Anything that can be drawn as cubics.
@@ -154,7 +156,7 @@ impl<S: Smooth + Copy> SplineMoves<S> {
 fn flat_length(curve: &Curve, [x, y, _]: Vector, [to_x, to_y, _]: Vector) -> f64 {
     match curve {
         Curve::Spline(spline) => spline.flat_length(),
-        _ => libm::sqrt((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y)),
+        _ => square_root((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y)),
     }
 }
 

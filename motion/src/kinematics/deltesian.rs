@@ -4,6 +4,8 @@
 
 use super::{Axes, Motors};
 
+use crate::square_root;
+
 /// What a configuration says, left and right, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deltesian {
@@ -29,7 +31,7 @@ impl Deltesian {
     fn rods(&self, x: f64) -> [(f64, f64); 2] {
         let ([l, r], [left, right]) = (self.arm_length, self.arm_x_length);
         [(-left - x, l), (right - x, r)]
-            .map(|(dx, arm)| (dx, libm::sqrt(crate::greatest(arm * arm - dx * dx, super::TINY))))
+            .map(|(dx, arm)| (dx, square_root(crate::greatest(arm * arm - dx * dx, super::TINY))))
     }
 
     pub(super) fn motors(&self, [x, y, z]: Axes) -> Motors {
@@ -49,7 +51,7 @@ impl Deltesian {
         let span_sq = dx * dx + dz * dz;
         // From the left carriage: so far towards the right one, then as far square to that, downwards.
         let along = 0.5 * (l * l - r * r + span_sq) / span_sq;
-        let square = libm::sqrt(crate::greatest(l * l / span_sq - along * along, 0.0));
+        let square = square_root(crate::greatest(l * l / span_sq - along * along, 0.0));
         [-left + along * dx + square * dz, gamma, alpha + along * dz - square * dx]
     }
 

@@ -13,6 +13,7 @@ use crate::{
     compensation::{Lift, Over},
     greatest, least,
     path::primary,
+    square_root,
 };
 
 /// Bounds over a straight move of X, Y and Z.
@@ -123,7 +124,7 @@ impl Kinematics {
             Self::Polar => {
                 let nearest = polar::nearest(start, way);
                 let distance = polar::clearance([x + nearest * dx, y + nearest * dy, z]);
-                places.around(nearest, distance, libm::sqrt(dx * dx + dy * dy));
+                places.around(nearest, distance, square_root(dx * dx + dy * dy));
             }
             Self::Winch(ropes) => add_anchors(&mut places, ropes, start, way, length),
             _ => {}

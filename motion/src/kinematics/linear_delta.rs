@@ -7,6 +7,8 @@
 
 use super::{Axes, Motors, spheres};
 
+use crate::square_root;
+
 /// Angles of the towers of alpha, beta and gamma, degrees.
 const TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 
@@ -74,7 +76,7 @@ impl LinearDelta {
     fn rod(&self, [tx, ty]: [f64; 2], [x, y, _]: Axes) -> (f64, f64, f64) {
         let (dx, dy) = (tx - x, ty - y);
         let rise_sq = self.geometry.arm_length * self.geometry.arm_length - dx * dx - dy * dy;
-        (dx, dy, libm::sqrt(crate::greatest(rise_sq, super::TINY)))
+        (dx, dy, square_root(crate::greatest(rise_sq, super::TINY)))
     }
 
     pub(super) fn motors(&self, axes: Axes) -> Motors {
@@ -98,7 +100,7 @@ impl LinearDelta {
 
     /// Distance in mm to where a rod would lie flat; negative beyond.
     pub(super) fn clearance(&self, [x, y, _]: Axes) -> f64 {
-        let distance = |[tx, ty]: [f64; 2]| libm::sqrt((tx - x) * (tx - x) + (ty - y) * (ty - y));
+        let distance = |[tx, ty]: [f64; 2]| square_root((tx - x) * (tx - x) + (ty - y) * (ty - y));
         let farthest = self.towers.into_iter().map(distance).fold(0.0, crate::greatest);
         self.geometry.arm_length - farthest
     }

@@ -5,6 +5,8 @@
 
 use super::{Axes, Motors};
 
+use crate::square_root;
+
 /// What a configuration says; lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Morgan {
@@ -45,7 +47,7 @@ impl Morgan {
     /// Cosine and sine of the elbow.
     fn elbow(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let cosine = crate::least(crate::greatest(self.elbow_cosine(x * x + y * y), -1.0), 1.0);
-        [cosine, libm::sqrt(crate::greatest(1.0 - cosine * cosine, super::TINY))]
+        [cosine, square_root(crate::greatest(1.0 - cosine * cosine, super::TINY))]
     }
 
     pub(super) fn motors(&self, axes: Axes) -> Motors {
@@ -81,7 +83,7 @@ impl Morgan {
     /// Distance in mm to where the arm is stretched or folded completely.
     pub(super) fn clearance(&self, axes: Axes) -> f64 {
         let ([x, y], [sx, sy]) = (self.local(axes), self.scaling);
-        let r = libm::sqrt(x * x + y * y);
+        let r = square_root(x * x + y * y);
         let stretched = self.arm1 + self.arm2 - r;
         let folded = r - libm::fabs(self.arm1 - self.arm2);
         crate::least(stretched, folded) / crate::greatest(libm::fabs(sx), libm::fabs(sy))

@@ -5,9 +5,11 @@
 
 use super::{Axes, Motors};
 
+use crate::square_root;
+
 /// Distance from the middle, or 1 nm.
 fn radius([x, y, _]: Axes) -> f64 {
-    libm::sqrt(crate::greatest(x * x + y * y, super::TINY))
+    square_root(crate::greatest(x * x + y * y, super::TINY))
 }
 
 pub(super) fn motors(axes: Axes) -> Motors {

@@ -7,6 +7,8 @@
 
 use super::{Axes, Motors, spheres};
 
+use crate::square_root;
+
 /// Outward directions of the arms of alpha, beta and gamma: 120 degrees apart, alpha towards -Y.
 const ARMS: [[f64; 2]; 3] = [[0.0, -1.0], [0.866_025_403_784_438_6, 0.5], [-0.866_025_403_784_438_6, 0.5]];
 /// Distance of an equilateral triangle's side from its middle, for a side of 1.
@@ -89,7 +91,7 @@ impl RotaryDelta {
     fn triangle(&self, plane: &Plane) -> (f64, f64, f64) {
         let span_sq = plane.out * plane.out + plane.down * plane.down;
         let c = (self.arm * self.arm + span_sq + plane.aside * plane.aside - self.rod * self.rod) / (2.0 * self.arm);
-        (libm::sqrt(span_sq), c, libm::sqrt(crate::greatest(span_sq - c * c, super::TINY)))
+        (square_root(span_sq), c, square_root(crate::greatest(span_sq - c * c, super::TINY)))
     }
 
     fn angle(&self, plane: &Plane) -> f64 {
@@ -133,7 +135,7 @@ impl RotaryDelta {
             let plane = self.plane(arm, axes);
             let (span, ..) = self.triangle(&plane);
             let across = self.rod - libm::fabs(plane.aside);
-            let rod = libm::sqrt(crate::greatest(self.rod * self.rod - plane.aside * plane.aside, 0.0));
+            let rod = square_root(crate::greatest(self.rod * self.rod - plane.aside * plane.aside, 0.0));
             let stretched = rod + self.arm - span;
             let folded = span - libm::fabs(rod - self.arm);
             // Moving aside shortens the rod as seen in the plane too: half of the distance is surely free.

@@ -1,5 +1,7 @@
 //! The two points that lie at given distances from three others: the forward kinematics of rods and ropes.
 
+use crate::square_root;
+
 type Vector = [f64; 3];
 
 fn minus(a: Vector, b: Vector) -> Vector {
@@ -32,7 +34,7 @@ pub fn meet(centres: [Vector; 3], radii: [f64; 3]) -> [Vector; 2] {
     let ([ux, uy, uz], [vx, vy, vz], [nx, ny, nz], [x, y, z]) = (u, v, n, first);
     let foot = [a * ux + b * vx, a * uy + b * vy, a * uz + b * vz];
     let height_sq = crate::greatest(r * r - dot(foot, foot), 0.0);
-    let size = libm::sqrt(height_sq / nn);
+    let size = square_root(height_sq / nn);
     let c = if nz > 0.0 { -size } else { size };
     let [fx, fy, fz] = foot;
     let point = |c: f64| [x + fx + c * nx, y + fy + c * ny, z + fz + c * nz];

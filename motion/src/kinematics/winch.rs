@@ -4,6 +4,8 @@
 
 use super::{Axes, spheres};
 
+use crate::square_root;
+
 /// Ropes at most.
 pub const MOST_ANCHORS: usize = units::MAX_ACTUATORS;
 
@@ -39,7 +41,7 @@ impl Winch {
 
     fn distance([ax, ay, az]: Axes, [x, y, z]: Axes) -> f64 {
         let (dx, dy, dz) = (x - ax, y - ay, z - az);
-        libm::sqrt(crate::greatest(dx * dx + dy * dy + dz * dz, super::TINY))
+        square_root(crate::greatest(dx * dx + dy * dy + dz * dz, super::TINY))
     }
 
     /// Writes the lengths over the motors that are winches.

@@ -17,6 +17,7 @@ use crate::{
     moves::{Corner, Move},
     path::{self, Arc, Curve, Path, Vector, dot, mix},
     planner::Envelope,
+    square_root,
 };
 
 /// Share of a line that each of its corners may take: both together leave something of it.
@@ -93,7 +94,7 @@ fn arc_between(before: Vector, after: Vector, tolerance: f64, most: f64) -> Opti
         return None;
     }
     let (half_sin, half_cos) =
-        (libm::sqrt(0.5 * (1.0 - cosine)), libm::sqrt(crate::greatest(0.5 * (1.0 + cosine), 0.0)));
+        (square_root(0.5 * (1.0 - cosine)), square_root(crate::greatest(0.5 * (1.0 + cosine), 0.0)));
     if half_cos < REVERSAL {
         return None;
     }

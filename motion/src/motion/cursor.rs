@@ -15,6 +15,7 @@ use crate::{
     profile::Profile,
     ramp::Ramp,
     run::{Run, Slice},
+    square_root,
     trajectory::{at_tick, whole_ticks},
     trigger::Trigger,
 };
@@ -177,13 +178,13 @@ impl Motion {
         }
         let (gain_sq, entry_sq) = (2.0 * acceleration * length, run.speed * run.speed);
         let highest_sq = least(self.planner.next_entry_sq(), entry_sq + gain_sq);
-        let exit = libm::sqrt(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
+        let exit = square_root(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
         let cruise = run.block.cruise(&self.overrides);
         let (cruise, exit) = if self.planner.is_calm() {
             self.peak_sq = run.block.calm().peak_sq().unwrap_or(self.peak_sq);
-            let cruise = least(cruise, libm::sqrt(self.peak_sq));
+            let cruise = least(cruise, square_root(self.peak_sq));
             // As slow as that, if it can be as slow.
-            (cruise, greatest(least(exit, cruise), libm::sqrt(greatest(entry_sq - gain_sq, 0.0))))
+            (cruise, greatest(least(exit, cruise), square_root(greatest(entry_sq - gain_sq, 0.0))))
         } else {
             (cruise, exit)
         };

@@ -12,6 +12,7 @@ use crate::{
     moves::{Corner, Move, Refusal},
     path::{self, Curve, Path},
     planner::{Envelope, SMALLEST, corner_sq, is_smooth, jump_sq},
+    square_root,
 };
 
 impl Motion {
@@ -137,7 +138,7 @@ fn envelope(
     over: &Over,
 ) -> Result<Option<Envelope>, Refusal> {
     let [x, y, z, ..] = delta.0;
-    let length = libm::sqrt(x * x + y * y + z * z);
+    let length = square_root(x * x + y * y + z * z);
     let is_short = length < SMALLEST;
     if (is_short || config.kinematics.is_linear()) && *over == Over::NONE {
         return Ok(Envelope::new(delta, &ways_between(config, from, target), &config.limits));

@@ -6,6 +6,8 @@
 
 use super::{Vector, mix, size};
 
+use crate::square_root;
+
 /// A circle, evenly travelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
@@ -25,7 +27,7 @@ impl Arc {
     #[must_use]
     pub fn new(arm: [f64; 3], ahead: [f64; 3], angle: f64, rise: f64) -> Self {
         let way = size(arm) * angle;
-        Self { arm, ahead, angle, length: libm::sqrt(way * way + rise * rise) }
+        Self { arm, ahead, angle, length: square_root(way * way + rise * rise) }
     }
 
     /// Length of the path, mm.

@@ -11,7 +11,7 @@
 //! their terms add up as a root of squares; on a spline as they are. All three are fixed for the whole block.
 
 use super::{Arc, Curve, Path, Vector, limits::Peak, primary, size};
-use crate::{config::Limits, greatest, least, planner::Envelope, root::cube_root};
+use crate::{config::Limits, greatest, least, planner::Envelope, root::cube_root, square_root};
 
 /// Shares of the jerk that the bend's own may take: at least, at most. The speed goes with their cubic root.
 const TWIST_SHARES: (f64, f64) = (0.25, 0.7);
@@ -76,13 +76,13 @@ impl Asks {
         for ask in self.asks.iter().filter(|ask| ask.bend * speed > 0.0) {
             let own = ask.twist * speed * speed * speed;
             let most = own + (1.0 - LEFT_FOR_JERK) * (ask.limit - own);
-            let left = if self.square { libm::sqrt(most * most - own * own) } else { most - own };
+            let left = if self.square { square_root(most * most - own * own) } else { most - own };
             envelope.acceleration = least(envelope.acceleration, left / (3.0 * ask.bend * speed));
         }
         let jerk = |ask: &Ask| {
             let own = ask.twist * speed * speed * speed;
             let second = 3.0 * ask.bend * speed * envelope.acceleration;
-            let taken = if self.square { libm::sqrt(own * own + second * second) } else { own + second };
+            let taken = if self.square { square_root(own * own + second * second) } else { own + second };
             if ask.slope > 0.0 { (ask.limit - taken) / ask.slope } else { f64::INFINITY }
         };
         self.asks.iter().map(jerk).fold(f64::INFINITY, least)
@@ -101,7 +101,7 @@ fn of_arc(path: &Path, arc: &Arc, excess: f64) -> [Ask; 4] {
     };
     let ([ax, ay, az], [bx, by, bz], [dx, dy, dz]) = (arc.arm(), arc.ahead(), primary(&path.direction));
     let axis = |direction: f64, a: f64, b: f64| {
-        let radius = libm::sqrt(a * a + b * b);
+        let radius = square_root(a * a + b * b);
         ask(libm::fabs(direction) + rate * radius, radius)
     };
     [ask(excess, size(arc.arm())), axis(dx, ax, bx), axis(dy, ay, by), axis(dz, az, bz)]

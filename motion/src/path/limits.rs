@@ -20,6 +20,7 @@ use crate::{
     least,
     moves::Refusal,
     planner::Envelope,
+    square_root,
 };
 
 /// Shares of the acceleration that the way round the bend may take: at least, at most.
@@ -121,9 +122,9 @@ fn excess(path: &Path) -> f64 {
     let across = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
     let direction = primary(&path.direction);
     let rise = dot(direction, across) / size(across);
-    let aside = libm::sqrt(greatest(dot(direction, direction) - rise * rise, 0.0));
+    let aside = square_root(greatest(dot(direction, direction) - rise * rise, 0.0));
     let round = arc.rate() * size(arc.arm()) + aside;
-    greatest(libm::sqrt(round * round + rise * rise), 1.0)
+    greatest(square_root(round * round + rise * rise), 1.0)
 }
 
 fn along_axes([x, y, z]: Vector) -> PerAxis<f64> {
@@ -177,7 +178,7 @@ fn limit_by_lift(envelope: &mut Envelope, lifted: &Strain, limits: &Limits) {
     for actuator in PATH_MOTORS {
         let own = limits.actuator_acceleration[actuator].map(MmPerSecond2::get);
         if let (Some(own), true) = (own, lifted.bend[actuator] > 0.0) {
-            envelope.speed_limit = least(envelope.speed_limit, libm::sqrt(0.5 * own / lifted.bend[actuator]));
+            envelope.speed_limit = least(envelope.speed_limit, square_root(0.5 * own / lifted.bend[actuator]));
         }
     }
 }
@@ -205,7 +206,7 @@ fn limit_by_motors(
         let speed_sq = envelope.speed_limit * envelope.speed_limit;
         let (slope, bend) = lifted.map_or((0.0, 0.0), |lifted| (lifted.slope[actuator], lifted.bend[actuator]));
         let own = if bend > 0.0 { own - bend * speed_sq } else { own };
-        let share = libm::sqrt(in_plane[actuator]) + libm::fabs(rise[actuator]) + slope;
+        let share = square_root(in_plane[actuator]) + libm::fabs(rise[actuator]) + slope;
         if share > NOTHING {
             envelope.acceleration = least(envelope.acceleration, own / share);
         }
@@ -239,15 +240,15 @@ fn limit_by_bend(envelope: &mut Envelope, curvature: f64, requested: f64) {
     let share = curvature * wanted * wanted / most;
     let (lowest, highest) = BEND_SHARES;
     let share = least(greatest(share, lowest), highest);
-    envelope.speed_limit = least(envelope.speed_limit, libm::sqrt(share * most / curvature));
+    envelope.speed_limit = least(envelope.speed_limit, square_root(share * most / curvature));
     let taken = curvature * envelope.speed_limit * envelope.speed_limit / most;
-    envelope.acceleration = most * libm::sqrt(greatest(1.0 - taken * taken, 0.0));
+    envelope.acceleration = most * square_root(greatest(1.0 - taken * taken, 0.0));
 }
 
 /// Greatest size of `base + c cos p + s sin p` for p from 0 to `angle`.
 fn greatest_swing(base: f64, c: f64, s: f64, angle: f64) -> f64 {
     const TURN: f64 = 2.0 * core::f64::consts::PI;
-    let swing = libm::sqrt(c * c + s * s);
+    let swing = square_root(c * c + s * s);
     let top = libm::atan2(s, c);
     let passes = |at: f64| {
         let first = at - TURN * libm::floor(at / TURN);

@@ -17,6 +17,8 @@ pub use spline::{EVEN_WITHIN, Spline};
 
 use units::{Axis, PerAxis};
 
+use crate::square_root;
+
 /// X, Y and Z of something.
 pub(crate) type Vector = [f64; 3];
 
@@ -180,7 +182,7 @@ pub(crate) fn dot([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> f64 {
 }
 
 pub(crate) fn size(a: Vector) -> f64 {
-    libm::sqrt(dot(a, a))
+    square_root(dot(a, a))
 }
 
 /// `a x + b y` for vectors x and y.

@@ -6,7 +6,7 @@
 //! ([`crate::geometry::Bezier`]). So a place costs some forty multiplications, always the same, and no root.
 
 use super::{Vector, dot, mix, size};
-use crate::{greatest, least};
+use crate::{greatest, least, square_root};
 
 /// The distance travelled differs from that asked for by less than this, mm, and by less than [`EVEN_SHARE`] of the whole.
 pub const EVEN_WITHIN: f64 = 2e-8;
@@ -91,7 +91,7 @@ impl Spline {
     /// The same, rising by so much in all at right angles to the curve, mm.
     #[must_use]
     pub fn rising(self, rise: f64) -> Self {
-        Self { length: libm::sqrt(self.flat * self.flat + rise * rise), ..self }
+        Self { length: square_root(self.flat * self.flat + rise * rise), ..self }
     }
 
     /// Length of the path, mm.

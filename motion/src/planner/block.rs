@@ -10,6 +10,7 @@ use crate::{
     kinematics::Strain,
     least,
     moves::{Mode, Move},
+    square_root,
 };
 
 /// Changes smaller than this (mm or degrees) do not count as movement of an axis or motor.
@@ -111,7 +112,7 @@ pub(crate) struct Envelope {
 }
 
 fn root_of_squares(parts: &[f64]) -> f64 {
-    libm::sqrt(parts.iter().map(|part| part * part).sum())
+    square_root(parts.iter().map(|part| part * part).sum())
 }
 
 impl Envelope {
@@ -206,7 +207,7 @@ impl Envelope {
         let own = |actuator: Actuator| limits.actuator_acceleration[actuator].map(MmPerSecond2::get);
         for actuator in Actuator::ALL {
             if let (Some(own), true) = (own(actuator), strain.bend[actuator] > 0.0) {
-                self.speed_limit = least(self.speed_limit, libm::sqrt(0.5 * own / strain.bend[actuator]));
+                self.speed_limit = least(self.speed_limit, square_root(0.5 * own / strain.bend[actuator]));
             }
         }
         let speed_sq = self.speed_limit * self.speed_limit;

@@ -18,7 +18,7 @@
 //! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps its anchor.
 
 use super::{Block, Envelope, Planner};
-use crate::{config::Limits, greatest, least, ramp::Bounds};
+use crate::{config::Limits, greatest, least, ramp::Bounds, square_root};
 
 /// Ramps to an anchor whose speed is not final are given this much more room than they need.
 const RESERVE: f64 = 1.09;
@@ -104,12 +104,12 @@ impl Block {
 
     /// Greatest speed at its beginning by its corner and both cruise speeds.
     pub(crate) fn limit(&self) -> f64 {
-        libm::sqrt(self.entry_limit_sq)
+        square_root(self.entry_limit_sq)
     }
 
     /// The same, but for what the program asks: what no override changes.
     pub(crate) fn bound(&self) -> f64 {
-        least(libm::sqrt(self.corner_sq), self.speed_limit)
+        least(square_root(self.corner_sq), self.speed_limit)
     }
 
     /// It can be entered as fast as it may be.
@@ -261,7 +261,7 @@ impl Planner {
 
 /// A block's own end as its anchor.
 fn own_end(block: &Block, speed_sq: f64, sure: bool) -> Brake {
-    Brake { length: block.length, speed: libm::sqrt(speed_sq), top: f64::INFINITY, sure }
+    Brake { length: block.length, speed: square_root(speed_sq), top: f64::INFINITY, sure }
 }
 
 /// The greatest safe speed without acceleration at the beginning of a block with this anchor, squared.
@@ -278,7 +278,7 @@ fn through(block: &Block, next: &Block, cruise: f64) -> Option<Brake> {
     let (far, limit, bounds) = (next.brake(), next.limit(), block.bounds());
     let top = if bounds.launch(far.speed, limit) < far.length { least(far.top, limit) } else { far.top };
     // A long block need not be slow for the sake of a ramp that fits into it.
-    if top < cruise && bounds.length(cruise, libm::sqrt(next.entry_sq)) <= block.length {
+    if top < cruise && bounds.length(cruise, square_root(next.entry_sq)) <= block.length {
         return None;
     }
     Some(Brake { length: block.length + far.length, top, ..far })

@@ -10,7 +10,7 @@
 //! `d = c^2 (sqrt(2) - 1) / A`, for Z too. There, moreover, the circle may touch a line no farther from the corner than the middle
 //! of either: `v^2 <= a L s / (2 sqrt(1 - s^2))`, where L is the length of the line and a its acceleration.
 
-use crate::{config::Limits, greatest, least, root::cube_root};
+use crate::{config::Limits, greatest, least, root::cube_root, square_root};
 
 /// Cosine beyond which two directions count as opposite or as straight on.
 const NEARLY_STRAIGHT: f64 = 0.999_9;
@@ -37,10 +37,10 @@ pub(crate) fn corner_sq(
     if along > NEARLY_STRAIGHT {
         return f64::INFINITY;
     }
-    let sine = libm::sqrt(0.5 * (1.0 + along));
+    let sine = square_root(0.5 * (1.0 + along));
     if let Some(square) = limits.square_corner_velocity {
         let corner = acceleration * square_deviation(square.get(), limits) * sine / (1.0 - sine);
-        let middle = gain_sq * sine / (2.0 * libm::sqrt(0.5 * (1.0 - along)));
+        let middle = gain_sq * sine / (2.0 * square_root(0.5 * (1.0 - along)));
         return greatest(least(corner, middle), least_sq);
     }
     let [x, y, _] = after;
@@ -70,7 +70,7 @@ pub(crate) fn jump_sq(before: [f32; 3], after: [f64; 3], limits: &Limits) -> f64
     let deviation = greatest(square.unwrap_or(limits.junction_deviation.get()), LEAST_DEVIATION);
     let [x, y, z] = [0, 1, 2].map(|n| after[n] - f64::from(before[n]));
     let mut most = f64::INFINITY;
-    for (jump, jerk) in [libm::sqrt(x * x + y * y + z * z), x, y, z].into_iter().zip(limits.jerks()) {
+    for (jump, jerk) in [square_root(x * x + y * y + z * z), x, y, z].into_iter().zip(limits.jerks()) {
         if jump != 0.0 && jerk.is_finite() {
             most = least(most, cube_root(24.0 * deviation * jerk * jerk) / libm::fabs(jump));
         }
