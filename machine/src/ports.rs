@@ -66,7 +66,7 @@ pub struct MemoryReport {
 pub struct StepTimes {
     /// Events played more than 250 ns late.
     pub late: u32,
-    /// Late events that had to be delayed further: played at once, the motor's driver would have missed a step.
+    /// Late events that had to be delayed further, to more than 10 us: played at once, the motor's driver would have missed a step.
     pub delayed: u32,
     /// The worst lateness.
     pub worst: Ticks,
