@@ -1,15 +1,15 @@
 //! Defaults that depend on other settings, and the tidying up after the checks.
 
 use crate::ledger::{Ledger, Path};
-use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind};
+use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
 use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Mm, MmPerSecond};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
-const LAST_FREE_TOOL: u8 = 252;
+const LAST_FREE_TOOL: ToolId = ToolId(252);
 /// From here on a tool number is a bed's or a chamber's, with the M-codes of a bed.
-const FIRST_BED_TOOL: u8 = 100;
+const FIRST_BED_TOOL: ToolId = ToolId(100);
 /// Pieces of a straight move on the two deltas.
 const DELTA_SEGMENTS_PER_SECOND: f64 = 100.0;
 const DEFAULT_PWM_HZ: u32 = 10_000;
@@ -75,7 +75,7 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
     for (place, heater) in config.temperatures.iter_mut().enumerate() {
         if !has_own_number(place, &heater.name) {
             heater.tool_id = next_tool;
-            next_tool = next_tool.saturating_sub(1);
+            next_tool.0 = next_tool.0.saturating_sub(1);
         }
         if !written(SECTION, place, "i_max") {
             heater.pid.i_max = f32::from(heater.max_pwm.0);

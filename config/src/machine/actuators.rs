@@ -1,6 +1,6 @@
 //! Motors: `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`, `[extruder]`.
 
-use super::Name;
+use super::{Name, ToolId};
 use crate::pin::Pin;
 use units::{Actuator, Amps, Micros, Mm, MmPerSecond, MmPerSecond2, Ohms, PerActuator};
 
@@ -109,7 +109,7 @@ pub struct ExtruderConfig {
     /// Whether it exists.
     pub enable: bool,
     /// Tool number, 0 to 2: motors delta, epsilon, zeta.
-    pub tool_id: u8,
+    pub tool_id: ToolId,
     /// Tool offset X Y Z.
     pub offset: [Mm; 3],
     /// E counts cubic millimetres of filament this thick; none: millimetres of filament.
@@ -136,6 +136,6 @@ impl ExtruderConfig {
     /// The motor it turns: delta for tool 0, epsilon for 1, zeta for 2.
     #[must_use]
     pub const fn actuator(&self) -> Option<Actuator> {
-        Actuator::from_index(3 + self.tool_id as usize)
+        Actuator::from_index(3 + self.tool_id.0 as usize)
     }
 }

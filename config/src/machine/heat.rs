@@ -1,6 +1,6 @@
 //! `[temperature control]`: sensor, heater, control and safety.
 
-use super::Name;
+use super::{Name, ToolId};
 use crate::pin::{Pin, ThermistorInput};
 use heapless::String;
 use units::{Celsius, Duty, Micros, Ohms};
@@ -104,7 +104,7 @@ pub struct TemperatureConfig {
     /// Whether it exists.
     pub enable: bool,
     /// Address in tool changes and M-codes; 250 and above are always active.
-    pub tool_id: u8,
+    pub tool_id: ToolId,
     /// Label in reports: T, B.
     pub designator: String<8>,
     /// Sensor.

@@ -8,6 +8,7 @@ mod arms;
 mod calibration;
 mod heat;
 mod homing;
+mod id;
 mod leveling;
 mod motion;
 mod outputs;
@@ -18,6 +19,7 @@ pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms
 pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
+pub use id::{HeaterId, ToolId};
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};

@@ -2,7 +2,7 @@
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number};
 use super::{CannotCreate, Form, Instances, Section, Setting};
-use crate::machine::{ExtruderConfig, MAX_EXTRUDERS};
+use crate::machine::{ExtruderConfig, MAX_EXTRUDERS, ToolId};
 use units::{Mm, MmPerSecond};
 
 /// `|extruder, value| ...` on the extruder at the instance's place.
@@ -33,7 +33,7 @@ pub const EXTRUDER: Section = Section {
     settings: &[
         bool("enable", "false", extruder!(|e, v| e.enable = v), "There is such an extruder.")
             .v1("extruder.<name>.enable"),
-        integer("tool_id", "0", (0, 2), extruder!(|e, v| e.tool_id = v as u8), "Tool number; also picks the motor."),
+        integer("tool_id", "0", (0, 2), extruder!(|e, v| e.tool_id = ToolId(v as u8)), "Tool number; also picks the motor."),
         offset("x_offset", extruder!(|e, v| e.offset[0] = Mm(v))).v1("extruder.<name>.x_offset"),
         offset("y_offset", extruder!(|e, v| e.offset[1] = Mm(v))).v1("extruder.<name>.y_offset"),
         offset("z_offset", extruder!(|e, v| e.offset[2] = Mm(v))).v1("extruder.<name>.z_offset"),

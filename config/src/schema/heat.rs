@@ -2,7 +2,7 @@
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, text, word};
 use super::{CannotCreate, Form, Instances, PinRole, Section};
-use crate::machine::{MAX_TEMPERATURES, SensorKind, TemperatureConfig};
+use crate::machine::{MAX_TEMPERATURES, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
 use units::{Celsius, Duty, Micros, Ohms};
 
@@ -64,7 +64,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "tool_id",
             "255",
             (0, 255),
-            heater!(|h, v| h.tool_id = v as u8),
+            heater!(|h, v| h.tool_id = ToolId(v as u8)),
             "Number of the heater in M-codes. 250 and above stay active whatever tool is selected; below 100 the \
              M-codes are those of a hotend, else those of a bed.",
         )
