@@ -13,9 +13,11 @@ mod law;
 mod modulator;
 mod sensor;
 mod settings;
+mod stuck_on;
 pub mod thermistors;
 mod tuning;
 
+use config::HeaterId;
 use heapless::Vec;
 use units::{Celsius, Duty, Micros};
 
@@ -24,9 +26,11 @@ pub use law::{BangBang, Law, Pid, PidGains};
 pub use modulator::{MODULATION_HZ, Modulators};
 pub use sensor::{Curve, Sensor, Thermistor};
 pub use settings::{HeaterSettings, LawSettings};
+pub use stuck_on::StuckOnWatch;
 pub use tuning::{Gains, Relay};
 
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
+use stuck_on::Look;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
@@ -52,6 +56,8 @@ pub enum HeatCause {
     CoolingTooSlow,
     /// The temperature left the target by more than `runaway_range`; the difference.
     Runaway(Celsius),
+    /// It warms although it is switched off: its MOSFET, or what stands for one, conducts. The rise since it was off.
+    StuckOn(Celsius),
     /// The dispatcher stopped reporting.
     DispatcherSilent,
 }
@@ -59,10 +65,19 @@ pub enum HeatCause {
 /// A heating fault: which controller, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeatFault {
-    /// Place of the controller in the configuration's list.
-    pub heater: u8,
+    /// Which temperature control.
+    pub heater: HeaterId,
     /// What happened.
     pub cause: HeatCause,
+}
+
+/// Why a target was not set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TargetRefused {
+    /// It is above `max_temp`, this much.
+    AboveMaximum(Celsius),
+    /// It only reads.
+    HasNoHeater,
 }
 
 /// One temperature controller or read-only sensor.
@@ -72,6 +87,7 @@ pub struct Heater {
     pub settings: HeaterSettings,
     law: Law,
     guard: Guard,
+    stuck_on: StuckOnWatch,
     reading: Option<Celsius>,
     target: Celsius,
     duty: Duty,
@@ -83,8 +99,9 @@ impl Heater {
     fn new(settings: HeaterSettings) -> Self {
         let law = Law::new(&settings.law, settings.max_duty);
         let guard = Guard::new(settings.guard);
+        let stuck_on = StuckOnWatch::new();
         let (reading, target, duty) = (None, Celsius(0.0), Duty::OFF);
-        Self { settings, law, guard, reading, target, duty, due: Micros(0), bad_readings: 0 }
+        Self { settings, law, guard, stuck_on, reading, target, duty, due: Micros(0), bad_readings: 0 }
     }
 
     /// Latest temperature; `None` when the sensor gives none.
@@ -132,24 +149,43 @@ impl Heater {
         }
     }
 
-    fn set_target(&mut self, target: Celsius, now: Micros) -> Celsius {
+    fn set_target(&mut self, target: Celsius, now: Micros) -> Result<(), TargetRefused> {
         let wanted = if target.0.is_finite() && target > OFF_BELOW { target } else { Celsius(0.0) };
-        let allowed = if wanted > self.settings.max { self.settings.max } else { wanted };
+        if wanted > Celsius(0.0) && !self.settings.heats {
+            return Err(TargetRefused::HasNoHeater);
+        }
+        if wanted > self.settings.max {
+            return Err(TargetRefused::AboveMaximum(self.settings.max));
+        }
         if !self.is_on() {
             self.law.start(self.reading.unwrap_or_default(), self.duty);
         }
-        self.target = if self.settings.heats { allowed } else { Celsius(0.0) };
+        self.target = wanted;
         self.bad_readings = 0;
         self.guard.new_target(self.reading, self.target, now);
         if !self.is_on() {
             self.duty = Duty::OFF;
         }
-        self.target
+        Ok(())
     }
 
     /// One sample: reading in, duty out. The error is a fault that must halt the machine.
-    fn sample(&mut self, now: Micros, raw: SensorReading) -> Result<(), HeatCause> {
+    fn sample(&mut self, now: Micros, raw: SensorReading, another_on: bool) -> Result<(), HeatCause> {
+        let was_driven = self.duty > Duty::OFF;
         self.reading = self.settings.sensor.celsius(raw);
+        let controlled = self.control(now);
+        if !self.settings.heats {
+            return controlled;
+        }
+        let driven = was_driven || self.duty > Duty::OFF;
+        let look = Look { now, reading: self.reading, max: self.settings.max, driven, another_on };
+        let rise = self.stuck_on.check(look);
+        controlled?;
+        rise.map_or(Ok(()), |rise| Err(HeatCause::StuckOn(rise)))
+    }
+
+    /// The duty that follows from the reading.
+    fn control(&mut self, now: Micros) -> Result<(), HeatCause> {
         if !self.is_on() {
             self.duty = Duty::OFF;
             return Ok(());
@@ -213,10 +249,13 @@ impl HeatControl {
         }
     }
 
-    /// Adds the next temperature controller, in the configuration's order. False when there is no room.
+    /// Adds the next temperature controller, in the configuration's order, under the id it has there. None when there is no
+    /// room.
     #[must_use]
-    pub fn add(&mut self, settings: HeaterSettings) -> bool {
-        self.heaters.push(Heater::new(settings)).is_ok()
+    pub fn add(&mut self, settings: HeaterSettings) -> Option<HeaterId> {
+        let id = HeaterId::all().nth(self.heaters.len())?;
+        self.heaters.push(Heater::new(settings)).ok()?;
+        Some(id)
     }
 
     /// Opens the output stage. Called once wiring is done.
@@ -225,22 +264,31 @@ impl HeatControl {
     }
 
     /// The controllers, in the configuration's order.
+    pub fn heaters(&self) -> impl Iterator<Item = (HeaterId, &Heater)> {
+        HeaterId::all().zip(&self.heaters)
+    }
+
+    /// A controller.
     #[must_use]
-    pub fn heaters(&self) -> &[Heater] {
-        &self.heaters
+    pub fn heater(&self, id: HeaterId) -> Option<&Heater> {
+        self.heaters.get(id.index())
     }
 
     /// A controller to change.
-    pub fn heater_mut(&mut self, index: usize) -> Option<&mut Heater> {
-        self.heaters.get_mut(index)
+    pub fn heater_mut(&mut self, id: HeaterId) -> Option<&mut Heater> {
+        self.heaters.get_mut(id.index())
     }
 
-    /// Asks for a temperature. Returns what was set: 0 for off, cut to the controller's maximum. While halted: off.
-    pub fn set_target(&mut self, index: usize, target: Celsius, now: Micros) -> Option<Celsius> {
+    /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted, but for off.
+    ///
+    /// # Errors
+    /// When the controller does not allow that temperature, or has nothing to heat with.
+    pub fn set_target(&mut self, id: HeaterId, target: Celsius, now: Micros) -> Result<(), TargetRefused> {
         let target = if self.halted { Celsius(0.0) } else { target };
-        let set = self.heaters.get_mut(index)?.set_target(target, now);
-        self.drive_heater(index);
-        Some(set)
+        let heater = self.heaters.get_mut(id.index()).ok_or(TargetRefused::HasNoHeater)?;
+        heater.set_target(target, now)?;
+        self.drive_heater(id.index());
+        Ok(())
     }
 
     /// Is any heater asked to heat?
@@ -292,19 +340,23 @@ impl HeatControl {
     pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
         self.modulation_ticks_since_control = 0;
         if self.any_on() && now.since(self.dispatcher_seen) > DISPATCHER_TIMEOUT {
-            let heater = self.heaters.iter().position(Heater::is_on).unwrap_or(0) as u8;
-            self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
+            let on = self.heaters().find(|(_, heater)| heater.is_on()).map(|(id, _)| id);
+            if let Some(heater) = on {
+                self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
+            }
         }
-        for (index, raw) in readings.iter().enumerate() {
-            let Some(heater) = self.heaters.get_mut(index) else { break };
+        let on = self.heaters.iter().filter(|heater| heater.is_on()).count();
+        for (id, raw) in HeaterId::all().zip(readings) {
+            let Some(heater) = self.heaters.get_mut(id.index()) else { break };
             if now < heater.due {
                 continue;
             }
             heater.due = now.plus(heater.settings.period);
-            if let Err(cause) = heater.sample(now, *raw) {
-                self.fail(HeatFault { heater: index as u8, cause });
+            let another_on = on > usize::from(heater.is_on());
+            if let Err(cause) = heater.sample(now, *raw, another_on) {
+                self.fail(HeatFault { heater: id, cause });
             }
-            self.drive_heater(index);
+            self.drive_heater(id.index());
         }
     }
 

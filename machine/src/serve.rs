@@ -109,11 +109,15 @@ impl<P: Ports> Controller<P> {
     fn watch_heat(&mut self) {
         let Some(fault) = self.ports.heat(crate::heat::HeatControl::take_fault) else { return };
         let text = self.heat_fault_text(fault);
+        if self.state == State::Halt {
+            // The outputs are off already; that it goes on all the same a person must hear.
+            return self.announce(format_args!("ERROR: {text}\n"));
+        }
         self.halt(format_args!("ERROR: {text}\nHALT asserted - reset or M999 required\n"));
     }
 
     fn heat_fault_text(&self, fault: HeatFault) -> crate::failure::Message {
-        let heater = self.config.temperatures.get(usize::from(fault.heater));
+        let heater = self.config.heater(fault.heater);
         let name = heater.map_or("?", |heater| heater.designator.as_str());
         match fault.cause {
             HeatCause::NoReading => message(format_args!(
@@ -128,6 +132,11 @@ impl<P: Ports> Controller<P> {
             )),
             HeatCause::Runaway(by) => message(format_args!(
                 "Temperature runaway on {name} (delta temp {:.6}), HALT asserted, TURN POWER OFF IMMEDIATELY",
+                by.0
+            )),
+            HeatCause::StuckOn(by) => message(format_args!(
+                "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. MOSFET supply cut. TURN POWER OFF \
+                 IMMEDIATELY and check that output",
                 by.0
             )),
             HeatCause::DispatcherSilent => message(format_args!(

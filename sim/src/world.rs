@@ -69,6 +69,7 @@ pub struct World {
     pwm: [[f64; PWM_CHANNELS]; PWM_TIMERS],
     fet_buffer_on: bool,
     fet_power_on: bool,
+    fet_switch_stuck_on: bool,
     pending_faults: Vec<TimedFault>,
     trace: Trace,
     timing_faults: u64,
@@ -100,6 +101,7 @@ impl World {
             pwm_hz: [0.0; PWM_TIMERS],
             fet_buffer_on: false,
             fet_power_on: false,
+            fet_switch_stuck_on: false,
             pending_faults: Vec::new(),
             trace: Trace::default(),
             timing_faults: 0,
@@ -174,6 +176,7 @@ impl World {
             Fault::DriverShort(motor) => self.driver_of(*motor)?.condition.short[0] = true,
             Fault::MotorSupply(volts) => self.set_motor_supply(*volts),
             Fault::FetSupply(volts) => self.vfet_v = *volts,
+            Fault::FetSwitchStuckOn => self.fet_switch_stuck_on = true,
             Fault::Repaired => self.repair(),
         }
         Ok(())
@@ -192,6 +195,7 @@ impl World {
         }
         self.set_motor_supply(self.config.vmotor_v);
         self.vfet_v = self.config.vfet_v;
+        self.fet_switch_stuck_on = false;
         self.operate_switches(self.now_ns);
     }
 

@@ -43,6 +43,7 @@ fn counts(celsius: f64) -> SensorReading {
 
 struct Oven {
     control: HeatControl,
+    block: HeaterId,
     celsius: f64,
     /// What the thermistor feels: the block, 3 s late.
     felt: f64,
@@ -53,9 +54,9 @@ struct Oven {
 impl Oven {
     fn new() -> Self {
         let mut control = HeatControl::new();
-        assert!(control.add(settings()));
+        let block = control.add(settings()).unwrap();
         control.enable_outputs();
-        Self { control, celsius: 22.0, felt: 22.0, now: Micros(0), dispatcher_lives: true }
+        Self { control, block, celsius: 22.0, felt: 22.0, now: Micros(0), dispatcher_lives: true }
     }
 
     /// Runs 10 ms: one control tick, twenty modulation ticks; `sensor` says what the thermistor shows.
@@ -88,7 +89,7 @@ impl Oven {
 #[test]
 fn a_sound_heater_reaches_and_holds_its_target() {
     let mut oven = Oven::new();
-    assert_eq!(oven.control.set_target(0, Celsius(200.0), oven.now), Some(Celsius(200.0)));
+    assert_eq!(oven.control.set_target(oven.block, Celsius(200.0), oven.now), Ok(()));
     oven.run(900.0, counts);
     assert_eq!(oven.control.take_fault(), None);
     assert!((oven.celsius - 200.0).abs() < 1.5, "{}", oven.celsius);
@@ -98,7 +99,7 @@ fn a_sound_heater_reaches_and_holds_its_target() {
 fn an_unbelievable_reading_turns_the_heater_off_with_that_very_sample() {
     for broken in [SensorReading::Counts(65_535), SensorReading::Counts(0), SensorReading::Missing, counts(300.0)] {
         let mut oven = Oven::new();
-        oven.control.set_target(0, Celsius(200.0), oven.now);
+        oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
         oven.run(5.0, counts);
         assert!(oven.step(counts) > 0);
         oven.run(0.05, |_| broken);
@@ -112,7 +113,7 @@ fn an_unbelievable_reading_turns_the_heater_off_with_that_very_sample() {
 #[test]
 fn one_disturbed_sample_costs_a_sample_of_heat_but_no_halt() {
     let mut oven = Oven::new();
-    oven.control.set_target(0, Celsius(200.0), oven.now);
+    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
     oven.run(5.0, counts);
     oven.run(0.05, |_| SensorReading::Missing);
     oven.run(300.0, counts);
@@ -122,21 +123,21 @@ fn one_disturbed_sample_costs_a_sample_of_heat_but_no_halt() {
 #[test]
 fn a_dead_dispatcher_cools_the_machine() {
     let mut oven = Oven::new();
-    oven.control.set_target(0, Celsius(200.0), oven.now);
+    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
     oven.run(20.0, counts);
     oven.dispatcher_lives = false;
     oven.run(9.0, counts);
     assert_eq!(oven.control.take_fault(), None);
     oven.run(2.0, counts);
     let cause = HeatCause::DispatcherSilent;
-    assert_eq!(oven.control.take_fault(), Some(HeatFault { heater: 0, cause }));
+    assert_eq!(oven.control.take_fault(), Some(HeatFault { heater: oven.block, cause }));
     assert_eq!(oven.step(counts), 0);
 }
 
 #[test]
 fn a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning() {
     let mut oven = Oven::new();
-    oven.control.set_target(0, Celsius(200.0), oven.now);
+    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
     oven.control.set_switch(2, Duty::FULL);
     oven.run(5.0, counts);
     for _ in 0..=STALE_MODULATION_TICKS {
@@ -149,11 +150,12 @@ fn a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning() {
 #[test]
 fn a_halt_closes_the_output_stage_and_refuses_targets_until_released() {
     let mut oven = Oven::new();
-    oven.control.set_target(0, Celsius(200.0), oven.now);
+    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
     oven.run(5.0, counts);
     oven.control.halt();
     assert_eq!(oven.control.modulation_tick(), OutputLevels { on: 0, fets_enabled: false });
-    assert_eq!(oven.control.set_target(0, Celsius(100.0), oven.now), Some(Celsius(0.0)));
+    oven.control.set_target(oven.block, Celsius(100.0), oven.now).unwrap();
+    assert!(!oven.control.any_on());
     oven.control.release();
     oven.run(5.0, counts);
     assert!(!oven.control.any_on(), "a released machine does not heat by itself");
@@ -161,10 +163,74 @@ fn a_halt_closes_the_output_stage_and_refuses_targets_until_released() {
 }
 
 #[test]
-fn a_target_above_the_maximum_is_cut_and_said() {
+fn a_target_above_the_maximum_is_refused_and_changes_nothing() {
     let mut oven = Oven::new();
-    assert_eq!(oven.control.set_target(0, Celsius(500.0), oven.now), Some(Celsius(260.0)));
-    assert_eq!(oven.control.set_target(0, Celsius(f32::NAN), oven.now), Some(Celsius(0.0)));
-    assert_eq!(oven.control.set_target(0, Celsius(-5.0), oven.now), Some(Celsius(0.0)));
-    assert_eq!(oven.control.set_target(7, Celsius(50.0), oven.now), None);
+    let target = |oven: &Oven| oven.control.heater(oven.block).map(Heater::target);
+    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    let refused = Err(TargetRefused::AboveMaximum(Celsius(260.0)));
+    assert_eq!(oven.control.set_target(oven.block, Celsius(261.0), oven.now), refused);
+    assert_eq!(target(&oven), Some(Celsius(200.0)));
+    for nothing in [f32::NAN, -5.0, 2.0] {
+        assert_eq!(oven.control.set_target(oven.block, Celsius(nothing), oven.now), Ok(()));
+        assert_eq!(target(&oven), Some(Celsius(0.0)));
+    }
+}
+
+#[test]
+fn a_sensor_without_a_heater_cannot_be_asked_to_heat() {
+    let mut oven = Oven::new();
+    let sensor = oven.control.add(HeaterSettings { heats: false, ..settings() }).unwrap();
+    assert_eq!(oven.control.set_target(sensor, Celsius(50.0), oven.now), Err(TargetRefused::HasNoHeater));
+    assert_eq!(oven.control.set_target(sensor, Celsius(0.0), oven.now), Ok(()));
+}
+
+/// A shorted MOSFET: the oven is heated whatever the output says, as long as the supply is on.
+fn short_circuited(oven: &mut Oven, seconds: u32) -> Option<(u32, HeatFault)> {
+    (0..seconds * 100).find_map(|tick| {
+        oven.step(counts);
+        let supplied = oven.control.modulation_tick().fets_enabled;
+        oven.celsius += if supplied { 0.04 } else { 0.0 };
+        oven.control.take_fault().map(|fault| (tick / 100, fault))
+    })
+}
+
+#[test]
+fn a_heater_that_is_stuck_on_is_cut_off_idle_and_after_use() {
+    // Never used; and switched off at its target.
+    for target in [0.0, 150.0] {
+        let mut oven = Oven::new();
+        oven.control.set_target(oven.block, Celsius(target), oven.now).unwrap();
+        oven.run(400.0, counts);
+        oven.control.set_target(oven.block, Celsius(0.0), oven.now).unwrap();
+        let (second, fault) = short_circuited(&mut oven, 120).expect("it must be seen");
+        assert!(
+            matches!(fault, HeatFault { heater, cause: HeatCause::StuckOn(_) } if heater == oven.block),
+            "{fault:?}"
+        );
+        assert!(second <= 30, "after {target} C only at {second} s");
+        assert!(oven.control.is_halted() && !oven.control.modulation_tick().fets_enabled, "the supply must be cut");
+    }
+}
+
+#[test]
+fn a_heater_that_is_stuck_on_while_it_holds_a_target_is_cut_off() {
+    let mut oven = Oven::new();
+    oven.control.set_target(oven.block, Celsius(150.0), oven.now).unwrap();
+    oven.run(400.0, counts);
+    let (second, fault) = short_circuited(&mut oven, 120).expect("it must be seen");
+    assert!(matches!(fault.cause, HeatCause::StuckOn(_) | HeatCause::Runaway(_)), "{fault:?}");
+    assert!(second <= 30, "{second} s");
+}
+
+#[test]
+fn a_halted_machine_goes_on_watching() {
+    let mut oven = Oven::new();
+    oven.control.halt();
+    oven.run(10.0, counts);
+    // The supply switch is shorted too.
+    for _ in 0..60 * 100 {
+        oven.celsius += 0.04;
+        oven.step(counts);
+    }
+    assert!(matches!(oven.control.take_fault(), Some(HeatFault { cause: HeatCause::StuckOn(_), .. })));
 }

@@ -25,6 +25,11 @@ impl World {
         self.fet_power_on = high;
     }
 
+    /// The load switch of heaters and fans conducts.
+    pub(super) const fn fets_supplied(&self) -> bool {
+        self.fet_power_on || self.fet_switch_stuck_on
+    }
+
     /// A timer output (PWM1_1 is timer 0, channel 0) has this duty, 0 to 1, from now on. Laser modules and spindle drives
     /// hang on these; they filter, so the mean is all they see.
     pub fn pwm(&mut self, timer: usize, channel: usize, duty: f64) {
@@ -62,7 +67,7 @@ impl World {
     /// Supply at the heaters and fans, volts: zero while the load switch is off.
     #[must_use]
     pub const fn vfet_v(&self) -> f64 {
-        if self.fet_power_on { self.vfet_v } else { 0.0 }
+        if self.fets_supplied() { self.vfet_v } else { 0.0 }
     }
 
     /// Voltage on an analog input; `None` when nothing is connected to it.

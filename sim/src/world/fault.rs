@@ -31,6 +31,8 @@ pub enum Fault {
     MotorSupply(f64),
     /// The supply of heaters and fans has this voltage.
     FetSupply(f64),
+    /// The load switch of that supply conducts whatever its input.
+    FetSwitchStuckOn,
     /// Everything of the above repaired.
     Repaired,
 }
@@ -47,7 +49,7 @@ pub struct TimedFault {
 /// How faults are spelled, for usage texts.
 pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER heater-stuck-on:HEATER heater-dead:HEATER \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
-driver-open-load:MOTOR driver-short:MOTOR motor-supply:VOLTS fet-supply:VOLTS repaired, each with @SECONDS for when";
+driver-open-load:MOTOR driver-short:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on repaired, each with @SECONDS for when";
 
 impl TimedFault {
     /// Reads `kind[:object][@seconds]`, for example `thermistor-open:hotend@30`.
@@ -89,6 +91,7 @@ impl TimedFault {
             "driver-short" => Fault::DriverShort(motor()?),
             "motor-supply" => Fault::MotorSupply(volts()?),
             "fet-supply" => Fault::FetSupply(volts()?),
+            "fet-switch-stuck-on" => Fault::FetSwitchStuckOn,
             "repaired" => Fault::Repaired,
             _ => return Err(format!("fault `{text}` is not one of {SPELLING}")),
         };

@@ -65,7 +65,8 @@ impl World {
     /// buffer or power enable counts from the next grid point.
     pub(super) fn pass_heat(&mut self, at_ns: u64) {
         let seconds = GRID_NS as f64 * 1e-9;
-        let switched = self.fet_buffer_on && self.fet_power_on;
+        let supplied = self.fets_supplied();
+        let switched = self.fet_buffer_on && supplied;
         let power = (self.vfet_v / NOMINAL_VOLTS).powi(2);
         let fans: Vec<f64> =
             self.fans.iter_mut().map(|fan| fan.finish(at_ns) * f64::from(u8::from(switched))).collect();
@@ -75,7 +76,7 @@ impl World {
                 None if switched => commanded,
                 None => 0.0,
                 // The switch itself conducts: the buffer cannot stop it, only its supply can.
-                Some(true) => f64::from(u8::from(self.fet_power_on)),
+                Some(true) => f64::from(u8::from(supplied)),
                 Some(false) => 0.0,
             };
             let wind =

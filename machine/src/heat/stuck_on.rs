@@ -1,0 +1,201 @@
+//! Watches a heater that is switched off: one that warms all the same has a MOSFET or a relay that conducts.
+//!
+//! The temperature is compared with a floor: the lowest reading since the heater was switched off, which may creep up a
+//! little, as what stands near a warm thing does. Rising [`MARGIN`] above the floor takes a heater. So the rule needs no
+//! constants of the machine, and works whether the target is 0, far below the reading, or the machine is halted.
+
+use units::{Celsius, Micros};
+
+/// How often the reading is compared.
+const CHECK_PERIOD: Micros = Micros::from_seconds(1);
+/// Comparisons in a row above the margin before it counts: a loose plug makes jumps, not a course.
+const CHECKS: u8 = 2;
+/// Rise above the floor that only a heater makes. A hand on a cold nozzle warms it by 15 degrees.
+const MARGIN: f32 = 20.0;
+/// The same above `max_temp`, where nothing has to be anyway.
+const MARGIN_ABOVE_MAXIMUM: f32 = 5.0;
+/// What a heater that was just switched off still holds moves into its sensor during this time...
+const SETTLING: Micros = Micros::from_seconds(60);
+/// ...and makes this much more.
+const OVERSHOOT: f32 = 10.0;
+/// How fast a part warms in a room that warms, degrees a second.
+const CREEP: f32 = 0.02;
+/// The same beside another heater that is on: a nozzle parked over a hot bed, a bed in a heated chamber.
+const CREEP_BESIDE_ANOTHER: f32 = 0.1;
+
+/// What one heater may read without being heated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rest {
+    /// What the heater still held has reached the sensor by then.
+    settled: Micros,
+    due: Micros,
+    floor: f32,
+    above: u8,
+}
+
+/// The watch over one heater.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StuckOnWatch {
+    driven: bool,
+    rest: Option<Rest>,
+}
+
+/// What a heater is doing when it is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Time of the reading.
+    pub now: Micros,
+    /// The reading, when the sensor gives one.
+    pub reading: Option<Celsius>,
+    /// Highest allowed temperature.
+    pub max: Celsius,
+    /// Its output is driven, or was since the last look.
+    pub driven: bool,
+    /// Another heater of the machine is on.
+    pub another_on: bool,
+}
+
+impl StuckOnWatch {
+    /// A watch that has seen nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { driven: false, rest: None }
+    }
+
+    /// One look. The rise in degrees, when it is one that only a heater makes; told again after the next such rise.
+    pub fn check(&mut self, look: Look) -> Option<Celsius> {
+        let Look { now, max, .. } = look;
+        self.driven |= look.driven;
+        // Without a reading there is nothing to compare with; what comes after it begins anew.
+        let Some(Celsius(reading)) = look.reading.filter(|_| !look.driven) else {
+            self.rest = None;
+            return None;
+        };
+        let was_driven = core::mem::take(&mut self.driven);
+        let settled = if was_driven { now.plus(SETTLING) } else { now };
+        let rest = self.rest.get_or_insert(Rest { settled, due: now.plus(CHECK_PERIOD), floor: reading, above: 0 });
+        if now < rest.due {
+            return None;
+        }
+        rest.due = now.plus(CHECK_PERIOD);
+        let creep = if look.another_on { CREEP_BESIDE_ANOTHER } else { CREEP };
+        rest.floor += creep * CHECK_PERIOD.seconds() as f32;
+        if reading < rest.floor {
+            rest.floor = reading;
+        }
+        let margin = match now < rest.settled {
+            true => MARGIN + OVERSHOOT,
+            false if reading > max.0 => MARGIN_ABOVE_MAXIMUM,
+            false => MARGIN,
+        };
+        let rise = reading - rest.floor;
+        if rise <= margin {
+            rest.above = 0;
+            return None;
+        }
+        rest.above += 1;
+        if rest.above < CHECKS {
+            return None;
+        }
+        (rest.floor, rest.above) = (reading, 0);
+        Some(Celsius(rise))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Looks ten times a second at a course of temperatures for some seconds; when the first rise was told.
+    fn first_told(seconds: u32, another_on: bool, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+        told_by(StuckOnWatch::new(), seconds, another_on, course)
+    }
+
+    /// The same for a heater that was just switched off.
+    fn first_told_after_use(seconds: u32, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+        told_by(StuckOnWatch { driven: true, rest: None }, seconds, false, course)
+    }
+
+    fn told_by(
+        mut watch: StuckOnWatch,
+        seconds: u32,
+        another_on: bool,
+        course: impl Fn(f32) -> Option<f32>,
+    ) -> Option<f32> {
+        (0..seconds * 10).map(|tenth| tenth as f32 / 10.0).find(|second| {
+            let now = Micros((f64::from(*second) * 1e6) as u64);
+            let reading = course(*second).map(Celsius);
+            let look = Look { now, reading, max: Celsius(300.0), driven: false, another_on };
+            watch.check(look).is_some()
+        })
+    }
+
+    #[test]
+    fn a_cold_hot_end_that_heats_is_told_within_fifteen_seconds() {
+        let told = first_told(60, false, |second| Some(22.0 + 3.0 * second));
+        assert!(told.is_some_and(|second| second <= 15.0), "{told:?}");
+    }
+
+    #[test]
+    fn a_bed_of_half_a_degree_a_second_is_told_within_seventy() {
+        let told = first_told(120, true, |second| Some(22.0 + 0.5 * second));
+        assert!(told.is_some_and(|second| second <= 70.0), "{told:?}");
+    }
+
+    #[test]
+    fn what_a_hot_heater_still_holds_a_hand_and_a_warm_bed_are_not_told() {
+        // Switched off at 200 C after full power: 25 more within seconds, then down.
+        let overshoot =
+            |second: f32| Some(if second < 10.0 { 200.0 + 2.5 * second } else { 225.0 - 0.5 * (second - 10.0) });
+        assert_eq!(first_told_after_use(300, overshoot), None);
+        // A hand on the cold nozzle.
+        let hand = |second: f32| Some(if second < 100.0 { 20.0 } else { (20.0 + 2.0 * (second - 100.0)).min(34.0) });
+        assert_eq!(first_told(300, false, hand), None);
+        // Parked over a bed of 100 C.
+        let parked = |second: f32| Some(25.0 + 35.0 * (1.0 - (-second / 300.0).exp()));
+        assert_eq!(first_told(3_600, true, parked), None);
+    }
+
+    #[test]
+    fn a_loose_plug_makes_no_rise() {
+        let flicker = |second: f32| match second as u32 % 7 {
+            0 => None,
+            // For less than a second.
+            3 if second.fract() < 0.8 => Some(150.0),
+            _ => Some(22.0),
+        };
+        assert_eq!(first_told(600, false, flicker), None);
+    }
+
+    #[test]
+    fn a_heater_that_goes_on_warming_is_told_again_and_again() {
+        let mut watch = StuckOnWatch::new();
+        let told = (0..200_u64).filter(|second| {
+            let (now, reading) = (Micros::from_seconds(*second), Some(Celsius(22.0 + *second as f32)));
+            let look = Look { now, reading, max: Celsius(300.0), driven: false, another_on: false };
+            watch.check(look).is_some()
+        });
+        let told: std::vec::Vec<u64> = told.collect();
+        assert!(told.len() >= 7, "{told:?}");
+    }
+
+    proptest! {
+        /// Whatever it read before: a rise of a quarter of a degree a second is told within three minutes, driven never.
+        #[test]
+        fn every_steady_rise_is_told_and_a_driven_heater_never(
+            start in 0.0..250.0_f32, rate in 0.25..10.0_f32, another_on: bool,
+        ) {
+            let told = first_told_after_use(240, |second| Some(start + rate * second))
+                .filter(|_| first_told(240, another_on, |second| Some(start + rate * second)).is_some());
+            prop_assert!(told.is_some_and(|second| second <= 62.0 + 22.0 / (rate - CREEP_BESIDE_ANOTHER)), "{told:?}");
+            let mut watch = StuckOnWatch::new();
+            for second in 0..240_u64 {
+                let reading = Some(Celsius(start + rate * second as f32));
+                let now = Micros::from_seconds(second);
+                let look = Look { now, reading, max: Celsius(300.0), driven: true, another_on };
+                prop_assert_eq!(watch.check(look), None);
+            }
+        }
+    }
+}
