@@ -1,7 +1,8 @@
 //! M303: finds the PID gains of a heater, uses them and says them.
 
+use config::HeaterId;
 use gcode::Block;
-use units::Micros;
+use units::{Celsius, Micros};
 
 use crate::controller::Controller;
 use crate::failure::{Answer, Failure, Outcome, message};
@@ -16,45 +17,56 @@ const TIMEOUT: Micros = Micros::from_seconds(2 * 3_600);
 const DEFAULT: (f64, f64) = (150.0, 8.0);
 
 impl<P: Ports> Controller<P> {
-    /// `M303 P<id> [S<target>] [C<swings>]`; P is the place of the controller in the configuration, by name.
+    /// `M303 P<tool_id> [S<target>] [C<swings>]`; without P it says which there are.
     pub(crate) async fn autotune_code(&mut self, block: &Block<'_>) -> Outcome {
-        let Some(id) = block.get('P') else {
-            for (index, controller) in self.config.temperatures.iter().enumerate() {
-                self.consoles.write(self.target, format_args!("Use M303 P{index} to tune {}\n", controller.name));
+        let Some(word) = block.get('P') else {
+            for (_, heater) in self.config.heaters().filter(|(_, heater)| heater.heater_pin.is_some()) {
+                let (label, name, id) = (&heater.designator, &heater.name, heater.tool_id);
+                self.consoles.write(
+                    self.target,
+                    format_args!(
+                        "To run autopid for ({label}) {name}, select tool id with P{id}, use control X to abort\n"
+                    ),
+                );
             }
             return Ok(Answer::Ok);
         };
-        let index = id as usize;
+        let id = self.heater_named(303, 'P', word)?;
         let swings = block.get('C').unwrap_or(DEFAULT.1).clamp(3.0, 50.0) as u8;
-        let target = block.get('S').unwrap_or(DEFAULT.0);
-        let name = self.config.temperatures.get(index).map_or("", |controller| controller.name.as_str());
-        self.needs("temperature control", name)?;
+        let target = Celsius(block.get('S').unwrap_or(DEFAULT.0) as f32);
+        self.needs_heater(id)?;
+        self.check_target(id, target)?;
+        if !self.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
+            return Err(Failure::alarm("heater supply is off (vfet below 6 V): switch it on, then M999"));
+        }
         self.wait_idle().await?;
         let tunable = self.ports.heat(|heat| {
-            let heater = heat.heater_mut(index)?;
+            let heater = heat.heater_mut(id)?;
             let is_pid = heater.settings.heats && matches!(heater.settings.law, LawSettings::Pid(_));
             is_pid.then(|| heater.start_tuning(swings))
         });
-        if id < 0.0 || tunable.is_none() {
-            return Err(Failure::Refused(message(format_args!("M303: P{id} is no heater with PID control"))));
+        if tunable.is_none() {
+            return Err(Failure::Refused(message(format_args!("M303: P{word} is no heater with PID control"))));
         }
-        self.set_temperature(index, target as f32);
-        let tuned = self.watch_tuning(index).await;
-        self.set_temperature(index, 0.0);
+        let tuned = match self.set_temperature(id, target) {
+            Ok(()) => self.watch_tuning(id).await,
+            Err(refused) => Err(refused),
+        };
+        self.switch_heater_off(id);
         // Whatever happened, the heater gets a law that holds a temperature; a failure leaves the old gains.
         self.ports.heat(|heat| {
-            if let Some(heater) = heat.heater_mut(index) {
+            if let Some(heater) = heat.heater_mut(id) {
                 adopt(heater);
             }
         });
         tuned
     }
 
-    async fn watch_tuning(&mut self, index: usize) -> Outcome {
+    async fn watch_tuning(&mut self, id: HeaterId) -> Outcome {
         let (since, mut report_due) = (self.ports.now(), self.ports.now());
         loop {
             let now = self.ports.now();
-            let relay = self.ports.heat(|heat| heat.heaters().get(index).and_then(|heater| heater.tuning().copied()));
+            let relay = self.ports.heat(|heat| heat.heater(id).and_then(|heater| heater.tuning().copied()));
             let relay = relay.ok_or_else(|| Failure::refused("M303: tuning was ended by another command"))?;
             if let Some(gains) = relay.gains() {
                 let (p, i, d) = (gains.p, gains.i, gains.d);
@@ -70,7 +82,7 @@ impl<P: Ports> Controller<P> {
                 let (counted, wanted) = relay.progress();
                 self.say(format_args!("// Autopid Status - {counted}/{wanted} "));
                 let target = self.target;
-                self.write_temperature(target, index);
+                self.write_temperature(target, id);
                 self.say(format_args!("\n"));
             }
             self.pause().await?;

@@ -158,8 +158,8 @@ impl<P: Ports> Controller<P> {
 
     fn configure_heat(&mut self) {
         let Self { ports, config, .. } = self;
-        let all_fit =
-            ports.heat(|heat| config.temperatures.iter().all(|heater| heat.add(HeaterSettings::from(heater))));
+        let all_fit = ports
+            .heat(|heat| config.temperatures.iter().all(|heater| heat.add(HeaterSettings::from(heater)).is_some()));
         if !all_fit {
             self.say(format_args!("ERROR: config.ini: more temperature controls than this board has\n"));
             self.crippled = true;

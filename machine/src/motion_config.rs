@@ -88,7 +88,7 @@ fn rotary_delta(arms: &config::RotaryDeltaArms) -> RotaryDelta {
 fn filters(config: &MachineConfig) -> FilterConfig {
     let mut filters = FilterConfig { shapers: config.input_shapers.map(shaper), ..FilterConfig::NONE };
     for extruder in &config.extruders {
-        if let Some(slot) = filters.advance.get_mut(usize::from(extruder.tool_id)) {
+        if let Some(slot) = filters.advance.get_mut(usize::from(extruder.tool_id.0)) {
             *slot = Some(PressureAdvance {
                 factor: extruder.pressure_advance_s,
                 smooth_time: extruder.pressure_advance_smooth_time_s,

@@ -1,5 +1,7 @@
 //! Motor current: on before a move, off on request, its strength, and what the drivers say.
 
+use core::fmt::Write;
+
 use gcode::Block;
 use units::{Actuator, Amps, Axis, Micros};
 
@@ -106,14 +108,15 @@ impl<P: Ports> Controller<P> {
     /// M906 in mA, M907 in A.
     pub(crate) async fn current_code(&mut self, number: u16, block: &Block<'_>) -> Outcome {
         let unit = if number == 906 { 1e-3 } else { 1.0 };
-        let mut any = false;
+        if let Some((letter, _)) = block.words().find(|(letter, _)| motor_of(*letter).is_none()) {
+            return Err(Failure::Refused(message(format_args!("M{number}: {letter} is the letter of no motor"))));
+        }
+        if block.is_bare() {
+            self.report_currents();
+        }
         for (letter, value) in block.words() {
             let (Some(motor), Some(value)) = (motor_of(letter), value) else { continue };
-            any = true;
             self.set_current(motor, Amps((value * unit) as f32))?;
-        }
-        if !any {
-            self.report_currents();
         }
         Ok(Answer::Ok)
     }
@@ -154,13 +157,22 @@ impl<P: Ports> Controller<P> {
     /// M911: what each driver says, or the one that P names.
     pub(crate) async fn describe_drivers(&mut self, block: &Block<'_>) -> Outcome {
         let internal = internal_motors(&self.config);
+        let motors = Actuator::ALL.into_iter().filter(|motor| internal & motor.bit() != 0);
+        let is_named = |motor: Actuator| block.get('P').is_none_or(|p| p == f64::from(motor as u8));
+        if let Some(p) = block.get('P').filter(|_| !motors.clone().any(is_named)) {
+            let mut text = message(format_args!("M911: P{p} is the number of no driver; there are"));
+            for (place, motor) in motors.enumerate() {
+                let comma = if place == 0 { "" } else { "," };
+                let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
+                // What does not fit any more is left out.
+                let _ = write!(text, "{comma} P{} {letter}", motor as u8);
+            }
+            return Err(Failure::Refused(text));
+        }
         if !self.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
             self.say(format_args!("VMOT is off\n"));
         }
-        for motor in Actuator::ALL.into_iter().filter(|motor| internal & motor.bit() != 0) {
-            if block.get('P').is_some_and(|p| p != f64::from(motor as u8)) {
-                continue;
-            }
+        for motor in motors.filter(|motor| is_named(*motor)) {
             let mut text = heapless::String::<1_024>::new();
             // A description that does not fit is cut.
             let _ = self.ports.drivers(|drivers| drivers.describe(motor, &mut text));

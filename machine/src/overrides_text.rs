@@ -1,7 +1,11 @@
 //! The lines that M500 saves and M503 shows: settings as G-code, with a comment before each.
+//!
+//! They are the lines, in the order and with the decimals, that Smoothieware v2 writes, so that either firmware reads the
+//! other's file. A value that needs more decimals to come back as it was gets them.
 
-use core::fmt::Write;
+use core::fmt::{self, Write};
 
+use config::HeaterId;
 use units::{Actuator, Axis};
 
 use crate::controller::Controller;
@@ -14,146 +18,238 @@ pub type Text = heapless::String<1_408>;
 /// How many parts there are.
 pub const PARTS: u8 = 8;
 
+/// A value with at least so many decimals, more where they are needed to read it back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Value(pub f64, pub usize);
+
+impl Value {
+    /// A value that differs by less than this share of itself is the same: half of single precision's last place, in which
+    /// Smoothieware calculates.
+    const SAME: f64 = 6e-8;
+    const MOST_DECIMALS: usize = 9;
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value, least) = *self;
+        // Powers of ten up to nine are exact.
+        let lost = |decimals: usize| {
+            let scale = (0..decimals).fold(1.0, |scale, _| scale * 10.0);
+            libm::fabs(libm::round(value * scale) / scale - value)
+        };
+        let enough = (least..Self::MOST_DECIMALS).find(|decimals| lost(*decimals) <= libm::fabs(value) * Self::SAME);
+        write!(f, "{value:.*}", enough.unwrap_or(Self::MOST_DECIMALS))
+    }
+}
+
 impl<P: Ports> Controller<P> {
     /// The lines of part n of [`PARTS`]. Full texts are an error, not a cut: half a line would be another setting.
-    pub(crate) fn override_part(&mut self, part: u8) -> Result<Text, core::fmt::Error> {
+    pub(crate) fn override_part(&mut self, part: u8) -> Result<Text, fmt::Error> {
         let mut text = Text::new();
         match part {
             0 => self.write_motion(&mut text),
             1 => self.write_arms(&mut text),
-            2 => self.write_extruders(&mut text),
-            3 => self.write_heaters(&mut text),
-            4 => self.write_currents(&mut text),
-            5 => self.write_probe(&mut text),
-            6 => self.write_levelling(&mut text),
-            _ => self.write_offsets(&mut text),
+            2 => self.write_offsets(&mut text),
+            3 => self.write_extruders(&mut text),
+            4 => self.write_heaters(&mut text),
+            5 => self.write_homing(&mut text),
+            6 => self.write_probe(&mut text).and_then(|()| self.write_levelling(&mut text)),
+            _ => self.write_currents(&mut text),
         }?;
         Ok(text)
     }
 
-    fn write_extruders(&mut self, text: &mut Text) -> core::fmt::Result {
-        let filters = self.ports.motion(|motion| motion.config().map(|config| config.filters)).unwrap_or_default();
-        for tool in self.tools.all() {
-            let settings = &tool.settings;
-            let id = settings.tool_id;
-            let diameter = settings.filament_diameter.map_or(0.0, |diameter| diameter.0);
-            writeln!(text, ";E Filament diameter:\nM200 D{diameter:.4} P{id}")?;
-            writeln!(
-                text,
-                ";E retract length, feedrate, zlift length, feedrate:\nM207 S{:.4} F{:.4} Z{:.4} Q{:.4} P{id}",
-                settings.retract_length.0,
-                settings.retract_rate.per_minute(),
-                settings.z_lift.0,
-                settings.z_lift_rate.per_minute()
-            )?;
-            writeln!(
-                text,
-                ";E retract recover length, feedrate:\nM208 S{:.4} F{:.4} P{id}",
-                settings.recover_length.0,
-                settings.recover_rate.per_minute()
-            )?;
-            let advance = filters.advance.get(advance_of(tool.axis)).copied().flatten();
-            // Zero is worth saving where the configuration says something else.
-            if let Some(advance) = advance.filter(|a| a.factor > 0.0 || settings.pressure_advance_s > 0.0) {
-                writeln!(text, ";Pressure advance (s):\nM900 K{:.5} P{id}", advance.factor)?;
-            }
-        }
-        Ok(())
+    /// Motors that are not an extruder's, whose settings go by its tool.
+    fn axis_motors(&self) -> impl Iterator<Item = (Axis, Actuator)> + use<P> {
+        let turned = Axis::ALL.map(|axis| self.tools.uses(axis) || !self.config.actuators.0[axis as usize].present);
+        Axis::ALL.into_iter().zip(Actuator::ALL).zip(turned).filter(|(_, turned)| !turned).map(|(motor, _)| motor)
     }
 
-    fn write_motion(&mut self, text: &mut Text) -> core::fmt::Result {
+    fn write_motion(&mut self, text: &mut Text) -> fmt::Result {
         let Some(config) = self.ports.motion(|motion| motion.config().copied()) else { return Ok(()) };
-        let fitted = || Axis::ALL.into_iter().zip(Actuator::ALL);
         write!(text, ";Steps per unit:\nM92")?;
-        for (axis, motor) in fitted() {
+        for (axis, motor) in self.axis_motors() {
             if let Some(actuator) = config.actuators[motor] {
-                write!(text, " {}{:.5}", axis.letter(), actuator.steps_per_mm)?;
+                write!(text, " {}{}", axis.letter(), Value(actuator.steps_per_mm, 5))?;
             }
         }
         let limits = config.limits;
-        write!(text, "\n;Acceleration mm/s^2:\nM204 S{:.5}", limits.acceleration.0)?;
-        for (axis, motor) in fitted() {
+        write!(text, "\n;Acceleration mm/s^2:\nM204 S{}", Value(limits.acceleration.0, 5))?;
+        for (axis, motor) in self.axis_motors() {
             if let Some(own) = limits.actuator_acceleration[motor] {
-                write!(text, " {}{:.5}", axis.letter(), own.0)?;
+                write!(text, " {}{}", axis.letter(), Value(own.0, 5))?;
             }
         }
-        write!(text, "\n;Junction deviation:\nM205")?;
+        write!(text, "\n;Junction deviation mm, of Z alone, least speed mm/s:\nM205")?;
         // An X would set the square corner velocity aside.
         if limits.square_corner_velocity.is_none() {
-            write!(text, " X{:.5}", limits.junction_deviation.0)?;
+            write!(text, " X{}", Value(limits.junction_deviation.0, 5))?;
         }
         let z_deviation = limits.z_junction_deviation.map_or(-1.0, |deviation| deviation.0);
-        write!(text, " Z{z_deviation:.5} S{:.5}\n;Max speeds in mm/s:\nM203", limits.minimum_speed.0)?;
+        write!(text, " Z{} S{}", Value(z_deviation, 5), Value(limits.minimum_speed.0, 5))?;
+        write!(text, "\n;Max speeds in mm/s:\nM203")?;
         for (axis, speed) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
-            write!(text, " {}{:.5}", axis.letter(), speed.map_or(0.0, |speed| speed.0))?;
+            write!(text, " {}{}", axis.letter(), Value(speed.map_or(0.0, |speed| speed.0), 5))?;
         }
-        write!(text, " P{:.5}", limits.max_speed.map_or(0.0, |speed| speed.0))?;
-        if self.config.motion.compliant_seek_rate {
-            write!(text, " S{:.5}", self.modal.seek_rate.0)?;
+        // Smoothieware's rate has single precision, and so has its text.
+        write!(text, " S{:.5}", self.modal.seek_rate.0 as f32)?;
+        // No limit is worth saving where the configuration has one.
+        if limits.max_speed.is_some() || self.config.motion.max_speed.is_some() {
+            write!(text, " P{}", Value(limits.max_speed.map_or(0.0, |speed| speed.0), 5))?;
         }
         write!(text, "\n;Max actuator speeds in mm/s:\nM203.1")?;
-        for (axis, motor) in fitted().filter(|(_, motor)| config.actuators[*motor].is_some()) {
-            write!(text, " {}{:.5}", axis.letter(), limits.actuator_rate[motor].0)?;
+        for (axis, motor) in self.axis_motors() {
+            write!(text, " {}{}", axis.letter(), Value(limits.actuator_rate[motor].0, 5))?;
         }
         writeln!(text)
     }
 
-    /// Homing offsets; coordinate systems with `save_wcs`, the G92 offset with `save_g92`.
-    fn write_offsets(&mut self, text: &mut Text) -> core::fmt::Result {
-        let [x, y, z] = Axis::PRIMARY.map(|axis| self.home_offset[axis]);
-        if [x, y, z] != [0.0; 3] {
-            writeln!(text, ";Home offset (mm):\nM206 X{x:.4} Y{y:.4} Z{z:.4}")?;
-        }
+    /// Coordinate systems with `save_wcs`, the G92 offset with `save_g92`.
+    fn write_offsets(&mut self, text: &mut Text) -> fmt::Result {
         if !self.config.motion.save_wcs {
             writeln!(text, ";WCS settings are not saved")?;
         } else {
             writeln!(text, ";WCS settings")?;
-            for (index, [x, y, z]) in self.modal.systems.into_iter().enumerate() {
-                if [x, y, z] != [0.0; 3] {
-                    writeln!(text, "G10 L2 P{} X{x:.4} Y{y:.4} Z{z:.4}", index + 1)?;
-                }
-            }
             crate::modal::write_system_name(text, self.modal.system)?;
             writeln!(text)?;
+            for (index, [x, y, z]) in self.modal.systems.into_iter().enumerate() {
+                if [x, y, z] != [0.0; 3] {
+                    let [x, y, z] = [x, y, z].map(|mm| Value(mm, 6));
+                    write!(text, "G10 L2 P{} X{x} Y{y} Z{z} ; ", index + 1)?;
+                    crate::modal::write_system_name(text, index)?;
+                    writeln!(text)?;
+                }
+            }
         }
-        let [x, y, z] = self.modal.g92;
-        if self.config.motion.save_g92 && [x, y, z] != [0.0; 3] {
-            writeln!(text, ";G92 offset:\nG92.3 X{x:.4} Y{y:.4} Z{z:.4}")?;
+        if self.config.motion.save_g92 && self.modal.g92 != [0.0; 3] {
+            let [x, y, z] = self.modal.g92.map(|mm| Value(mm, 6));
+            writeln!(text, "G92.3 X{x} Y{y} Z{z}")?;
         }
         Ok(())
     }
 
-    fn write_heaters(&mut self, text: &mut Text) -> core::fmt::Result {
-        self.ports.heat(|heat| {
-            for (index, heater) in heat.heaters().iter().enumerate().filter(|(_, heater)| heater.settings.heats) {
+    fn write_extruders(&mut self, text: &mut Text) -> fmt::Result {
+        let Some(config) = self.ports.motion(|motion| motion.config().copied()) else { return Ok(()) };
+        let limits = config.limits;
+        for tool in self.tools.all() {
+            let settings = &tool.settings;
+            let id = settings.tool_id;
+            let motor = Actuator::from_index(tool.axis as usize);
+            if let Some(steps) = motor.and_then(|motor| config.actuators[motor]).map(|motor| motor.steps_per_mm) {
+                writeln!(text, ";E steps per mm:\nM92 E{} P{id}", Value(steps, 4))?;
+            }
+            let diameter = settings.filament_diameter.map_or(0.0, |diameter| diameter.0);
+            writeln!(text, ";E filament diameter:\nM200 D{} P{id}", Value(diameter, 4))?;
+            writeln!(
+                text,
+                ";E retract length, feedrate, zlift length, feedrate:\nM207 S{} F{} Z{} Q{} P{id}",
+                Value(settings.retract_length.0, 4),
+                Value(settings.retract_rate.per_minute(), 4),
+                Value(settings.z_lift.0, 4),
+                Value(settings.z_lift_rate.per_minute(), 4)
+            )?;
+            writeln!(
+                text,
+                ";E retract recover length, feedrate:\nM208 S{} F{} P{id}",
+                Value(settings.recover_length.0, 4),
+                Value(settings.recover_rate.per_minute(), 4)
+            )?;
+            if let Some(own) = motor.and_then(|motor| limits.actuator_acceleration[motor]) {
+                writeln!(text, ";E acceleration mm/s^2:\nM204 E{} P{id}", Value(own.0, 4))?;
+            }
+            if let Some(rate) = motor.map(|motor| limits.actuator_rate[motor]) {
+                writeln!(text, ";E max speed mm/s:\nM203 E{} P{id}", Value(rate.0, 4))?;
+            }
+            let advance = config.filters.advance.get(advance_of(tool.axis)).copied().flatten();
+            // Zero is worth saving where the configuration says something else.
+            if let Some(advance) = advance.filter(|a| a.factor > 0.0 || settings.pressure_advance_s > 0.0) {
+                writeln!(text, ";Pressure advance (s):\nM900 K{} P{id}", Value(advance.factor, 5))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_heaters(&mut self, text: &mut Text) -> fmt::Result {
+        let Self { ports, config, .. } = self;
+        ports.heat(|heat| {
+            for id in HeaterId::all() {
+                let (Some(heater), Some(tool_id)) = (heat.heater(id), config.heater(id).map(|heater| heater.tool_id))
+                else {
+                    continue;
+                };
                 let settings = &heater.settings;
+                if !settings.heats {
+                    continue;
+                }
                 if let LawSettings::Pid(g) = settings.law {
+                    let [p, i, d, i_max] = [g.p, g.i, g.d, g.i_max].map(|gain| Value(f64::from(gain), 4));
+                    let (duty, on_measurement) = (settings.max_duty.0, u8::from(g.on_measurement));
                     writeln!(
                         text,
-                        ";PID settings:\nM301 S{index} P{:.4} I{:.4} D{:.4} X{:.4} Y{} Z{}",
-                        g.p,
-                        g.i,
-                        g.d,
-                        g.i_max,
-                        settings.max_duty.0,
-                        u8::from(g.on_measurement)
+                        ";PID settings, i_max, max_pwm, PonM:\nM301 S{tool_id} P{p} I{i} D{d} X{i_max} Y{duty} Z{on_measurement}"
                     )?;
                 }
-                writeln!(text, ";Max temperature setting:\nM143 S{index} P{:.4}", settings.max.0)?;
+                let max = Value(f64::from(settings.max.0), 4);
+                writeln!(text, ";Max temperature setting:\nM143 S{tool_id} P{max}")?;
             }
             Ok(())
         })
     }
 
-    fn write_currents(&mut self, text: &mut Text) -> core::fmt::Result {
+    /// Of the axes that home, as there is nothing to correct elsewhere.
+    fn write_homing(&mut self, text: &mut Text) -> fmt::Result {
+        let mut any = false;
+        for axis in Axis::ALL.into_iter().filter(|axis| self.config.homing_endstop(*axis).is_some()) {
+            let head = if any { "" } else { ";Home offset (mm):\nM206" };
+            write!(text, "{head} {}{}", axis.letter(), Value(self.home_offset[axis], 2))?;
+            any = true;
+        }
+        if any { writeln!(text) } else { Ok(()) }
+    }
+
+    fn write_currents(&mut self, text: &mut Text) -> fmt::Result {
         let mut any = false;
         for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
             let actuator = &self.config.actuators[motor];
             if let Some(amps) = actuator.current.filter(|_| actuator.present) {
-                write!(text, "{} {}{:.5}", if any { "" } else { ";Motor currents:\nM907" }, axis.letter(), amps.0)?;
+                let head = if any { "" } else { ";Motor currents:\nM907" };
+                write!(text, "{head} {}{:.5}", axis.letter(), amps.0)?;
                 any = true;
             }
         }
         if any { writeln!(text) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn printed(value: f64, least: usize) -> std::string::String {
+        std::format!("{}", Value(value, least))
+    }
+
+    #[test]
+    fn round_values_read_as_smoothieware_writes_them() {
+        assert_eq!(printed(100.0, 5), "100.00000");
+        assert_eq!(printed(-0.25, 2), "-0.25");
+        assert_eq!(printed(f64::from(0.4_f32), 4), "0.4000");
+        assert_eq!(printed(0.0, 2), "0.00");
+    }
+
+    #[test]
+    fn others_get_the_decimals_they_need() {
+        assert_eq!(printed(0.125, 2), "0.125");
+        assert_eq!(printed(0.012_345_678, 5), "0.012345678");
+        assert_eq!(printed(50.0 / 3.0, 5), "16.666667");
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_printed_reads_back(value in -100_000.0..100_000.0_f64, least in 2..6_usize) {
+            let read: f64 = printed(value, least).parse().unwrap();
+            prop_assert!((read - value).abs() <= 1e-9 + value.abs() * 6e-8, "{value} came back as {read}");
+        }
     }
 }

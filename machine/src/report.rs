@@ -68,7 +68,7 @@ impl<P: Ports> Controller<P> {
     fn add_temperatures(&mut self, line: &mut Line) {
         let Self { ports, config, .. } = self;
         ports.heat(|heat| {
-            for (controller, heater) in config.temperatures.iter().zip(heat.heaters()) {
+            for ((_, controller), (_, heater)) in config.heaters().zip(heat.heaters()) {
                 let reading = heater.reading().map_or(-100.0, |celsius| celsius.0);
                 add!(line, "|{}:{reading:.1},{:.1}", controller.designator, heater.target().0);
             }

@@ -215,7 +215,7 @@ impl<P: Ports> Controller<P> {
         }
         let Self { ports, config, consoles, target, .. } = self;
         ports.heat(|heat| {
-            for (controller, heater) in config.temperatures.iter().zip(heat.heaters()) {
+            for ((_, controller), (_, heater)) in config.heaters().zip(heat.heaters()) {
                 if name.is_some_and(|name| name != controller.name) {
                     continue;
                 }

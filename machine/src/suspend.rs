@@ -1,5 +1,6 @@
 //! `suspend` and `resume`, M600 and M601: pause a job, let a person change filament, go on where it was.
 
+use config::HeaterId;
 use gcode::Code;
 use motion::Mode;
 use units::{Axis, Celsius, PerAxis};
@@ -36,14 +37,13 @@ impl<P: Ports> Controller<P> {
         }
         self.wait_idle().await?;
         let mut targets = [Celsius(0.0); MAX_HEATERS];
-        self.ports
-            .heat(|heat| targets.iter_mut().zip(heat.heaters()).for_each(|(target, heater)| *target = heater.target()));
+        self.ports.heat(|heat| {
+            targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target())
+        });
         let e = self.tools.active().map_or(0.0, |tool| tool.e);
         self.player.suspended = Some(Suspended { position: self.position, modal: self.modal.clone(), e, targets });
         if !(leave_heaters || self.config.player.leave_heaters_on_suspend) {
-            for index in 0..self.config.temperatures.len() {
-                self.set_temperature(index, 0.0);
-            }
+            HeaterId::all().for_each(|id| self.switch_heater_off(id));
         }
         let after = self.config.player.after_suspend_gcode.clone();
         self.run_configured(&after).await?;
@@ -56,15 +56,11 @@ impl<P: Ports> Controller<P> {
             self.say(format_args!("Not suspended\n"));
             return Ok(Answer::Ok);
         };
-        for (index, target) in suspended.targets.iter().enumerate().take(self.config.temperatures.len()) {
-            if target.0 > 0.0 {
-                self.set_temperature(index, target.0);
-            }
+        for (id, target) in HeaterId::all().zip(suspended.targets).filter(|(_, target)| target.0 > 0.0) {
+            self.set_temperature(id, target)?;
         }
-        for index in 0..self.config.temperatures.len() {
-            if suspended.targets.get(index).is_some_and(|target| target.0 > 0.0) {
-                self.wait_for_temperature(index).await?;
-            }
+        for (id, _) in HeaterId::all().zip(suspended.targets).filter(|(_, target)| target.0 > 0.0) {
+            self.wait_for_temperature(id).await?;
         }
         let before = self.config.player.before_resume_gcode.clone();
         self.run_configured(&before).await?;

@@ -1,6 +1,8 @@
 //! Extruders: which one is active, how far it has fed, firmware retraction.
 
-use config::{ExtruderConfig, MAX_EXTRUDERS};
+use core::fmt::Write;
+
+use config::{ExtruderConfig, MAX_EXTRUDERS, ToolId};
 use gcode::Block;
 use heapless::Vec;
 use motion::Mode;
@@ -28,8 +30,8 @@ pub struct Tool {
 impl Tool {
     fn new(settings: &ExtruderConfig) -> Self {
         let axis = match settings.tool_id {
-            0 => Axis::A,
-            1 => Axis::B,
+            ToolId(0) => Axis::A,
+            ToolId(1) => Axis::B,
             _ => Axis::C,
         };
         Self { settings: settings.clone(), axis, e: 0.0, flow: 1.0, retracted: None }
@@ -84,8 +86,8 @@ impl Tools {
 
     /// Number of the active tool; 0 when there is none.
     #[must_use]
-    pub fn active_id(&self) -> u8 {
-        self.active().map_or(0, |tool| tool.settings.tool_id)
+    pub fn active_id(&self) -> ToolId {
+        self.active().map_or(ToolId(0), |tool| tool.settings.tool_id)
     }
 
     /// Whether an extruder turns this axis.
@@ -94,12 +96,36 @@ impl Tools {
         self.tools.iter().any(|tool| tool.axis == axis)
     }
 
-    /// The one a P word selects, else the active one.
-    pub fn selected_mut(&mut self, p: Option<f64>) -> Option<&mut Tool> {
-        match p {
-            Some(id) => self.tools.iter_mut().find(|tool| f64::from(tool.settings.tool_id) == id),
-            None => self.active_mut(),
-        }
+    /// The extruder that a P word names by its `tool_id`, else the active one.
+    ///
+    /// # Errors
+    /// When there is none with that number: those there are.
+    pub fn selected(&self, p: Option<f64>) -> Result<&Tool, Failure> {
+        let place = self.place(p)?;
+        self.tools.get(place).ok_or_else(|| Failure::refused("no extruder is configured"))
+    }
+
+    /// The same, to change it.
+    ///
+    /// # Errors
+    /// As [`Self::selected`].
+    pub fn selected_mut(&mut self, p: Option<f64>) -> Result<&mut Tool, Failure> {
+        let place = self.place(p)?;
+        self.tools.get_mut(place).ok_or_else(|| Failure::refused("no extruder is configured"))
+    }
+
+    fn place(&self, p: Option<f64>) -> Result<usize, Failure> {
+        let Some(word) = p else { return Ok(self.active) };
+        let id = ToolId::from_word(word);
+        self.tools.iter().position(|tool| Some(tool.settings.tool_id) == id).ok_or_else(|| {
+            let mut text = message(format_args!("no extruder has tool_id {word}; there are"));
+            for (place, tool) in self.tools.iter().enumerate() {
+                let comma = if place == 0 { "" } else { "," };
+                // What does not fit any more is left out.
+                let _ = write!(text, "{comma} P{} {}", tool.settings.tool_id, tool.settings.name);
+            }
+            Failure::Refused(text)
+        })
     }
 
     /// A move was made; one of Z undoes the lift of a retraction.
@@ -109,8 +135,8 @@ impl Tools {
         }
     }
 
-    fn select(&mut self, id: u16) -> bool {
-        let place = self.tools.iter().position(|tool| u16::from(tool.settings.tool_id) == id);
+    fn select(&mut self, id: ToolId) -> bool {
+        let place = self.tools.iter().position(|tool| tool.settings.tool_id == id);
         self.active = place.unwrap_or(self.active);
         place.is_some()
     }
@@ -118,13 +144,14 @@ impl Tools {
 
 impl<P: Ports> Controller<P> {
     /// Tn.
-    pub(crate) async fn select_tool(&mut self, id: u16) -> Outcome {
-        if u16::from(self.tools.active_id()) == id {
+    pub(crate) async fn select_tool(&mut self, number: u16) -> Outcome {
+        let id = ToolId::from_word(f64::from(number));
+        if id == Some(self.tools.active_id()) {
             return Ok(Answer::Ok);
         }
         self.wait_idle().await?;
-        if !self.tools.select(id) {
-            return Err(Failure::Refused(message(format_args!("there is no tool T{id}"))));
+        if !id.is_some_and(|id| self.tools.select(id)) {
+            return Err(Failure::Refused(message(format_args!("there is no tool T{number}"))));
         }
         if let Some(tool) = self.tools.active() {
             self.modal.tool_offset = tool.settings.offset.map(|mm| mm.0);
@@ -177,7 +204,7 @@ impl<P: Ports> Controller<P> {
         let offsets =
             [Axis::X, Axis::Y, Axis::Z].map(|axis| block.get(axis.letter()).map(|word| self.modal.to_mm(word)));
         let active = self.tools.active_id();
-        let tool = block.get('P').and_then(|p| self.tools.selected_mut(Some(p - 1.0)));
+        let tool = block.get('P').and_then(|p| self.tools.selected_mut(Some(p - 1.0)).ok());
         let tool = tool.ok_or_else(|| Failure::refused("G10 L1: P must be the number of a tool plus one"))?;
         for (offset, word) in tool.settings.offset.iter_mut().zip(offsets) {
             offset.0 = word.unwrap_or(offset.0);
@@ -190,8 +217,7 @@ impl<P: Ports> Controller<P> {
 
     /// M200, M207, M208, M221.
     pub(crate) fn extruder_code(&mut self, number: u16, block: &Block<'_>) -> Outcome {
-        let none = || Failure::refused("there is no such extruder");
-        let tool = self.tools.selected_mut(block.get('P')).ok_or_else(none)?;
+        let tool = self.tools.selected_mut(block.get('P'))?;
         let set = |word: char, place: &mut f64| *place = block.get(word).unwrap_or(*place);
         let set_rate = |word: char, place: &mut MmPerSecond| {
             *place = block.get(word).map_or(*place, MmPerSecond::from_per_minute);

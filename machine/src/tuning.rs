@@ -31,41 +31,69 @@ impl<P: Ports> Controller<P> {
             return Ok(Answer::Ok);
         }
         match (code.number, code.subcode) {
-            (203, 0) => self.set_speeds(&mut limits, block),
+            (203, 0) if block.has('V') => {
+                return Err(Failure::refused("M203 V: a limit of the flow is not supported yet"));
+            }
+            (203, 0) => self.set_speeds(&mut limits, block)?,
             (203, _) => {
                 for (axis, motor) in motors() {
                     let rate = &mut limits.actuator_rate[motor];
                     *rate = block.get(axis.letter()).map_or(*rate, MmPerSecond);
                 }
             }
-            (204, _) => set_accelerations(&mut limits, block),
+            (204, _) => self.set_accelerations(&mut limits, block)?,
             _ => set_corners(&mut limits, block),
         }
         self.ports.motion(|motion| motion.set_limits(limits)).map_err(refuse)?;
         Ok(Answer::Ok)
     }
 
-    fn set_speeds(&mut self, limits: &mut Limits, block: &Block<'_>) {
+    /// P is the overall limit, beside E the number of an extruder.
+    fn set_speeds(&mut self, limits: &mut Limits, block: &Block<'_>) -> Result<(), Failure> {
         for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
             if let Some(speed) = block.get(axis.letter()) {
                 *limit = (speed > 0.0).then_some(MmPerSecond(speed));
             }
         }
-        if let Some(speed) = block.get('P') {
+        if let Some(speed) = block.get('P').filter(|_| !block.has('E')) {
             limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
         }
         if let Some(speed) = block.get('S').filter(|_| self.config.motion.compliant_seek_rate) {
             self.modal.seek_rate = MmPerSecond(speed);
         }
-        let e_motor = self.tools.active().and_then(|tool| Actuator::from_index(tool.axis as usize));
-        if let (Some(speed), Some(motor)) = (block.get('E'), e_motor) {
+        if let Some((motor, speed)) = self.extruder_word(block)? {
             limits.actuator_rate[motor] = MmPerSecond(speed);
         }
+        Ok(())
+    }
+
+    fn set_accelerations(&self, limits: &mut Limits, block: &Block<'_>) -> Result<(), Failure> {
+        if let Some(acceleration) = block.get('S') {
+            limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
+        }
+        let own = |acceleration: f64| (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
+        for (axis, motor) in motors() {
+            if let Some(acceleration) = block.get(axis.letter()) {
+                limits.actuator_acceleration[motor] = own(acceleration);
+            }
+        }
+        if let Some((motor, acceleration)) = self.extruder_word(block)? {
+            limits.actuator_acceleration[motor] = own(acceleration);
+        }
+        Ok(())
+    }
+
+    /// The value of E, and the motor it is for: of the extruder in use, or of tool P.
+    fn extruder_word(&self, block: &Block<'_>) -> Result<Option<(Actuator, f64)>, Failure> {
+        let Some(value) = block.get('E') else { return Ok(None) };
+        let axis = self.tools.selected(block.get('P'))?.axis;
+        Ok(Actuator::from_index(axis as usize).map(|motor| (motor, value)))
     }
 
     fn report_speeds(&mut self, limits: &Limits, of_motors: bool) {
         if of_motors {
-            for (axis, motor) in motors().filter(|(_, motor)| self.config.actuators[*motor].present) {
+            let turned = |axis: Axis| self.tools.uses(axis);
+            for (axis, motor) in motors().filter(|(axis, m)| self.config.actuators[*m].present && !turned(*axis)) {
                 self.consoles
                     .write(self.target, format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
             }
@@ -74,7 +102,11 @@ impl<P: Ports> Controller<P> {
                 self.say(format_args!(" {}:{:.6} ", axis.letter(), limit.map_or(0.0, |limit| limit.0)));
             }
             let (seek, most) = (self.modal.seek_rate.0, limits.max_speed.map_or(0.0, |limit| limit.0));
-            self.say(format_args!(" S:{seek:.6}  P:{most:.6} "));
+            self.say(format_args!(" S:{seek:.6} P:{most:.6} "));
+            if let Some(motor) = self.tools.active().and_then(|tool| Actuator::from_index(tool.axis as usize)) {
+                let rate = limits.actuator_rate[motor].0;
+                self.say(format_args!("E:{rate:.6} "));
+            }
         }
         self.say(format_args!("\n"));
     }
@@ -100,14 +132,19 @@ impl<P: Ports> Controller<P> {
             self.wait_idle().await?;
             let config = self.ports.motion(|motion| motion.config().copied());
             let mut config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
-            self.set_steps(&mut config, block);
+            self.set_steps(&mut config, block)?;
             self.ports.motion(|motion| motion.configure(config)).map_err(refuse)?;
         }
         let config = self.ports.motion(|motion| motion.config().copied());
+        let steps = |motor: Actuator| config.and_then(|config| config.actuators[motor]).map(|motor| motor.steps_per_mm);
         for (axis, motor) in motors() {
-            if let Some(actuator) = config.and_then(|config| config.actuators[motor]) {
-                self.say(format_args!("{}:{:.6} ", axis.letter(), actuator.steps_per_mm));
+            if let Some(steps) = steps(motor).filter(|_| !self.tools.uses(axis)) {
+                self.say(format_args!("{}:{steps:.6} ", axis.letter()));
             }
+        }
+        let e_motor = self.tools.active().and_then(|tool| Actuator::from_index(tool.axis as usize));
+        if let Some(steps) = e_motor.and_then(steps) {
+            self.say(format_args!("E:{steps:.6} "));
         }
         self.say(format_args!("\n"));
         Ok(Answer::Ok)
@@ -115,14 +152,7 @@ impl<P: Ports> Controller<P> {
 
     /// M900 K: pressure advance of the tool in use, or of tool P, in seconds. Waits for standstill, since the filters change.
     pub(crate) async fn pressure_advance_code(&mut self, block: &Block<'_>) -> Outcome {
-        let tool = match block.get('P') {
-            Some(id) => self.tools.all().iter().find(|tool| f64::from(tool.settings.tool_id) == id),
-            None => self.tools.active(),
-        };
-        let Some(axis) = tool.map(|tool| tool.axis) else {
-            return Err(Failure::refused("no such extruder"));
-        };
-        let index = advance_of(axis);
+        let index = advance_of(self.tools.selected(block.get('P'))?.axis);
         if let Some(factor) = block.get('K') {
             self.wait_idle().await?;
             let config = self.ports.motion(|motion| motion.config().copied());
@@ -142,19 +172,21 @@ impl<P: Ports> Controller<P> {
         Ok(Answer::Ok)
     }
 
-    fn set_steps(&mut self, config: &mut MotionConfig, block: &Block<'_>) {
-        let e_axis = self.tools.active().map(|tool| tool.axis);
+    fn set_steps(&self, config: &mut MotionConfig, block: &Block<'_>) -> Result<(), Failure> {
         for (axis, motor) in motors() {
-            let word = if e_axis == Some(axis) { block.get('E') } else { None };
-            let (Some(actuator), Some(steps)) =
-                (&mut config.actuators[motor], word.or_else(|| block.get(axis.letter())))
-            else {
+            let (Some(actuator), Some(steps)) = (&mut config.actuators[motor], block.get(axis.letter())) else {
                 continue;
             };
             // Steps per inch, when the program counts in inches.
             let per_mm = if axis.is_primary() && self.modal.inches { steps / crate::modal::MM_PER_INCH } else { steps };
             actuator.steps_per_mm = per_mm;
         }
+        if let Some((motor, steps)) = self.extruder_word(block)?
+            && let Some(actuator) = &mut config.actuators[motor]
+        {
+            actuator.steps_per_mm = steps;
+        }
+        Ok(())
     }
 }
 
@@ -165,17 +197,6 @@ pub(crate) const fn advance_of(axis: Axis) -> usize {
 
 fn refuse(error: ConfigError) -> Failure {
     Failure::Refused(message(format_args!("{error}")))
-}
-
-fn set_accelerations(limits: &mut Limits, block: &Block<'_>) {
-    if let Some(acceleration) = block.get('S') {
-        limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
-    }
-    for (axis, motor) in motors() {
-        if let Some(acceleration) = block.get(axis.letter()) {
-            limits.actuator_acceleration[motor] = (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
-        }
-    }
 }
 
 fn set_corners(limits: &mut Limits, block: &Block<'_>) {

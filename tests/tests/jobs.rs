@@ -95,7 +95,7 @@ fn temperatures_are_reached_and_held() {
 #[test]
 fn tuned_gains_hold_the_temperature() {
     let mut bench = Plan::new(CARTESIAN).start();
-    let said = bench.say("M303 P2 S180 C3");
+    let said = bench.say("M303 P0 S180 C3");
     assert!(said.contains("PID tuned: p_factor = ") && said.ends_with("ok\n"), "{said}");
     assert!(bench.say("M105").contains("T:") && bench.say("M105").contains("/0.0 @0"));
     bench.say("M109 S180");
@@ -104,10 +104,15 @@ fn tuned_gains_hold_the_temperature() {
 }
 
 #[test]
-fn a_target_above_the_maximum_is_cut_and_said() {
+fn a_target_above_the_maximum_is_refused() {
     let mut bench = Plan::new(CARTESIAN).start();
-    let answer = bench.say("M104 S400");
-    assert_eq!(answer, "// WARNING T: 400.0 is above max_temp, set to 290.0\nok\n");
+    let refused = "error:hotend: 400.0 C is above its max_temp 290.0 C\nok\n";
+    for line in ["M104 S400", "M109 S400", "M303 P0 S400"] {
+        assert_eq!(bench.say(line), refused, "{line}");
+    }
+    assert_eq!(bench.say("M303 P254 S150"), "error:bed: 150.0 C is above its max_temp 120.0 C\nok\n");
+    bench.hear(5.0);
+    assert!(bench.duty("hotend") == 0.0 && bench.duty("bed") == 0.0);
 }
 
 #[test]

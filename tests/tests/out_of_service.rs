@@ -38,12 +38,12 @@ fn a_broken_bed_stays_cold_and_the_machine_prints_without_it() {
 #[test]
 fn nothing_else_heats_a_heater_that_is_off() {
     let mut bench = broken("hotend.thermistor_pin = ADC1_1", "hotend.thermistor_pin = ADC1_9");
-    for line in ["M303 P2 S150", "M301 S2 P100", "M143 S2 P300", "M104 S200", "resume"] {
+    for line in ["M303 P0 S150", "M301 S0 P100", "M143 S0 P300", "M104 S200", "resume"] {
         bench.say(line);
     }
     bench.hear(10.0);
     assert_eq!(bench.duty("hotend"), 0.0);
-    assert!(bench.say("M303 P2 S150").contains("is off: see [temperature control] hotend.thermistor_pin"));
+    assert!(bench.say("M303 P0 S150").contains("is off: see [temperature control] hotend.thermistor_pin"));
 }
 
 #[test]

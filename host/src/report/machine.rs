@@ -45,7 +45,7 @@ impl Machine {
         let direction_setup_ns = setup.max().unwrap_or(0) * units::TICK_NANOSECONDS;
         let kinematics = motion.map(|motion| motion.kinematics);
         let home = home(config);
-        let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id, tool.actuator()?))).collect();
+        let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id.0, tool.actuator()?))).collect();
         let shaped = motion.is_some_and(|motion| motion.filters.shapers.iter().any(Option::is_some));
         Self { steps_per_mm, kinematics, home, direction_setup_ns, shaped, extruders }
     }
