@@ -145,37 +145,37 @@ mod app {
 
     #[task(binds = EXTI0, priority = 7)]
     fn edge_0(_: edge_0::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI1, priority = 7)]
     fn edge_1(_: edge_1::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI2, priority = 7)]
     fn edge_2(_: edge_2::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI3, priority = 7)]
     fn edge_3(_: edge_3::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI4, priority = 7)]
     fn edge_4(_: edge_4::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI9_5, priority = 7)]
     fn edge_9_to_5(_: edge_9_to_5::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = EXTI15_10, priority = 7)]
     fn edge_15_to_10(_: edge_15_to_10::Context) {
-        trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+        trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
     #[task(binds = USART2, priority = 6, local = [debug])]

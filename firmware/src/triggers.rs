@@ -5,7 +5,7 @@
 //! got no detector, or was active before it was armed, is thus found half a millisecond late at worst.
 
 use bsp_prime::pins::{Input, PinSpec};
-use bsp_prime::{time, trigger};
+use bsp_prime::{step_engine, time, trigger};
 use heapless::Vec;
 use motion::Latch;
 
@@ -45,7 +45,7 @@ impl TriggerInputs {
         }
         for source in &self.sources {
             if armed & (1 << source.number) != 0 && source.pin.is_on() {
-                latch.report(source.number, time::step_ticks());
+                latch.report(source.number, time::step_ticks(), step_engine::queue());
             }
         }
     }

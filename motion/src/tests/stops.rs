@@ -118,7 +118,7 @@ proptest! {
         rig.feed.run(rig.now, &mut rig.access, &rig.queue, &rig.latch);
         rig.play_until(tick);
         let then = rig.counts;
-        rig.latch.report(2, tick.0 as u32);
+        rig.latch.report(2, tick.0 as u32, &rig.queue);
         rig.now = rig.now.plus(super::rig::PERIOD);
         rig.play_until(rig.now);
         rig.finish();
@@ -126,6 +126,30 @@ proptest! {
         prop_assert_eq!((trigger.input, trigger.at, trigger.steps), (2, tick, then));
         prop_assert!(rig.motion().take_trigger().is_none());
         prop_assert!(rig.motion().is_idle());
+    }
+
+    #[test]
+    fn a_hard_trigger_stops_at_its_tick_and_tells_where(feed in 5.0..500.0_f64, before in 20_u32..300, late in 0_u32..99_999) {
+        let mut rig = long_run(feed);
+        for _ in 0..before {
+            rig.tick();
+        }
+        rig.latch.arm_hard(0b100);
+        let tick = rig.now.plus(Ticks(u64::from(late)));
+        rig.feed.run(rig.now, &mut rig.access, &rig.queue, &rig.latch);
+        rig.play_until(tick);
+        let (then, edges) = (rig.counts, rig.edges.len());
+        rig.latch.report(2, tick.0 as u32, &rig.queue);
+        rig.finish();
+        prop_assert_eq!(rig.edges.len(), edges, "not a step more");
+        let trigger = rig.motion().take_trigger().expect("it fired");
+        prop_assert_eq!((trigger.input, trigger.at, trigger.steps), (2, tick, then));
+        prop_assert!(rig.motion().is_idle());
+        prop_assert_eq!(rig.motion().steps(), then);
+        // And from there on it moves as ever.
+        rig.submit(&Move::feed(at(0.0, 0.0, 0.0, 0.0), MmPerSecond(50.0)));
+        rig.finish();
+        prop_assert_eq!(rig.counts.0, [0; 6]);
     }
 
     #[test]

@@ -131,7 +131,7 @@ impl Tasks {
             _ => self.step_feed(shared, now_ns),
         }
         for (input, tick) in std::mem::take(&mut self.withheld) {
-            shared.latch.report(input, tick);
+            shared.latch.report(input, tick, &shared.queue);
         }
     }
 
@@ -207,7 +207,7 @@ impl Tasks {
             let levels = self.levels(shared);
             for number in 0..u32::BITS {
                 if armed & levels & (1 << number) != 0 {
-                    shared.latch.report(number as u8, now.0 as u32);
+                    shared.latch.report(number as u8, now.0 as u32, &shared.queue);
                 }
             }
         }
@@ -249,7 +249,9 @@ impl Tasks {
 
     fn play_events(&mut self, shared: &Shared, until_ns: u64) {
         let start = ticks(shared.now_ns.get());
-        while let Some(event) = shared.queue.front() {
+        // Motors that stand at once stand whether or not the feed has seen why.
+        let stands = |tasks: &Self| shared.latch.is_hard() && !tasks.withheld.is_empty();
+        while let Some(event) = shared.queue.front().filter(|_| !stands(self)) {
             // The queue holds the low half of the clock; what is due lies at most a horizon away from now.
             let ahead = event.at.wrapping_sub(start.0 as u32) as i32;
             let at = start.0.saturating_add_signed(i64::from(ahead)).max(start.0);
@@ -285,7 +287,7 @@ impl Tasks {
                     if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
                         self.withheld.push((number, event.at));
                     } else {
-                        shared.latch.report(number, event.at);
+                        shared.latch.report(number, event.at, &shared.queue);
                     }
                 }
             }
@@ -298,7 +300,7 @@ impl Tasks {
         for change in world.take_switch_changes() {
             let operated = change.high == world.config().switches[change.switch].operated_high;
             if let Some(number) = self.inputs.fired(change.switch, operated) {
-                shared.latch.report(number, ticks(change.at_ns).0 as u32);
+                shared.latch.report(number, ticks(change.at_ns).0 as u32, &shared.queue);
             }
         }
     }

@@ -84,12 +84,12 @@ fn TIM7() {
 
 #[interrupt]
 fn EXTI0() {
-    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick, bsp_prime::step_engine::queue()));
 }
 
 #[interrupt]
 fn EXTI9_5() {
-    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick));
+    bsp_prime::trigger::on_interrupt(|input, tick| LATCH.report(input, tick, bsp_prime::step_engine::queue()));
 }
 
 #[interrupt]
