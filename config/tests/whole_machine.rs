@@ -277,6 +277,14 @@ fn endstops_are_checked_against_their_axes() {
         ),
         ("minz.fast_rate = 10", "minz.fast_rate = 100", Warning, "minz.fast_rate", "faster than the motor's max_rate"),
         ("minz.slow_rate = 2", "minz.slow_rate = 12", Warning, "minz.slow_rate", "faster than the first"),
+        ("minz.slow_rate = 2", "minz.slow_rate = 10", Warning, "minz.slow_rate", "takes 0.27 mm past the switch"),
+        (
+            "alpha.acceleration = 3000",
+            "alpha.acceleration = 50",
+            Warning,
+            "minx.slow_rate",
+            "takes 1.01 mm past the switch",
+        ),
     ] {
         let at = if key == "minx.axis" && to.is_empty() { "minx.enable" } else { key };
         expect(from, to, severity, at, &format!("[endstops] {key}"), reason, "");

@@ -2,7 +2,13 @@
 //!
 //! The position of a switch is that of the motors at the tick its input fired, which the latch keeps; the braking after
 //! it costs nothing. A cycle for some axes: approach together at the fast rate, going on with the others when one has
-//! hit; back off; approach again slowly; count from the second hit; move onto it.
+//! hit; back off; approach again slowly; count from the second hit; move onto it. At the end an axis whose switch is a limit too
+//! moves off it.
+//!
+//! Behind a switch there is little way. Where braking would take more than that, the machine stops at once instead: steps that a
+//! fast motor may lose in the first approach do not matter, for the second one measures.
+
+mod slaves;
 
 use config::EndstopConfig;
 use gcode::Block;
@@ -13,6 +19,8 @@ use crate::controller::Controller;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Input, Ports};
 use crate::state::Event;
+use crate::stopping;
+use slaves::SlavesAhead;
 
 /// Disturbed approaches that are repeated: the input fired but is open when the motors stand.
 const RETRIES: u8 = 3;
@@ -118,7 +126,34 @@ impl<P: Ports> Controller<P> {
         }
         homed?;
         self.move_to_origin(chosen).await?;
+        self.leave_limits(chosen).await?;
         Ok(Answer::Ok)
+    }
+
+    /// A switch that is a limit cannot guard while it is operated: its axis moves off by `retract`.
+    async fn leave_limits(&mut self, chosen: AxisSet) -> Result<(), Failure> {
+        let levels = self.ports.inputs();
+        let is_on_limit = |axis: Axis| {
+            let stop = self.homing_endstop(axis).filter(|(_, stop)| stop.limit_enable);
+            stop.is_some_and(|(index, _)| levels.is_active(Input::Endstop(index as u8)))
+        };
+        let on = axes(chosen).filter(|axis| is_on_limit(*axis)).fold(0, |set, axis| set | bit(axis));
+        if on == 0 {
+            return Ok(());
+        }
+        let rate = self.slowest(on, |stop| stop.slow_rate);
+        let mut target = self.position;
+        for axis in axes(on) {
+            let away = self.homing_endstop(axis).map_or(0.0, |(_, stop)| -towards(stop) * stop.retract.0);
+            if self.by_motor(bit(axis)) {
+                // All towers are left by going down.
+                target[Axis::Z] = self.position[Axis::Z] + away;
+            } else {
+                target[axis] += away;
+            }
+        }
+        self.go(target, rate, Mode::Feed).await?;
+        self.wait_idle().await
     }
 
     fn homing_endstop(&self, axis: Axis) -> Option<(usize, &EndstopConfig)> {
@@ -222,9 +257,15 @@ impl<P: Ports> Controller<P> {
         let mut hits = start;
         let (mut missing, mut unsure) = (set, 0);
         let mut disturbed = 0;
+        let mut slaves = SlavesAhead::default();
         while missing != 0 {
-            let target = self.approach_target(missing, &start, &travel);
-            self.ports.latch().arm(self.mask(missing));
+            let target = slaves.bounded(self.approach_target(missing, &start, &travel), &self.position);
+            let inputs = self.mask(missing) | self.slave_mask(missing & !slaves.axes());
+            if self.brakes_in_time(rate, missing) {
+                self.ports.latch().arm(inputs);
+            } else {
+                self.ports.latch().arm_hard(inputs);
+            }
             // A switch that was operated before arming gives no edge.
             let there = self.operated(missing);
             if there != 0 {
@@ -241,11 +282,23 @@ impl<P: Ports> Controller<P> {
             }
             self.go(target, rate, Mode::Feed).await?;
             let Some(trigger) = self.wait_trigger().await? else {
-                let axis = axes(missing).next().unwrap_or(Axis::X);
-                return Err(self.homing_failure(axis, "endstop was not reached within its travel"));
+                let racked = axes(missing & slaves.axes()).next();
+                let axis = racked.or(axes(missing).next()).unwrap_or(Axis::X);
+                let what = match racked {
+                    Some(_) => "the switch of its slave closed first, more than 0.25 mm before: the axis is racked",
+                    None => "endstop was not reached within its travel",
+                };
+                return Err(self.homing_failure(axis, what));
             };
             let fired = axes(missing).find(|axis| self.input(*axis).is_some_and(|input| trigger_is(&trigger, input)));
-            let Some(axis) = fired else { continue };
+            let Some(axis) = fired else {
+                let slaved = axes(missing).find(|axis| 1_u32 << trigger.input & self.slave_mask(bit(*axis)) != 0);
+                let hit = self.ports.motion(|motion| motion.position_of_steps(&trigger.steps));
+                if let Some((axis, (_, stop))) = slaved.and_then(|axis| Some((axis, self.homing_endstop(axis)?))) {
+                    slaves.closed(axis, hit[axis], towards(stop));
+                }
+                continue;
+            };
             // It counts when it is still operated `debounce_ms` after the motors stand.
             self.wait_for(self.config.homing.debounce).await?;
             if self.operated(bit(axis)) != 0 {
@@ -258,6 +311,11 @@ impl<P: Ports> Controller<P> {
             }
         }
         Ok((hits, unsure))
+    }
+
+    fn brakes_in_time(&mut self, rate: MmPerSecond, set: AxisSet) -> bool {
+        let limits = self.ports.motion(|motion| motion.config().map(|config| config.limits));
+        limits.is_some_and(|limits| stopping::brakes_in_time(rate, &limits, axes(set)))
     }
 
     fn approach_target(
@@ -330,6 +388,12 @@ impl<P: Ports> Controller<P> {
             self.pause().await?;
         }
         Ok(())
+    }
+
+    /// Inputs of the switches of motors slaved to these axes.
+    fn slave_mask(&self, set: AxisSet) -> u32 {
+        let stops = |axis: Axis| self.config.slave_endstops(axis).filter(|(_, stop)| stop.pin.is_some());
+        axes(set).flat_map(stops).fold(0, |mask, (index, _)| mask | Input::Endstop(index as u8).bit())
     }
 
     fn input(&self, axis: Axis) -> Option<Input> {

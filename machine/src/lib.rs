@@ -43,6 +43,7 @@ mod settings_commands;
 mod shell;
 pub mod splines;
 mod state;
+mod stopping;
 pub mod supervisor;
 mod suspend;
 mod switches;

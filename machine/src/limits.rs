@@ -3,14 +3,19 @@
 //! A limit guards once it has been open for [`REARM_TIME`]; one that is still operated (after homing, say) or bounces while
 //! it is left does not stop the move that leaves it. While armed, the input's interrupt stops motion through the latch;
 //! the poll here notices and halts.
+//!
+//! A search with the probe has the latch to itself, and may end where a limit closes too: Z's switch beside the bed it probes.
+//! So in a search a limit that closes halts only when the machine goes on past it.
 
 use config::MachineConfig;
-use units::Micros;
+use units::{Axis, Micros, PerAxis};
 
 use crate::controller::Controller;
 use crate::ports::{Input, Ports};
 use crate::state::State;
 
+/// A search may go on this far past a limit, mm, to the contact that ends it: as far as past any switch.
+const PAST_A_LIMIT: f64 = crate::stopping::OVERTRAVEL;
 /// A limit must have been open this long before it guards again.
 const REARM_TIME: Micros = Micros::from_millis(50);
 
@@ -25,6 +30,10 @@ pub struct LimitWatch {
     quiet_since: Micros,
     /// Levels at the last poll.
     levels: u32,
+    /// A search has the latch.
+    searching: bool,
+    /// Where the machine was when a limit closed during the search.
+    closed_at: Option<PerAxis<f64>>,
 }
 
 impl LimitWatch {
@@ -57,14 +66,31 @@ impl<P: Ports> Controller<P> {
         let levels = self.ports.inputs();
         let hit = self.limits.guarding & levels.0;
         let moving = self.state != State::Idle;
-        if hit != 0 && moving {
+        if hit != 0 && moving && self.is_hit(hit) {
             self.limit_hit(hit);
+        }
+        if self.limits.searching {
+            return;
         }
         let now = self.ports.now();
         if let Some(guarding) = self.limits.update(levels.0, now) {
             self.limits.guarding = guarding;
             self.ports.latch().arm(guarding);
         }
+    }
+
+    /// Whether a limit that closed must stop the machine: always, but for a search that ends there.
+    fn is_hit(&mut self, hit: u32) -> bool {
+        if !self.limits.searching || hit == 0 {
+            return true;
+        }
+        // The contact has been found: it brakes.
+        if self.ports.latch().armed() == 0 {
+            return false;
+        }
+        let here = self.live_position();
+        let at = *self.limits.closed_at.get_or_insert(here);
+        Axis::PRIMARY.into_iter().any(|axis| libm::fabs(here[axis] - at[axis]) > PAST_A_LIMIT)
     }
 
     fn limit_hit(&mut self, hit: u32) {
@@ -82,6 +108,18 @@ impl<P: Ports> Controller<P> {
         self.limits.guarding = 0;
         self.limits.quiet_since = self.ports.now();
         self.ports.latch().disarm();
+    }
+
+    /// A search takes the latch. The limits that guard now still do, by the poll alone.
+    pub(crate) fn search_takes_latch(&mut self) {
+        self.limits.searching = true;
+        self.limits.closed_at = None;
+    }
+
+    /// The search is over. Limits guard again once they are open.
+    pub(crate) fn search_returns_latch(&mut self) {
+        self.limits.searching = false;
+        self.suspend_limits();
     }
 }
 

@@ -68,9 +68,10 @@ impl<P: Ports> Controller<P> {
         }
         // Filters would delay the stop at the contact.
         self.ports.motion(|motion| motion.bypass_filters(true));
+        self.search_takes_latch();
         let found = self.search_past_sparks(search).await;
+        self.search_returns_latch();
         self.ports.motion(|motion| motion.bypass_filters(false));
-        self.ports.latch().disarm();
         let found = found?;
         self.wait_idle().await?;
         Ok(found)

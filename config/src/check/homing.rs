@@ -1,12 +1,19 @@
 //! Endstops and the probe.
 
 use super::Checks;
-use crate::machine::{ArmSolution, EndstopConfig, HomingDirection};
+use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection};
 use units::{Actuator, Mm};
 
 const ENDSTOPS: &str = "endstops";
 /// A probe that is pressed further than this past its contact may be out of its travel, mm.
 const DEEPEST_PRESS: f64 = 0.5;
+/// What a carriage may go past its switch on purpose, mm; the levers of common switches give way by 0.3.
+const RUN_ON: f64 = 0.25;
+/// Two switches on pins of one number (PD0 and PI0) share the chip's edge detector; one of them is then read at each run of
+/// the step feed, seconds apart.
+const SWITCH_PERIOD: f64 = 0.5e-3;
+/// How far ahead steps are written, seconds.
+const WRITTEN_AHEAD: f64 = 1.5e-3;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
@@ -86,6 +93,27 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     if stop.slow_rate > stop.fast_rate {
         let reason = format_args!("the second approach is faster than the first");
         checks.warn((ENDSTOPS, place, "slow_rate"), reason, format_args!("write less than fast_rate"));
+    }
+    run_on(checks, place, stop, motor);
+}
+
+/// How far the carriage goes past the switch. The fast approach may stop at once, and does where braking would take longer; the
+/// slow one measures, so its motor should not have to.
+fn run_on(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, motor: &ActuatorConfig) {
+    if stop.fast_rate.get() * SWITCH_PERIOD > RUN_ON {
+        let fastest = RUN_ON / SWITCH_PERIOD;
+        let reason = format_args!("{:.0} mm/s may run past the switch by more than it gives way", stop.fast_rate.get());
+        checks.error((ENDSTOPS, place, "fast_rate"), reason, format_args!("write {fastest:.0} mm/s or less"));
+    }
+    let acceleration = motor.acceleration.unwrap_or(checks.config.motion.default_acceleration).get();
+    let slow = stop.slow_rate.get();
+    let distance = slow * WRITTEN_AHEAD + slow * slow / (2.0 * acceleration);
+    if distance > RUN_ON && stop.slow_rate <= stop.fast_rate {
+        let reason = format_args!(
+            "braking from {slow} mm/s takes {distance:.2} mm past the switch: the motor is stopped at once and may lose steps"
+        );
+        let fix = format_args!("write a lower slow_rate");
+        checks.warn((ENDSTOPS, place, "slow_rate"), reason, fix);
     }
 }
 

@@ -120,9 +120,21 @@ impl MachineConfig {
         }
     }
 
-    /// The endstop an axis homes to.
+    /// The endstop an axis homes to. A slaved motor is no axis: it goes where its master goes.
     #[must_use]
     pub fn homing_endstop(&self, axis: Axis) -> Option<&EndstopConfig> {
+        if self.actuators.0.get(axis as usize).is_some_and(|motor| motor.slaved_to.is_some()) {
+            return None;
+        }
         self.endstops.iter().find(|stop| stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None)
+    }
+
+    /// The switches of motors that are slaved to this axis' motor, with their places in [`Self::endstops`].
+    pub fn slave_endstops(&self, axis: Axis) -> impl Iterator<Item = (usize, &EndstopConfig)> {
+        let is_slave = move |letter: Axis| {
+            let master = self.actuators.0.get(letter as usize).and_then(|motor| motor.slaved_to);
+            master.is_some_and(|master| master as usize == axis as usize)
+        };
+        self.endstops.iter().enumerate().filter(move |(_, stop)| stop.axis.is_some_and(is_slave))
     }
 }

@@ -18,6 +18,8 @@ const MARGIN_ABOVE_MAXIMUM: f32 = 5.0;
 const SETTLING: Micros = Micros::from_seconds(60);
 /// ...and makes this much more.
 const OVERSHOOT: f32 = 10.0;
+/// No heater warms faster, degrees between two comparisons: what does is a sensor that was plugged in, or moved.
+const JUMP: f32 = 30.0;
 /// How fast a part warms in a room that warms, degrees a second.
 const CREEP: f32 = 0.02;
 /// The same beside another heater that is on: a nozzle parked over a hot bed, a bed in a heated chamber.
@@ -30,6 +32,7 @@ struct Rest {
     settled: Micros,
     due: Micros,
     floor: f32,
+    last: f32,
     above: u8,
 }
 
@@ -73,11 +76,22 @@ impl StuckOnWatch {
         };
         let was_driven = core::mem::take(&mut self.driven);
         let settled = if was_driven { now.plus(SETTLING) } else { now };
-        let rest = self.rest.get_or_insert(Rest { settled, due: now.plus(CHECK_PERIOD), floor: reading, above: 0 });
+        let rest = self.rest.get_or_insert(Rest {
+            settled,
+            due: now.plus(CHECK_PERIOD),
+            floor: reading,
+            last: reading,
+            above: 0,
+        });
         if now < rest.due {
             return None;
         }
         rest.due = now.plus(CHECK_PERIOD);
+        let jumped = reading - core::mem::replace(&mut rest.last, reading) > JUMP;
+        if jumped {
+            (rest.floor, rest.above) = (reading, 0);
+            return None;
+        }
         let creep = if look.another_on { CREEP_BESIDE_ANOTHER } else { CREEP };
         rest.floor += creep * CHECK_PERIOD.seconds() as f32;
         if reading < rest.floor {
@@ -161,8 +175,7 @@ mod tests {
     fn a_loose_plug_makes_no_rise() {
         let flicker = |second: f32| match second as u32 % 7 {
             0 => None,
-            // For less than a second.
-            3 if second.fract() < 0.8 => Some(150.0),
+            3 | 4 => Some(150.0),
             _ => Some(22.0),
         };
         assert_eq!(first_told(600, false, flicker), None);

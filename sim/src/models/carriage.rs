@@ -15,13 +15,22 @@ pub struct Carriage {
     /// Hard stops in millimetres; infinite for what turns freely (extruders, rotary axes).
     limits_mm: [f64; 2],
     lost_mm: f64,
+    /// Lowest and highest position since it was last put somewhere.
+    reached_mm: [f64; 2],
 }
 
 impl Carriage {
     /// A carriage standing at `position_mm` between `limits_mm`.
     #[must_use]
     pub const fn new(position_mm: f64, limits_mm: [f64; 2], mm_per_full_step: f64) -> Self {
-        Self { mm_per_full_step, origin_mm: position_mm, count: 0, limits_mm, lost_mm: 0.0 }
+        Self {
+            mm_per_full_step,
+            origin_mm: position_mm,
+            count: 0,
+            limits_mm,
+            lost_mm: 0.0,
+            reached_mm: [position_mm; 2],
+        }
     }
 
     /// Moves by this many 1/256 full steps, or up to the hard stop.
@@ -31,8 +40,10 @@ impl Carriage {
         let reached = wanted.clamp(self.limits_mm[0], self.limits_mm[1]);
         if reached != wanted {
             self.lost_mm += (wanted - reached).abs();
-            self.place(reached);
+            self.origin_mm = reached - self.travelled_mm();
         }
+        let [lowest, highest] = self.reached_mm;
+        self.reached_mm = [lowest.min(reached), highest.max(reached)];
     }
 
     fn travelled_mm(&self) -> f64 {
@@ -48,6 +59,13 @@ impl Carriage {
     /// Puts it somewhere by hand.
     pub fn place(&mut self, position_mm: f64) {
         self.origin_mm = position_mm - self.travelled_mm();
+        self.reached_mm = [position_mm; 2];
+    }
+
+    /// Lowest and highest position since it was last put somewhere, in millimetres.
+    #[must_use]
+    pub const fn reached_mm(&self) -> [f64; 2] {
+        self.reached_mm
     }
 
     /// How much commanded travel the hard stops have swallowed, in millimetres.

@@ -67,7 +67,8 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
     let config = &machine.actuators[actuator];
     let free = [f64::NEG_INFINITY, f64::INFINITY];
     let axis = Axis::ALL[actuator as usize];
-    let homing = machine.homing_endstop(axis);
+    // A slave stands beside its master.
+    let homing = machine.homing_endstop(config.slaved_to.map_or(axis, |master| Axis::ALL[master as usize]));
     let (limits_mm, start_mm) = match (linkage, homing) {
         (Linkage::CoreXy, _) if axis != Axis::Z => (free, belt_start(machine, axis)),
         (_, Some(stop)) => range(&placed(machine, stop, linkage), actuator as usize),
@@ -93,10 +94,17 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
     }
 }
 
-/// A tower's switch where it really is: at the height the carriage has with the tool at its homing position, and as far off as
+/// A switch where it really is. A tower's: at the height the carriage has with the tool at its homing position, and as far off as
 /// the trim makes up for.
 fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> EndstopConfig {
     let mut placed = stop.clone();
+    let master = stop.axis.and_then(|axis| machine.actuators.0.get(axis as usize)).and_then(|motor| motor.slaved_to);
+    if let Some(homing) = master.and_then(|master| machine.homing_endstop(Axis::ALL[master as usize])) {
+        // A slave's switch is at its end of the same gantry.
+        placed.homing_direction = homing.homing_direction;
+        placed.homing_position = homing.homing_position;
+        return placed;
+    }
     if let (Linkage::LinearDelta { arm_mm, radius_mm }, Some(axis)) = (linkage, stop.axis)
         && let Some(trim) = machine.homing.trim.get(axis as usize)
     {

@@ -143,6 +143,12 @@ impl World {
         self.motors[actuator as usize].as_ref().map(|motor| motor.carriage.position_mm())
     }
 
+    /// Lowest and highest place of a motor's carriage since it was last put somewhere, millimetres.
+    #[must_use]
+    pub fn reached_mm(&self, actuator: Actuator) -> Option<[f64; 2]> {
+        self.motors[actuator as usize].as_ref().map(|motor| motor.carriage.reached_mm())
+    }
+
     /// Puts a carriage somewhere by hand.
     pub fn place_carriage(&mut self, at_ns: u64, actuator: Actuator, position_mm: f64) {
         if let Some(motor) = &mut self.motors[actuator as usize] {

@@ -3,6 +3,7 @@
 mod calibration;
 mod faults;
 mod leveling;
+mod limits;
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
 use sim::models::surface::{Bed, Surface};

@@ -1,0 +1,195 @@
+//! How far a carriage goes past its switch in homing: never further than common switches give way, whatever is configured.
+
+use scenarios::{Bench, CARTESIAN, DELTA, Plan};
+use sim::world::Fault;
+use units::Actuator::{self, Alpha, Beta, Delta, Gamma};
+
+/// What a switch gives way, mm.
+const OVERTRAVEL: f64 = 0.3;
+const ACCELERATIONS: [f64; 8] = [50.0, 100.0, 200.0, 500.0, 1_000.0, 3_000.0, 5_000.0, 10_000.0];
+/// Fast rates, mm/s, up to the motors' max_rate, each with a slow rate.
+const RATES: [(f64, f64); 6] = [(10.0, 2.0), (30.0, 5.0), (60.0, 10.0), (120.0, 10.0), (200.0, 20.0), (300.0, 50.0)];
+
+fn machine(acceleration: f64, (fast, slow): (f64, f64)) -> Plan {
+    let axes = ["x", "y", "z"].into_iter().zip(["alpha", "beta", "gamma"]);
+    axes.fold(Plan::new(CARTESIAN), |plan, (axis, motor)| {
+        plan.set(&format!("[endstops] min{axis}.fast_rate = {fast}"))
+            .set(&format!("[endstops] min{axis}.slow_rate = {slow}"))
+            .set(&format!("[actuator] {motor}.acceleration = {acceleration}"))
+            .set(&format!("[actuator] {motor}.max_rate = 18000"))
+            .set(&format!("[motion control] {axis}_axis_max_speed = 18000"))
+            // The same switches and frame for every machine.
+            .set(&format!("[endstops] min{axis}.max_travel = 220"))
+    })
+}
+
+/// How far below its switch, at zero, a carriage has been.
+fn past(bench: &Bench, motor: Actuator) -> f64 {
+    let [lowest, _] = bench.world(|world| world.reached_mm(motor)).expect("a motor");
+    -lowest
+}
+
+#[track_caller]
+fn assert_homed(bench: &Bench, motors: &[Actuator]) {
+    for motor in motors {
+        let at = bench.carriage(*motor);
+        assert!(at.abs() < 0.013, "{} rests {at} mm from its switch", motor.name());
+        assert_eq!(bench.world(|world| world.lost_mm(*motor)), 0.0, "{} was pushed against the frame", motor.name());
+    }
+}
+
+/// `cargo test --test homing_overtravel -- --nocapture` prints the table.
+#[test]
+fn at_any_acceleration_and_speed() {
+    println!("furthest past a switch, mm, of X, Y and Z");
+    let head: Vec<String> = RATES.iter().map(|(fast, slow)| format!("{fast:.0}/{slow:.0} mm/s")).collect();
+    println!("| mm/s2 | {} |", head.join(" | "));
+    for acceleration in ACCELERATIONS {
+        let row: Vec<String> = RATES
+            .iter()
+            .map(|rates| {
+                let mut bench = machine(acceleration, *rates).start();
+                bench.run(&["G28"]);
+                assert_homed(&bench, &[Alpha, Beta, Gamma]);
+                let most = [Alpha, Beta, Gamma].map(|motor| past(&bench, motor)).into_iter().fold(0.0, f64::max);
+                assert!(most <= OVERTRAVEL, "{most} mm at {rates:?} mm/s and {acceleration} mm/s2");
+                format!("{most:.3}")
+            })
+            .collect();
+        println!("| {acceleration:.0} | {} |", row.join(" | "));
+    }
+}
+
+#[test]
+fn with_jerk_limits() {
+    for jerk in [500.0, 5_000.0, 500_000.0] {
+        let mut bench = machine(1_000.0, (60.0, 10.0)).set(&format!("[planner] jerk = {jerk}")).start();
+        bench.run(&["G28"]);
+        assert_homed(&bench, &[Alpha, Beta, Gamma]);
+        for motor in [Alpha, Beta, Gamma] {
+            assert!(past(&bench, motor) <= OVERTRAVEL, "{} with {jerk} mm/s3", past(&bench, motor));
+        }
+    }
+}
+
+#[test]
+fn with_switches_that_bounce() {
+    for acceleration in [50.0, 500.0, 10_000.0] {
+        for rates in [(30.0, 5.0), (300.0, 20.0)] {
+            for debounce in ["0", "5"] {
+                let plan = machine(acceleration, rates).set(&format!("[endstops] common.debounce_ms = {debounce}"));
+                let mut bench = plan.start();
+                for name in ["minx", "miny", "minz"] {
+                    bench.world(|world| world.inject(&Fault::SwitchBounces(name.into()))).expect("a switch");
+                }
+                bench.run(&["G28"]);
+                assert_homed(&bench, &[Alpha, Beta, Gamma]);
+                for motor in [Alpha, Beta, Gamma] {
+                    let past = past(&bench, motor);
+                    assert!(past <= OVERTRAVEL, "{past} mm at {rates:?}, {acceleration} mm/s2, debounce {debounce} ms");
+                }
+            }
+        }
+    }
+}
+
+/// Y by two motors, each with a switch.
+fn gantry() -> Plan {
+    [
+        "[extruder] hotend.enable = false",
+        "[actuator] delta.slaved_to = beta",
+        "[actuator] delta.steps_per_mm = 80",
+        "[actuator] delta.max_rate = 18000",
+        "[actuator] delta.acceleration",
+        "[current control] delta.current",
+        "[endstops] mina.enable = true",
+        "[endstops] mina.pin = PJ9^",
+        "[endstops] mina.axis = A",
+    ]
+    .into_iter()
+    .fold(machine(100.0, (60.0, 5.0)), Plan::set)
+}
+
+/// Moves the slave's carriage by hand: the gantry is racked.
+fn rack(bench: &Bench, by_mm: f64) {
+    let at_ns = (bench.now_s() * 1e9) as u64;
+    let at = bench.carriage(Beta) + by_mm;
+    bench.world(|world| world.place_carriage(at_ns, Delta, at));
+}
+
+#[test]
+fn of_a_gantry_whose_two_motors_have_a_switch_each() {
+    for racked in [0.0, 0.1, -0.1, -0.2] {
+        let mut bench = gantry().start();
+        rack(&bench, racked);
+        bench.run(&["G28"]);
+        assert!(bench.carriage(Beta).abs() < 0.013, "{racked}: {}", bench.carriage(Beta));
+        assert!((bench.carriage(Delta) - racked).abs() < 0.013);
+        for motor in [Beta, Delta] {
+            let past = past(&bench, motor);
+            assert!(past <= OVERTRAVEL, "racked by {racked} mm {} goes {past} mm past", motor.name());
+        }
+        assert_eq!(bench.say("G28.6"), "X:1 Y:1 Z:1 \nok\n");
+    }
+}
+
+#[test]
+fn a_gantry_that_is_racked_too_far_is_not_driven_into_its_stop() {
+    let mut bench = gantry().start();
+    rack(&bench, -1.0);
+    let said = bench.ask("G28") + &bench.hear(5.0);
+    let told = "Y miny: the switch of its slave closed first, more than 0.25 mm before: the axis is racked";
+    assert!(said.contains(told), "{said}");
+    assert!(past(&bench, Delta) <= OVERTRAVEL, "{}", past(&bench, Delta));
+    bench.assert_safe();
+}
+
+#[test]
+fn of_the_towers_of_a_delta() {
+    for acceleration in [50.0, 500.0] {
+        let mut bench = ["alpha", "beta", "gamma"]
+            .into_iter()
+            .fold(Plan::new(DELTA), |plan, motor| {
+                plan.set(&format!("[actuator] {motor}.acceleration = {acceleration}"))
+            })
+            .start();
+        bench.run(&["G28"]);
+        for (motor, name) in [(Alpha, "maxx"), (Beta, "maxy"), (Gamma, "maxz")] {
+            let (past, lost) = bench.world(|world| {
+                let at = world.config().switches.iter().find(|switch| switch.name == name).and_then(|s| s.operator);
+                let (_, at, _) = at.expect("a tower's switch");
+                (world.reached_mm(motor).expect("a motor")[1] - at, world.lost_mm(motor))
+            });
+            assert!(past <= OVERTRAVEL && lost == 0.0, "{name}: {past} mm past at {acceleration} mm/s2");
+        }
+    }
+}
+
+#[test]
+fn limits_that_are_homed_to_are_left_again() {
+    let limits = |plan: Plan, names: &[&str]| {
+        names.iter().fold(plan, |plan, name| plan.set(&format!("[endstops] {name}.limit_enable = true")))
+    };
+    let mut bench = limits(Plan::new(CARTESIAN), &["minx", "miny", "minz"]).start();
+    bench.run(&["G28"]);
+    assert!(bench.say("M119").starts_with("X_min:0 Y_min:0 Z_min:0 "), "{}", bench.say("M119"));
+    assert!(bench.say("M114").starts_with("ok C: X:5.0000 Y:5.0000 Z:2.0000"), "{}", bench.say("M114"));
+    for (motor, retract) in [(Alpha, 5.0), (Beta, 5.0), (Gamma, 2.0)] {
+        assert!((bench.carriage(motor) - retract).abs() < 0.013);
+    }
+    // They guard at once: 50 ms after they opened, which is long over.
+    bench.hear(0.1);
+    bench.run(&["G92 X50"]);
+    bench.type_in("G1 X40 F1200\n");
+    bench.hear_until("ALARM: Hard limit X was hit (minx)", 3.0);
+    // Only those that are limits are left.
+    let mut bench = limits(Plan::new(CARTESIAN), &["miny"]).start();
+    bench.run(&["G28"]);
+    assert!(bench.say("M114").starts_with("ok C: X:0.0000 Y:5.0000 Z:0.0000"));
+    // Not asked for, not moved.
+    bench.run(&["G28 X0"]);
+    assert!(bench.say("M114").starts_with("ok C: X:0.0000 Y:5.0000 Z:0.0000"));
+    let mut bench = limits(Plan::new(DELTA), &["maxx", "maxy", "maxz"]).start();
+    bench.run(&["G28"]);
+    assert!(bench.say("M119").contains("X_max:0 Y_max:0 Z_max:0 "), "{}", bench.say("M119"));
+}
