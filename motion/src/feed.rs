@@ -176,8 +176,10 @@ impl StepFeed {
     fn clear_up(&mut self, motion: &mut impl Access, queue: &StepQueue) {
         let real = self.rewind(queue).to_played(queue);
         queue.restart();
-        // What the interrupt never played may have been a direction.
-        self.forget_directions();
+        for (index, motor) in self.motors.iter_mut().enumerate() {
+            // A turn that was never played leaves the pin as it was before, which need not be known.
+            motor.drop_batch(real.turns_later(index));
+        }
         self.agenda = Agenda::EMPTY;
         self.moving = false;
         self.stand_at(real.steps, queue);

@@ -13,6 +13,8 @@ pub(crate) struct Rewind {
     pub steps: PerActuator<StepCount>,
     /// Motors that turn forward after the event at the current point, one bit each.
     forward: u8,
+    /// Motors of which a turn was undone, one bit each.
+    turned: u8,
     /// Count of the event just after the current point.
     count: u32,
     /// How far back events are still to be found.
@@ -24,7 +26,7 @@ impl Rewind {
     pub fn new(queue: &StepQueue, steps: PerActuator<StepCount>, forward: u8, since: u32) -> Self {
         let count = queue.written();
         let kept = count.wrapping_sub(since).min(CAPACITY as u32);
-        Self { steps, forward, count, oldest: count.wrapping_sub(kept) }
+        Self { steps, forward, turned: 0, count, oldest: count.wrapping_sub(kept) }
     }
 
     /// Undoes the newest event that is not undone yet, if `undo` says so.
@@ -42,10 +44,16 @@ impl Rewind {
         if event.is_turn() {
             // A turn is only written when the direction changes, so before it the other one held.
             self.forward ^= bit;
+            self.turned |= bit;
         } else if let Some(steps) = self.steps.0.get_mut(event.motor()) {
             *steps += if self.forward & bit != 0 { -1 } else { 1 };
         }
         true
+    }
+
+    /// Whether a motor's direction was changed after the current point.
+    pub fn turns_later(&self, motor: usize) -> bool {
+        self.turned & 1 << motor != 0
     }
 
     /// Back to the last event played.

@@ -120,6 +120,15 @@ impl Motor {
         self.steps = steps;
     }
 
+    /// What was solved is dropped; the direction too, when its last change was not played.
+    pub fn drop_batch(&mut self, forget_direction: bool) {
+        let facing = self.facing();
+        self.forget_direction();
+        if !forget_direction {
+            self.facing = facing;
+        }
+    }
+
     /// The direction is written again before the next step.
     pub fn forget_direction(&mut self) {
         self.steps = self.steps();

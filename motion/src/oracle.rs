@@ -78,6 +78,14 @@ impl StepError {
         self.bins[BIN_ENDS_NS.partition_point(|end| *end <= error)] += 1;
     }
 
+    /// Adds what was counted elsewhere.
+    pub fn merge(&mut self, other: &Self) {
+        self.edges += other.edges;
+        self.max = self.max.max(other.max);
+        self.sum_of_squares += other.sum_of_squares;
+        self.bins.iter_mut().zip(other.bins).for_each(|(bin, more)| *bin += more);
+    }
+
     /// Root of the mean square, ns.
     #[must_use]
     pub fn rms(&self) -> f64 {

@@ -33,7 +33,7 @@ pub use storage::CardState;
 pub use tasks::FeedPhase;
 use tasks::{Inputs, SLOT_NS, Tasks};
 use verify::Watch;
-pub use verify::against::Mismatch;
+pub use verify::against::{InSearches, Mismatch};
 pub use verify::plan::{Plan, PlannedMotion};
 
 /// How often the dispatcher is polled in a slot: on the board it runs whenever nothing else does.

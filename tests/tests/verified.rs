@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use sim::output::StepError;
-use sim::runner::{Job, Mismatch, Plan, plan, run};
+use sim::runner::{InSearches, Job, Mismatch, Plan, plan, run};
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 
@@ -66,7 +66,7 @@ fn a_levelled_and_skewed_machine_keeps_time() {
 }
 
 fn compare(plan: &Plan, edges: &[StepEdge]) -> Result<StepError, Mismatch> {
-    plan.compare(edges.iter().copied().map(Ok))
+    plan.compare(edges.iter().copied().map(Ok), InSearches::Count)
 }
 
 #[test]

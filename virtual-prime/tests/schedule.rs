@@ -136,8 +136,9 @@ type Motion = Vec<Edge>;
 /// The step interrupt plays events this close together one after the other; what is later than that it counts as late.
 const TOLERANCE_NS: u64 = 250;
 /// In homing a move begins when the one before has found its switch. The board stamps that in an interrupt, the runner at
-/// the very edge, and a few searches add up.
-const HOMING_TOLERANCE_NS: u64 = 2_000;
+/// the very edge; and a move that begins from rest begins at a run of the step feed, which on the board lets heat control go
+/// first.
+const HOMING_TOLERANCE_NS: u64 = 10_000;
 
 /// Edges parted where nothing moves for 100 ms: when the next motion begins is the dispatcher's business, what it looks
 /// like is not.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use machine::ports::ConsoleId;
 
-use super::{FeedPhase, Mismatch, Plan, Runner, Setup};
+use super::{FeedPhase, InSearches, Mismatch, Plan, Runner, Setup};
 use crate::models::tmc26x::Chip;
 use crate::output::{Outcome, Recorder, StepError};
 use crate::session::Session;
@@ -87,7 +87,7 @@ where
     let mut phases = Vec::new();
     loop {
         let ideal = plan(job, &phases, None, progress)?;
-        let mismatch = match ideal.compare(edges()?) {
+        let mismatch = match ideal.compare(edges()?, InSearches::Doubt) {
             Ok(error) => return Ok(error),
             Err(mismatch) => mismatch,
         };
@@ -95,12 +95,18 @@ where
         for trial in other_phases(&ideal, &mismatch, &phases) {
             // Whether it is right shows in the next motion; the rest of the job need not be run for that.
             let ideal = plan(job, &trial, Some(mismatch.motion + 2), progress)?;
-            if ideal.compare(edges()?).map_or_else(|next| next.motion > mismatch.motion, |_| true) {
+            if ideal.compare(edges()?, InSearches::Doubt).map_or_else(|next| next.motion > mismatch.motion, |_| true) {
                 better = Some(trial);
                 break;
             }
         }
-        phases = better.ok_or(mismatch.reason)?;
+        phases = match better {
+            Some(trial) => trial,
+            None if mismatch.is_doubt => {
+                return ideal.compare(edges()?, InSearches::Count).map_err(|mismatch| mismatch.reason);
+            }
+            None => return Err(mismatch.reason),
+        };
     }
 }
 

@@ -79,6 +79,19 @@ pub enum FeedPhase {
 /// See [`FeedPhase`].
 const PHASE_NS: u64 = 20_000;
 
+/// How long it takes from an edge of an input to its interrupt: steps that are due by then are still played, also where the motors
+/// are to stop at once. On the board those that share the step interrupt with the step that closed the switch.
+const REACTION_NS: u64 = 1_000;
+
+/// An input has fired, and its interrupt is about to run.
+#[derive(Clone, Copy, Debug)]
+struct Firing {
+    input: u8,
+    /// The tick it is stamped with.
+    tick: u32,
+    at_ns: u64,
+}
+
 /// All task state.
 pub struct Tasks {
     feed: StepFeed,
@@ -92,6 +105,8 @@ pub struct Tasks {
     pub phases: Vec<FeedPhase>,
     /// Searches begun so far, and whether one is under way.
     searches: (usize, bool),
+    /// A trigger that stops the motors at once, as soon as its interrupt has run.
+    firing: Option<Firing>,
     /// Triggers that the next run of the feed has yet to miss: input and tick.
     withheld: Vec<(u8, u32)>,
     /// The feed misses so many runs: something kept it from running.
@@ -110,6 +125,7 @@ impl Tasks {
             watch: None,
             phases: Vec::new(),
             searches: (0, false),
+            firing: None,
             withheld: Vec::new(),
             missed_runs: 0,
         }
@@ -256,7 +272,7 @@ impl Tasks {
             let ahead = event.at.wrapping_sub(start.0 as u32) as i32;
             let at = start.0.saturating_add_signed(i64::from(ahead)).max(start.0);
             let at_ns = at * u64::from(TICK_NANOSECONDS);
-            if at_ns > until_ns {
+            if at_ns > until_ns || self.firing.is_some_and(|firing| at_ns > firing.at_ns + REACTION_NS) {
                 break;
             }
             if let Some(watch) = &mut self.watch {
@@ -264,6 +280,18 @@ impl Tasks {
             }
             self.play(shared, event, at_ns);
             shared.queue.advance();
+        }
+        if let Some(Firing { input, tick, at_ns }) = self.firing.take() {
+            self.report(shared, input, tick, at_ns);
+        }
+    }
+
+    /// An input's interrupt: at once, or after the run of the feed that is to miss it.
+    fn report(&mut self, shared: &Shared, input: u8, tick: u32, at_ns: u64) {
+        if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
+            self.withheld.push((input, tick));
+        } else {
+            shared.latch.report(input, tick, &shared.queue);
         }
     }
 
@@ -283,12 +311,11 @@ impl Tasks {
         if world.has_switch_changes() {
             for change in world.take_switch_changes() {
                 let operated = change.high == world.config().switches[change.switch].operated_high;
-                if let Some(number) = self.inputs.fired(change.switch, operated) {
-                    if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
-                        self.withheld.push((number, event.at));
-                    } else {
-                        shared.latch.report(number, event.at, &shared.queue);
-                    }
+                let Some(input) = self.inputs.fired(change.switch, operated) else { continue };
+                if shared.latch.is_hard() && shared.latch.armed() & 1 << input != 0 {
+                    self.firing.get_or_insert(Firing { input, tick: event.at, at_ns });
+                } else {
+                    self.report(shared, input, event.at, at_ns);
                 }
             }
         }

@@ -16,6 +16,10 @@ use crate::trace::StepEdge;
 /// The beginning of a motion is measured from as many steps.
 const MEASURED: usize = 31;
 
+/// In a motion that ends at a switch, an edge this far from where it belongs, nanoseconds, is taken for a brake that began a
+/// segment sooner or later than planned, before it is taken for an error.
+const DOUBT_NS: f64 = 5_000.0;
+
 /// Where a board did something else than what was planned.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
@@ -23,6 +27,17 @@ pub struct Mismatch {
     pub motion: usize,
     /// What it did.
     pub reason: String,
+    /// Another plan of the same search may fit; this one may be right all the same.
+    pub is_doubt: bool,
+}
+
+/// What an edge that is far off in a search means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InSearches {
+    /// Another plan should be tried.
+    Doubt,
+    /// The edge is wrong by that much.
+    Count,
 }
 
 impl Plan {
@@ -30,14 +45,26 @@ impl Plan {
     ///
     /// # Errors
     /// The first place where the board did something else than what was planned, or what reading the edges says.
-    pub fn compare(&self, edges: impl Iterator<Item = Result<StepEdge, String>>) -> Result<StepError, Mismatch> {
+    pub fn compare(
+        &self,
+        edges: impl Iterator<Item = Result<StepEdge, String>>,
+        in_searches: InSearches,
+    ) -> Result<StepError, Mismatch> {
         let mut edges = edges;
         let mut error = oracle::StepError::default();
-        let mut motion = 0;
+        let (mut motion, mut searches) = (0, 0);
         for planned in self.motions() {
             motion += 1;
             let mut follower = Follower::new(planned, motion);
-            follower.follow(&mut edges, &mut error).map_err(|reason| Mismatch { motion, reason })?;
+            let mut of_motion = oracle::StepError::default();
+            let mismatch = |reason, is_doubt| Mismatch { motion, reason, is_doubt };
+            follower.follow(&mut edges, &mut of_motion).map_err(|reason| mismatch(reason, false))?;
+            let is_search = planned.searches > std::mem::replace(&mut searches, planned.searches);
+            if is_search && in_searches == InSearches::Doubt && of_motion.max > DOUBT_NS {
+                let reason = format!("an edge of motion {motion} is {:.0} ns from where it belongs", of_motion.max);
+                return Err(mismatch(reason, true));
+            }
+            error.merge(&of_motion);
         }
         let reason = match edges.next() {
             None => return Ok(error.into()),
@@ -48,7 +75,7 @@ impl Plan {
                 edge.time_ns as f64 * 1e-9
             ),
         };
-        Err(Mismatch { motion: motion + 1, reason })
+        Err(Mismatch { motion: motion + 1, reason, is_doubt: false })
     }
 }
 
