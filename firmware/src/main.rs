@@ -231,6 +231,8 @@ mod app {
             *cx.local.controls = 0;
             // Still running from the last time: then it comes round again in a tenth of a second.
             let _still_busy = slow::spawn();
+            // So that it reports, whether or not anything moves.
+            let _waiting = plan::spawn();
         }
     }
 
@@ -252,12 +254,14 @@ mod app {
     #[task(priority = 3, shared = [motion])]
     async fn plan(mut cx: plan::Context) {
         cx.shared.motion.lock(|motion| motion.plan());
+        REPORTS.report(Reporter::Planner);
     }
 
     // Driver faults and supply voltages.
     #[task(priority = 1, shared = [slow])]
     async fn slow(mut cx: slow::Context) {
         cx.shared.slow.lock(|slow| slow.tick());
+        REPORTS.report(Reporter::Supervisor);
     }
 
     // Consoles and dispatcher.

@@ -1,4 +1,5 @@
-//! Who must be alive for the watchdog to be fed: heat control, the step feed and the dispatcher, all of them.
+//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner, the slow watch over drivers and
+//! supplies, and the dispatcher; all of them.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -9,6 +10,10 @@ pub enum Reporter {
     Heat,
     /// The step feed ran.
     StepFeed,
+    /// The planner ran. It is asked to ten times a second, also when there is nothing to plan.
+    Planner,
+    /// The watch over drivers and supplies ran.
+    Supervisor,
     /// The dispatcher came by a waiting point.
     Dispatcher,
 }
@@ -18,7 +23,7 @@ pub enum Reporter {
 pub struct Reports(AtomicU8);
 
 impl Reports {
-    const ALL: u8 = 0b111;
+    const ALL: u8 = 0b1_1111;
 
     /// Nobody has reported.
     #[must_use]
@@ -42,15 +47,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_watchdog_is_fed_only_when_all_three_have_reported() {
-        let reports = Reports::new();
-        for round in 0..3 {
-            reports.report(Reporter::Heat);
-            reports.report(Reporter::StepFeed);
-            assert!(!reports.take_complete(), "round {round}: the dispatcher is missing");
-            reports.report(Reporter::Dispatcher);
+    fn the_watchdog_is_fed_only_when_all_have_reported() {
+        use Reporter::{Dispatcher, Heat, Planner, StepFeed, Supervisor};
+        let all = [Heat, StepFeed, Planner, Supervisor, Dispatcher];
+        for silent in all {
+            let reports = Reports::new();
+            for _ in 0..3 {
+                all.into_iter().filter(|reporter| *reporter != silent).for_each(|reporter| reports.report(reporter));
+                assert!(!reports.take_complete(), "{silent:?} is missing");
+            }
+            reports.report(silent);
             assert!(reports.take_complete());
-            assert!(!reports.take_complete());
+            assert!(!reports.take_complete(), "all must report anew");
         }
     }
 }

@@ -252,6 +252,17 @@ fn heater_supply_lost_while_heating_halts() {
 }
 
 #[test]
+fn a_heater_that_is_on_by_itself_loses_its_supply() {
+    let mut velvet = Plan::new().start();
+    velvet.inject(&Fault::HeaterStuckOn("hotend".into()));
+    let told = "ERROR: T is switched off and has warmed by ";
+    velvet.hear_until(told, 12 * SECOND);
+    assert_eq!(velvet.world(|world| world.vfet_v()), 0.0, "the heaters' supply is on");
+    velvet.assert_safe();
+    velvet.assert_told_once(told);
+}
+
+#[test]
 fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
     let elf = common::hang::image_that_hangs_in("report_status");
     let mut velvet = Plan::new().image(elf.clone()).start();
@@ -273,6 +284,19 @@ fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
     velvet.type_in("M105");
     let answer = velvet.hear_until("T:", SECOND) + &velvet.hear(100);
     assert!(answer.contains("/0.0 @0"), "{answer}");
+}
+
+/// The interrupts that run the planner and the watch over drivers and supplies: what they would do is not done, and everything
+/// else goes on.
+#[test]
+fn the_watchdog_misses_the_planner_and_the_slow_watch_too() {
+    for interrupt in ["LPTIM1", "LPTIM2"] {
+        let elf = common::hang::image_that_skips(interrupt);
+        let mut velvet = Plan::new().image(elf.clone()).start();
+        // It is in the board's flash now.
+        let _ = std::fs::remove_file(elf);
+        velvet.hear_until("WARNING: the watchdog reset the board: the firmware had stopped answering\n", 6 * SECOND);
+    }
 }
 
 /// A machine on its way along X, 122 us from step to step, that keeps all interrupts off for twice so many instructions whenever

@@ -14,6 +14,12 @@ pub fn image_that_hangs_in(function: &str) -> PathBuf {
     image_with(function, &[FOR_EVER], "hangs")
 }
 
+/// A copy of the firmware where this function, which returns nothing, does nothing.
+pub fn image_that_skips(function: &str) -> PathBuf {
+    // BX LR (A7.7.20, encoding T1).
+    image_with(function, &[0x4770], "skips")
+}
+
 /// A copy of the firmware where this function, which returns nothing, only keeps all interrupts off for twice so many instructions.
 pub fn image_that_masks_interrupts_in(function: &str, loops: u16) -> PathBuf {
     // MOVW R0, #loops (A7.7.76, encoding T3): the number is scattered over both halfwords.
