@@ -8,7 +8,7 @@ use core::fmt::{self, Write};
 use gcode::{Decoder, Gathered, LineBuffer, MAX_LINE_LENGTH};
 use heapless::{Deque, Vec};
 
-use crate::ports::{ConsoleId, Inbox, MAX_CONSOLES, Ports};
+use crate::ports::{ConsoleId, Inbox, MAX_CONSOLES, Ports, Received};
 
 /// Output a console can be behind with; more than the longest reply of one line.
 const OUTPUT_BYTES: usize = 2_048;
@@ -38,6 +38,10 @@ pub struct Console {
     pub decoder: Decoder,
     /// Ctrl-Y was received.
     pub stop_requested: bool,
+    /// Its line is being carried out.
+    busy: bool,
+    /// Lines its inbox had no room for, and that are not answered yet.
+    lost: u32,
 }
 
 impl Console {
@@ -48,13 +52,25 @@ impl Console {
             output: Deque::new(),
             decoder: Decoder::new(),
             stop_requested: false,
+            busy: false,
+            lost: 0,
         }
     }
 
     /// Gathers bytes until a line is whole. True when a line was dropped for being too long.
     fn gather(&mut self, inbox: &Inbox) -> bool {
-        while self.line.is_none() {
-            let Some(byte) = inbox.take_byte() else { return false };
+        while self.line.is_none() && self.lost == 0 {
+            let byte = match inbox.take() {
+                Some(Received::Byte(byte)) => byte,
+                Some(Received::ForgetLine) => {
+                    self.gathering.clear();
+                    continue;
+                }
+                None => {
+                    self.lost = inbox.take_lost();
+                    return false;
+                }
+            };
             match self.gathering.push(byte) {
                 Some(Gathered::Line(line)) => self.line = Vec::from_slice(line).ok(),
                 Some(Gathered::TooLong) => return true,
@@ -132,10 +148,30 @@ impl Consoles {
             let console = ((self.turn + step) % self.count) as u8;
             if let Some(line) = self.take_from(console) {
                 self.turn = usize::from(console) + 1;
+                if let Some(console) = self.get_mut(console) {
+                    console.busy = true;
+                }
                 return Some((console, line));
             }
         }
         None
+    }
+
+    /// The line that [`Self::take_line`] gave has been answered.
+    pub fn answered(&mut self, console: u8) {
+        if let Some(console) = self.get_mut(console) {
+            console.busy = false;
+        }
+    }
+
+    /// Takes one lost line to be answered as a refused one, so that a sender that counts answers stays in step. It keeps its place:
+    /// what came before has been answered, and there is room for the answer.
+    pub fn take_lost(&mut self, console: u8) -> bool {
+        let Some(console) = self.get_mut(console) else { return false };
+        let tells =
+            console.lost > 0 && !console.busy && console.line.is_none() && console.output.len() < OUTPUT_BYTES / 2;
+        console.lost -= u32::from(tells);
+        tells
     }
 
     /// Drops the unfinished line of a console, as an abort does.

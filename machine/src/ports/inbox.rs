@@ -1,17 +1,26 @@
-//! Where a console's bytes wait between the interrupt that receives them and the dispatcher.
+//! The queue between a console's receiver and the dispatcher.
 //!
 //! One writer (the receive task) and one reader (the dispatcher), atomics only. Realtime characters are taken out of
 //! the stream on the writing side, so a feed hold or an abort is seen even when the line queue is full.
-//! Depth: [`INBOX_BYTES`] hold 44 ms of a 115200 baud line, longer than any one wait of the dispatcher between looks.
+//!
+//! A transport that can hold its sender back (USB, TCP) asks for [`Inbox::room`] and never overfills it. A UART without
+//! handshake cannot. What does not fit is then lost by whole lines, never by bytes: half a line would be another command. Once
+//! a line is lost, so is all that follows until the reader has caught up, so that lines stay in order; and each lost line is
+//! counted, so that each gets an answer.
+//!
+//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, some hundred lines that a person pastes while the
+//! machine is busy.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use gcode::realtime::{self, Realtime};
 
 /// Bytes an inbox holds. A power of two.
-pub const INBOX_BYTES: usize = 512;
+pub const INBOX_BYTES: usize = 4_096;
 /// How many `?` may wait; more are dropped, as Smoothieware v2 does.
 const MAX_QUERIES: u32 = 8;
+/// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any line.
+const FORGET_LINE: u8 = 0x18;
 
 /// The bit of a request that is not counted.
 const fn bit(request: Realtime) -> u32 {
@@ -22,6 +31,38 @@ const fn bit(request: Realtime) -> u32 {
         Realtime::Resume => 4,
         Realtime::Stop => 8,
     }
+}
+
+/// Where in its lines a receiver is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+enum Place {
+    LineStart,
+    /// As `LineStart`; an LF still belongs to the line before.
+    AfterReturn,
+    InLine,
+    /// In a line that is lost.
+    Losing,
+}
+
+impl Place {
+    const fn of(code: u8) -> Self {
+        match code {
+            0 => Self::LineStart,
+            1 => Self::AfterReturn,
+            2 => Self::InLine,
+            _ => Self::Losing,
+        }
+    }
+}
+
+/// What the stream has next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// A byte of a line.
+    Byte(u8),
+    /// The line so far is to be forgotten: its rest did not fit.
+    ForgetLine,
 }
 
 /// A console's receive queue.
@@ -36,7 +77,9 @@ pub struct Inbox {
     requests: AtomicU32,
     /// Pending `?`.
     queries: AtomicU32,
-    /// Bytes dropped because the queue was full.
+    /// Where the receiver is, a [`Place`]. Touched by the receive task only.
+    place: AtomicU8,
+    /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
 }
 
@@ -56,15 +99,17 @@ impl Inbox {
             taken: AtomicU32::new(0),
             requests: AtomicU32::new(0),
             queries: AtomicU32::new(0),
+            place: AtomicU8::new(Place::LineStart as u8),
             lost: AtomicU32::new(0),
         }
     }
 
-    /// How many more bytes fit. A transport that can hold its sender back (USB, TCP) asks before it receives.
+    /// How many more bytes surely fit. A transport that can hold its sender back asks before it receives.
     #[must_use]
     pub fn room(&self) -> usize {
         let used = self.received.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Acquire));
-        INBOX_BYTES.saturating_sub(used as usize)
+        // One place is kept for FORGET_LINE.
+        (INBOX_BYTES - 1).saturating_sub(used as usize)
     }
 
     /// Receives one byte: acts on it if it is a realtime character, else queues it. False when it had to be dropped.
@@ -73,16 +118,42 @@ impl Inbox {
             self.request(request);
             return true;
         }
-        let received = self.received.load(Ordering::Relaxed);
-        if self.room() == 0 {
-            self.lost.fetch_add(1, Ordering::Relaxed);
-            return false;
+        let at = Place::of(self.place.load(Ordering::Relaxed));
+        let ended = match byte {
+            // CR LF is one end.
+            b'\n' if at == Place::AfterReturn => {
+                self.place.store(Place::LineStart as u8, Ordering::Relaxed);
+                return true;
+            }
+            b'\n' => Some(Place::LineStart),
+            b'\r' => Some(Place::AfterReturn),
+            _ => None,
+        };
+        let kept = match at {
+            Place::Losing => false,
+            Place::InLine => self.room() > 0,
+            // Whole lines wait until the reader has heard of those lost before them.
+            Place::LineStart | Place::AfterReturn => self.room() > 0 && self.lost.load(Ordering::Acquire) == 0,
+        };
+        match (kept, at) {
+            (true, _) => self.push(byte),
+            (false, Place::InLine) => self.push(FORGET_LINE),
+            _ => {}
         }
+        if !kept && ended.is_some() {
+            self.lost.fetch_add(1, Ordering::Release);
+        }
+        let next = ended.unwrap_or(if kept { Place::InLine } else { Place::Losing });
+        self.place.store(next as u8, Ordering::Relaxed);
+        kept
+    }
+
+    fn push(&self, byte: u8) {
+        let received = self.received.load(Ordering::Relaxed);
         if let Some(slot) = self.bytes.get(received as usize % INBOX_BYTES) {
             slot.store(byte, Ordering::Relaxed);
         }
         self.received.store(received.wrapping_add(1), Ordering::Release);
-        true
     }
 
     /// Leaves a realtime request, as its character would.
@@ -96,15 +167,15 @@ impl Inbox {
         }
     }
 
-    /// Takes the next byte.
-    pub fn take_byte(&self) -> Option<u8> {
+    /// Takes what is next in the stream.
+    pub fn take(&self) -> Option<Received> {
         let taken = self.taken.load(Ordering::Relaxed);
         if taken == self.received.load(Ordering::Acquire) {
             return None;
         }
         let byte = self.bytes.get(taken as usize % INBOX_BYTES)?.load(Ordering::Relaxed);
         self.taken.store(taken.wrapping_add(1), Ordering::Release);
-        Some(byte)
+        Some(if byte == FORGET_LINE { Received::ForgetLine } else { Received::Byte(byte) })
     }
 
     /// Takes the most urgent pending request: abort, then hold, resume, stop, then queries.
@@ -121,33 +192,44 @@ impl Inbox {
         None
     }
 
-    /// Bytes dropped since the last call.
+    /// Lines lost since the last call, once everything that came before them has been taken.
     pub fn take_lost(&self) -> u32 {
-        self.lost.swap(0, Ordering::Relaxed)
+        let caught_up = self.taken.load(Ordering::Relaxed) == self.received.load(Ordering::Acquire);
+        if caught_up { self.lost.swap(0, Ordering::AcqRel) } else { 0 }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+    use std::string::String;
+    use std::vec::Vec;
+
+    /// Takes what is there; the lines that ended, and how many are said to be lost behind them.
+    fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
+        while let Some(received) = inbox.take() {
+            match received {
+                Received::ForgetLine => line.clear(),
+                Received::Byte(b'\n' | b'\r') => lines.push(core::mem::take(line)),
+                Received::Byte(byte) => line.push(char::from(byte)),
+            }
+        }
+        lines.extend((0..inbox.take_lost()).map(|_| "lost".into()));
+    }
 
     #[test]
     fn realtime_characters_leave_the_stream_even_when_it_is_full() {
         let inbox = Inbox::new();
-        for _ in 0..INBOX_BYTES {
+        while inbox.room() > 0 {
             assert!(inbox.receive(b'a'));
         }
         assert!(!inbox.receive(b'b'), "a full inbox must refuse");
-        assert_eq!(inbox.take_lost(), 1);
         assert!(inbox.receive(b'?') && inbox.receive(b'!') && inbox.receive(0x18));
         assert_eq!(inbox.take_request(), Some(Realtime::Abort));
         assert_eq!(inbox.take_request(), Some(Realtime::Hold));
         assert_eq!(inbox.take_request(), Some(Realtime::Status));
         assert_eq!(inbox.take_request(), None);
-        for _ in 0..INBOX_BYTES {
-            assert_eq!(inbox.take_byte(), Some(b'a'));
-        }
-        assert_eq!(inbox.take_byte(), None);
     }
 
     #[test]
@@ -158,5 +240,43 @@ mod tests {
         }
         let answered = core::iter::from_fn(|| inbox.take_request()).count();
         assert_eq!(answered, 8);
+    }
+
+    #[test]
+    fn carriage_returns_and_line_feeds_end_one_line_together() {
+        let inbox = Inbox::new();
+        b"a\r\nb\rc\n\nd\r\n".iter().for_each(|byte| assert!(inbox.receive(*byte)));
+        let mut lines = Vec::new();
+        read(&inbox, &mut String::new(), &mut lines);
+        assert_eq!(lines, ["a", "b", "c", "", "d"]);
+    }
+
+    proptest! {
+        /// However lines come and are read: each is read whole or counted as lost, in order.
+        #[test]
+        fn each_line_is_read_whole_or_counted(
+            rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
+        ) {
+            let inbox = Inbox::new();
+            let (mut line, mut lines, mut sent) = (String::new(), Vec::new(), Vec::new());
+            for (burst, returns, length) in rounds {
+                for _ in 0..burst {
+                    let text = std::format!("{}:{}", sent.len(), "x".repeat(length));
+                    let end: &[u8] = if returns { b"\r\n" } else { b"\n" };
+                    for byte in text.bytes().chain(end.iter().copied()) {
+                        let _kept = inbox.receive(byte);
+                    }
+                    sent.push(text);
+                }
+                read(&inbox, &mut line, &mut lines);
+            }
+            prop_assert_eq!(lines.len(), sent.len());
+            for (read, sent) in lines.iter().zip(&sent) {
+                prop_assert!(read == sent || read == "lost", "{read} is not {sent}");
+            }
+            // Nothing is lost without need.
+            let lost = lines.iter().filter(|line| *line == "lost").count();
+            prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
+        }
     }
 }
