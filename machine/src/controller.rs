@@ -11,13 +11,15 @@ use units::{Micros, MmPerSecond, PerAxis};
 use crate::arms::MotorSpace;
 use crate::console::{Consoles, Target};
 use crate::failure::Failure;
+use crate::files::{CARD, Upload};
 use crate::halt::HaltWatch;
 use crate::levelling::Levelling;
 use crate::limits::LimitWatch;
 use crate::modal::{Modal, Saved};
 use crate::overrides::Overrides;
+use crate::park::ParkPosition;
 use crate::player::Player;
-use crate::ports::{FileHandle, PATH_BYTES, Ports};
+use crate::ports::{PATH_BYTES, Ports};
 use crate::probing::Probing;
 use crate::punctuality::PunctualityWatch;
 use crate::splines::Splines;
@@ -55,11 +57,12 @@ pub struct Controller<P: Ports> {
     /// Saved settings.
     pub(crate) overrides: Overrides,
     /// File being uploaded (M28).
-    pub(crate) upload: Option<FileHandle>,
+    pub(crate) upload: Option<Upload>,
     /// Directory that relative names start from.
     pub(crate) directory: String<PATH_BYTES>,
     /// Homed axes, one bit each.
     pub(crate) homed: u8,
+    pub(crate) park_position: ParkPosition,
     /// Correction of homing positions (M206), mm.
     pub(crate) home_offset: PerAxis<f64>,
     /// Set while X, Y and Z are motors (homing of towers and arms).
@@ -103,8 +106,10 @@ impl<P: Ports> Controller<P> {
             player: Player::default(),
             overrides: Overrides::default(),
             upload: None,
-            directory: String::new(),
+            // The card's name fits.
+            directory: String::try_from(CARD).unwrap_or_default(),
             homed: 0,
+            park_position: ParkPosition::default(),
             home_offset: PerAxis([0.0; units::MAX_AXES]),
             motor_space: None,
             probing: Probing::default(),
@@ -149,6 +154,7 @@ impl<P: Ports> Controller<P> {
             } else if let Some((console, line)) = self.consoles.take_line() {
                 self.target = Target::Console(console);
                 self.run_console_line(console, &line).await;
+                self.consoles.answered(console);
                 self.drain().await;
             } else if !self.run_next_job().await {
                 yield_once().await;

@@ -20,8 +20,8 @@ impl<P: Ports> Controller<P> {
     pub(crate) async fn run_console_line(&mut self, console: u8, line: &[u8]) {
         let Some(source) = self.consoles.get_mut(console) else { return };
         match source.decoder.decode(line) {
-            Ok(decoded) if self.upload.is_some() && !matches!(decoded, Line::Console(_)) => {
-                self.upload_line(line, &decoded)
+            Ok(decoded) if self.uploads_from(console) && !matches!(decoded, Line::Console(_)) => {
+                self.upload_line(line, &decoded);
             }
             Ok(decoded) => {
                 // Whoever typed it reads how it went.

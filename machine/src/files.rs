@@ -3,38 +3,60 @@
 use gcode::{Block, Line};
 use heapless::{String, Vec};
 
+use crate::console::Target;
 use crate::controller::Controller;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::ports::{DirectoryEntry, LIST_CHUNK, OpenMode, PATH_BYTES, Ports, StorageError};
+use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Ports, StorageError};
 
 /// An absolute path.
 pub type Path = String<PATH_BYTES>;
+/// Where the card is, and the directory that names start from at boot.
+pub(crate) const CARD: &str = "/sd";
+
+/// A file being uploaded (M28). Until its M29 nothing that its console sends is carried out, whatever became of the file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Upload {
+    /// The console it comes from.
+    from: u8,
+    /// None when it could not be opened, or was lost to a halt.
+    file: Option<FileHandle>,
+}
+
+/// A name relative to a directory, made absolute. There is nothing but the card: `/x` is its file x, as `/sd/x` is. One that
+/// does not fit becomes empty, which no file has.
+fn absolute(directory: &str, name: &str) -> Path {
+    let name = name.trim().trim_matches('"');
+    let mut path = Path::new();
+    let base = if name.starts_with('/') { "" } else { directory };
+    for part in base.split('/').chain(name.split('/')) {
+        let fits = match part {
+            "" | "." => true,
+            ".." => {
+                let end = path.rfind('/').unwrap_or(0);
+                path.truncate(end);
+                true
+            }
+            part => {
+                let is_card = !path.is_empty() || part.eq_ignore_ascii_case(CARD.trim_start_matches('/'));
+                let on_card = is_card || path.push_str(CARD).is_ok();
+                on_card && path.push('/').is_ok() && path.push_str(part).is_ok()
+            }
+        };
+        if !fits {
+            return Path::new();
+        }
+    }
+    if path.is_empty() {
+        // Three characters fit.
+        let _ = path.push_str(CARD);
+    }
+    path
+}
 
 impl<P: Ports> Controller<P> {
     /// A name relative to the current directory, made absolute. One that does not fit becomes empty, which no file has.
     pub(crate) fn absolute(&self, name: &str) -> Path {
-        let name = name.trim().trim_matches('"');
-        let mut path = Path::new();
-        let base = if name.starts_with('/') { "" } else { self.directory.as_str() };
-        for part in base.split('/').chain(name.split('/')) {
-            let fits = match part {
-                "" | "." => true,
-                ".." => {
-                    let end = path.rfind('/').unwrap_or(0);
-                    path.truncate(end);
-                    true
-                }
-                part => path.push('/').is_ok() && path.push_str(part).is_ok(),
-            };
-            if !fits {
-                return Path::new();
-            }
-        }
-        if path.is_empty() {
-            // One character fits.
-            let _ = path.push('/');
-        }
-        path
+        absolute(&self.directory, name)
     }
 
     /// M20, M21, M23 to M29, M32.
@@ -60,31 +82,54 @@ impl<P: Ports> Controller<P> {
     }
 
     fn begin_upload(&mut self, name: &str) -> Outcome {
-        let path = self.absolute(name);
-        match self.ports.open(&path, OpenMode::Write) {
-            Ok(file) if !name.is_empty() => {
-                self.upload = Some(file);
-                self.say(format_args!("Writing to file: {name}\n"));
-            }
-            _ => self.say(format_args!("open failed, File: {name}.\n")),
+        let Target::Console(console) = self.target else {
+            return Err(Failure::refused("only a console can upload a file"));
+        };
+        if self.upload.is_some() {
+            return Err(Failure::refused("another file is being uploaded"));
         }
+        let path = self.absolute(name);
+        let file = if name.is_empty() { Err(StorageError::BadPath) } else { self.ports.open(&path, OpenMode::Write) };
+        match file {
+            Ok(_) => self.say(format_args!("Writing to file: {name}\n")),
+            Err(error) => self.say(format_args!(
+                "open failed, File: {name}.\n// WARNING {}: everything up to M29 is discarded\n",
+                error.text()
+            )),
+        }
+        self.upload = Some(Upload { from: console, file: file.ok() });
         Ok(Answer::Ok)
+    }
+
+    /// Whether what this console sends belongs to a file.
+    pub(crate) fn uploads_from(&self, console: u8) -> bool {
+        self.upload.is_some_and(|upload| upload.from == console)
+    }
+
+    /// The file is lost. Its sender does not know, and goes on sending what must not be carried out.
+    pub(crate) fn spoil_upload(&mut self) {
+        if let Some(file) = self.upload.as_mut().and_then(|upload| upload.file.take()) {
+            // The upload is lost anyway; a failing close changes nothing.
+            let _ = self.ports.close(file);
+        }
     }
 
     /// A line while a file is being uploaded: stored as it is, until M29.
     pub(crate) fn upload_line(&mut self, line: &[u8], decoded: &Line<'_>) {
-        let Some(file) = self.upload else { return };
+        let Some(Upload { file, .. }) = self.upload else { return };
         let ends = matches!(decoded, Line::Code(blocks) if blocks.clone().next().is_some_and(|block| {
             block.is_ok_and(|block| block.is(gcode::Code::m(29)) && block.is_bare())
         }));
         if ends {
             self.upload = None;
-            match self.ports.close(file) {
-                Ok(()) => self.say(format_args!("Done saving file.\nok\n")),
-                Err(error) => self.say(format_args!("Error:error writing to file: {}\nok\n", error.text())),
+            match file.map(|file| self.ports.close(file)) {
+                Some(Ok(())) => self.say(format_args!("Done saving file.\nok\n")),
+                Some(Err(error)) => self.say(format_args!("Error:error writing to file: {}\nok\n", error.text())),
+                None => self.say(format_args!("error:nothing was saved\nok\n")),
             }
             return;
         }
+        let Some(file) = file else { return self.say(format_args!("ok\n")) };
         let written = self.ports.write(file, line).and_then(|()| self.ports.write(file, b"\n"));
         match written {
             Ok(()) => self.say(format_args!("ok\n")),
@@ -205,7 +250,10 @@ impl<P: Ports> Controller<P> {
     /// `mv from to`, `mkdir name`, `cd name`
     pub(crate) fn directory_command(&mut self, command: &str, arguments: &str) {
         let mut words = arguments.split_ascii_whitespace();
-        let first = self.absolute(words.next().unwrap_or(""));
+        let first = match words.next() {
+            None if command == "cd" => self.absolute("/"),
+            name => self.absolute(name.unwrap_or("")),
+        };
         let done = match command {
             "mv" => {
                 let to = self.absolute(words.next().unwrap_or(""));
@@ -221,9 +269,7 @@ impl<P: Ports> Controller<P> {
     }
 
     fn change_directory(&mut self, path: Path) -> Result<(), StorageError> {
-        if path != "/" {
-            self.ports.list(&path, 0, &mut Vec::new())?;
-        }
+        self.ports.list(&path, 0, &mut Vec::new())?;
         self.directory = path;
         Ok(())
     }
@@ -236,5 +282,30 @@ impl<P: Ports> Controller<P> {
             }
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_path_is_on_the_card() {
+        for (directory, name, expected) in [
+            ("/sd", "x.g", "/sd/x.g"),
+            ("/sd", "/x.g", "/sd/x.g"),
+            ("/sd", "/sd/x.g", "/sd/x.g"),
+            ("/sd", "/SD/x.g", "/SD/x.g"),
+            ("/sd", "", "/sd"),
+            ("/sd", "/", "/sd"),
+            ("/sd", "..", "/sd"),
+            ("/sd/parts", "../x.g", "/sd/x.g"),
+            ("/sd/parts", "../../../x.g", "/sd/x.g"),
+            ("/sd", "\"with space.g\"", "/sd/with space.g"),
+            ("/sd", "sd/x.g", "/sd/sd/x.g"),
+        ] {
+            assert_eq!(absolute(directory, name), expected, "{name} in {directory}");
+        }
+        assert_eq!(absolute("/sd", &"x".repeat(200)), "");
     }
 }

@@ -120,10 +120,7 @@ impl<P: Ports> Controller<P> {
         if self.player.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
         }
-        if let Some(file) = self.upload.take() {
-            // The upload is lost anyway; a failing close changes nothing.
-            let _ = self.ports.close(file);
-        }
+        self.spoil_upload();
     }
 
     /// The kill button, at each poll.

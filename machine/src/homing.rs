@@ -41,12 +41,16 @@ fn axes(set: AxisSet) -> impl Iterator<Item = Axis> {
 impl<P: Ports> Controller<P> {
     /// G28 and its subcodes.
     pub(crate) async fn home_code(&mut self, subcode: u8, block: &Block<'_>) -> Outcome {
+        let parks = matches!((subcode, self.config.general.grbl_mode), (0, true) | (2, false));
         match subcode {
+            0 | 2 if parks => self.park(block).await,
             0 | 2 => {
-                let named =
-                    Axis::ALL.into_iter().filter(|axis| block.has(axis.letter())).fold(0, |set, axis| set | bit(axis));
-                self.home(named).await
+                if let Some((letter, _)) = block.words().find(|(letter, _)| Axis::from_letter(*letter).is_none()) {
+                    return Err(Failure::Refused(message(format_args!("G28: {letter} is no axis that can be homed"))));
+                }
+                self.home(words(block)).await
             }
+            1 => self.store_park_position(block),
             3 => {
                 let flagged = if block.is_bare() { 0b11_1111 } else { words(block) };
                 self.wait_idle().await?;

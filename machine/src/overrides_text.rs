@@ -125,7 +125,7 @@ impl<P: Ports> Controller<P> {
             let [x, y, z] = self.modal.g92.map(|mm| Value(mm, 6));
             writeln!(text, "G92.3 X{x} Y{y} Z{z}")?;
         }
-        Ok(())
+        self.write_park_position(text)
     }
 
     fn write_extruders(&mut self, text: &mut Text) -> fmt::Result {

@@ -17,7 +17,7 @@ use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
 pub use drivers::{DriverFault, DriverStatus, MotorDrivers};
 pub use gcode::realtime::Realtime;
-pub use inbox::{INBOX_BYTES, Inbox};
+pub use inbox::{INBOX_BYTES, Inbox, Received};
 pub use io::{
     Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
 };

@@ -123,7 +123,8 @@ impl<P: Ports> Controller<P> {
             let offsets = self.modal.systems.get(system).copied().unwrap_or_default();
             self.say_offsets(&name, offsets);
         }
-        self.say_offsets("G28", [0.0; 3]);
+        let park = self.park_position;
+        self.say_offsets("G28", [park.x, park.y, park.z.unwrap_or(0.0)]);
         self.say_offsets("G30", [0.0; 3]);
         self.say_offsets("G92", self.modal.g92);
         let [x, y, z] = self.modal.tool_offset.map(|mm| self.modal.in_program_units(mm));

@@ -69,9 +69,9 @@ impl<P: Ports> Controller<P> {
             self.consoles.write(Target::Console(console), format_args!("error:Discarding long line\n"));
         }
         let target = Target::Console(console);
-        let lost = self.ports.inbox(ConsoleId(console)).take_lost();
-        if lost > 0 {
-            self.consoles.write(target, format_args!("error:{lost} bytes lost, wait for ok before sending more\n"));
+        let ok = if self.config.general.grbl_mode { "" } else { "ok\n" };
+        while self.consoles.take_lost(console) {
+            self.consoles.write(target, format_args!("error:line lost, wait for ok before sending more\n{ok}"));
         }
         match self.consoles.waiting(console).map(<[u8]>::trim_ascii) {
             Some(b"$X") => {

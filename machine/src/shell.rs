@@ -6,49 +6,19 @@ use units::Axis;
 use crate::console::Target;
 use crate::controller::Controller;
 use crate::failure::{Answer, Failure};
+use crate::help::{self, COMMANDS};
 use crate::ports::Ports;
 use crate::state::State;
 
-/// Every command word, in the order `help` lists them.
-const COMMANDS: [&str; 30] = [
-    "help",
-    "version",
-    "mem",
-    "ls",
-    "cd",
-    "cat",
-    "rm",
-    "mv",
-    "mkdir",
-    "play",
-    "progress",
-    "abort",
-    "suspend",
-    "resume",
-    "get",
-    "config-get",
-    "config-set",
-    "config-load",
-    "load",
-    "switch",
-    "reset",
-    "echo",
-    "$G",
-    "$#",
-    "$H",
-    "$X",
-    "$I",
-    "$S",
-    "$J",
-    "$P",
-];
-
 impl<P: Ports> Controller<P> {
-    /// Runs a console command and answers it.
     /// Runs a console command. False when it was not carried out, which has been said.
     pub(crate) async fn run_command(&mut self, line: &str) -> bool {
         let (word, arguments) = line.split_once([' ', '\t']).unwrap_or((line, ""));
         let arguments = arguments.trim();
+        if let Some(text) = help::help(word).filter(|_| help::is_asked(arguments)) {
+            self.say(format_args!("{text}\nok\n"));
+            return true;
+        }
         let answered = match word {
             word if word.starts_with('$') => self.dollar_command(word, arguments, line).await,
             "m23" | "m32" | "m117" => Ok(Some(Answer::Ok)),
@@ -70,7 +40,7 @@ impl<P: Ports> Controller<P> {
     async fn shell_command(&mut self, word: &str, arguments: &str) -> Result<Option<Answer>, Failure> {
         match word {
             "help" => {
-                for command in COMMANDS {
+                for (command, _) in COMMANDS {
                     self.say(format_args!("{command}\n"));
                 }
             }

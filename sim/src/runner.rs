@@ -234,7 +234,11 @@ impl Runner {
 
     /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what was sent.
     pub fn command(&mut self, line: &str, deadline_ns: u64) -> String {
-        let console = ConsoleId(0);
+        self.command_on(ConsoleId(0), line, deadline_ns)
+    }
+
+    /// The same on any console.
+    pub fn command_on(&mut self, console: ConsoleId, line: &str, deadline_ns: u64) -> String {
         self.type_on(console, line);
         self.type_on(console, "\n");
         let mut text = String::new();

@@ -164,6 +164,18 @@ impl Bench {
         answer
     }
 
+    /// Sends a line on another console and returns the whole answer.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub fn say_on(&mut self, console: ConsoleId, line: &str) -> String {
+        // What was said there before is no part of it.
+        let _before = self.runner.read_from(console);
+        let answer = self.runner.command_on(console, line, (PATIENCE_S * SECOND) as u64);
+        assert!(!answer.is_empty(), "no answer to {line}");
+        answer
+    }
+
     /// Sends a line whose answer has no ok, and returns what is said within a tenth of a second.
     pub fn ask(&mut self, line: &str) -> String {
         self.type_in(line);
