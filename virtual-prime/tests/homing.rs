@@ -1,0 +1,54 @@
+//! Homing by the real image: how far past their switches the carriages go, where the end switch's interrupt stops the step queue.
+
+mod common;
+
+use common::velvet::{Plan, SECOND, Velvet};
+use sim::world::Fault;
+use units::Actuator::{self, Alpha, Beta, Gamma};
+
+/// What a switch gives way, mm.
+const OVERTRAVEL: f64 = 0.3;
+
+/// The sample with these rates for every axis.
+fn machine(acceleration: u32, fast: u32, slow: u32) -> Plan {
+    let axes = ["x", "y", "z"].into_iter().zip(["alpha", "beta", "gamma"]);
+    axes.fold(Plan::new(), |plan, (axis, motor)| {
+        plan.set(&format!("[endstops] min{axis}.fast_rate = {fast}"))
+            .set(&format!("[endstops] min{axis}.slow_rate = {slow}"))
+            .set(&format!("[actuator] {motor}.acceleration = {acceleration}"))
+            .set(&format!("[actuator] {motor}.max_rate = 18000"))
+            .set(&format!("[motion control] {axis}_axis_max_speed = 18000"))
+            .set(&format!("[endstops] min{axis}.retract = 1"))
+    })
+}
+
+#[track_caller]
+fn assert_home(velvet: &mut Velvet) {
+    for motor in [Alpha, Beta, Gamma] {
+        let name = Actuator::name(motor);
+        let (at, reached, lost) =
+            velvet.world(|world| (world.carriage_mm(motor), world.reached_mm(motor), world.lost_mm(motor)));
+        assert!(at.is_some_and(|at| at.abs() < 0.013), "{name} rests at {at:?}");
+        let past = -reached.expect("a motor")[0];
+        println!("{name}: {past:.3} mm past its switch");
+        assert!(past <= OVERTRAVEL && lost == 0.0, "{name} went {past} mm past its switch");
+    }
+}
+
+#[test]
+fn lazy_axes_stop_at_their_switches() {
+    // 30 mm/s and 100 mm/s2 would take 4.5 mm to brake. X and Z share an edge detector of the chip.
+    let mut velvet = machine(100, 30, 2).start();
+    velvet.ask("G28", 20 * SECOND);
+    assert_home(&mut velvet);
+}
+
+#[test]
+fn fast_axes_stop_at_switches_that_bounce() {
+    let mut velvet = machine(3_000, 200, 10).start();
+    for name in ["minx", "miny", "minz"] {
+        velvet.inject(&Fault::SwitchBounces(name.into()));
+    }
+    velvet.ask("G28", 20 * SECOND);
+    assert_home(&mut velvet);
+}
