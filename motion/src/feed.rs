@@ -14,6 +14,7 @@ use crate::{
     motor::{LONG_AGO, Motor, MotorSetup},
     queue::{StepEvent, StepQueue},
     series::Scale,
+    timeline::Passed,
     trajectory::whole_ticks,
     trigger::{Fired, Latch, Trigger},
 };
@@ -113,7 +114,8 @@ impl StepFeed {
 
     /// One run of the feed task, due every half millisecond. Writes the queue up to [`HORIZON`] ahead of `now`, stops the
     /// motion if the latch has fired, clears up after a cut. The caller then makes sure the step timer is armed.
-    pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) {
+    /// Returns how far the motors have come.
+    pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
         self.obey(&orders, queue);
         if queue.is_cut() {
@@ -138,7 +140,7 @@ impl StepFeed {
         }
         let report = self.report(queue);
         let squeezed = self.motors.iter_mut().map(|motor| core::mem::take(&mut motor.squeezed)).sum();
-        motion.with(|motion| motion.feed_reports(report, urgent, squeezed));
+        motion.with(|motion| motion.feed_reports(now, report, urgent, squeezed))
     }
 
     fn obey(&mut self, orders: &FeedOrders, queue: &StepQueue) {

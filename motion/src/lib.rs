@@ -44,6 +44,7 @@ mod smooth;
 mod store;
 #[cfg(test)]
 mod tests;
+pub mod timeline;
 pub mod trajectory;
 pub mod trigger;
 
@@ -53,10 +54,11 @@ pub use feed::StepFeed;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, State};
-pub use moves::{Corner, Mode, Move, Refusal};
+pub use moves::{Corner, Mode, Move, Refusal, Tag};
 pub(crate) use root::square_root;
 pub use root::use_square_root;
 pub use store::Store;
+pub use timeline::{Mark, Passed};
 pub use trigger::{Latch, Trigger};
 
 /// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it likes).

@@ -26,6 +26,15 @@ pub enum Corner {
     Rounded(f64),
 }
 
+/// What a move is made for, as whoever submits it counts: a line of a file, say. Motion hands it back while the motors make the move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tag(pub u32);
+
+impl Tag {
+    /// For nothing in particular.
+    pub const NONE: Self = Self(0);
+}
+
 /// A move from wherever the previous one ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Move {
@@ -42,19 +51,29 @@ pub struct Move {
     pub curve: Curve,
     /// The corner at its beginning.
     pub corner: Corner,
+    /// What it is made for.
+    pub tag: Tag,
 }
 
 impl Move {
     /// A working move without power.
     #[must_use]
     pub const fn feed(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Feed, power: 0.0, curve: Curve::Line, corner: Corner::Sharp }
+        Self {
+            target,
+            feed_rate,
+            mode: Mode::Feed,
+            power: 0.0,
+            curve: Curve::Line,
+            corner: Corner::Sharp,
+            tag: Tag::NONE,
+        }
     }
 
     /// A positioning move.
     #[must_use]
     pub const fn rapid(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
-        Self { target, feed_rate, mode: Mode::Rapid, power: 0.0, curve: Curve::Line, corner: Corner::Sharp }
+        Self { mode: Mode::Rapid, ..Self::feed(target, feed_rate) }
     }
 }
 

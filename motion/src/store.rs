@@ -2,7 +2,7 @@
 //!
 //! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and this a larger one.
 
-use crate::{compensation::Surface, filters::History, path::CurveRing};
+use crate::{compensation::Surface, filters::History, path::CurveRing, timeline::Timeline};
 
 /// A place elsewhere: a static on a board, the heap where there is one (tests make thousands of machines).
 #[cfg(not(any(test, feature = "oracle")))]
@@ -10,12 +10,14 @@ pub(crate) type Elsewhere<T> = &'static mut T;
 #[cfg(any(test, feature = "oracle"))]
 pub(crate) type Elsewhere<T> = std::boxed::Box<T>;
 
-/// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), and the bed's surface (42 KiB).
+/// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), the bed's surface (42 KiB), and what the
+/// moves are made for.
 #[derive(Debug)]
 pub struct Store {
     pub(crate) history: History,
     pub(crate) curves: CurveRing,
     pub(crate) surface: Surface,
+    pub(crate) timeline: Timeline,
 }
 
 impl Default for Store {
@@ -28,6 +30,6 @@ impl Store {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { history: History::new(), curves: CurveRing::new(), surface: Surface::new() }
+        Self { history: History::new(), curves: CurveRing::new(), surface: Surface::new(), timeline: Timeline::new() }
     }
 }

@@ -7,6 +7,7 @@ use crate::{
     filters::FilterConfig,
     knots::point_of_steps,
     planner::Block,
+    timeline::Passed,
     trajectory::{Piece, TakenBack},
     trigger::Trigger,
 };
@@ -53,6 +54,12 @@ impl Motion {
     #[must_use]
     pub fn position_of_steps(&self, steps: &PerActuator<StepCount>) -> PerAxis<f64> {
         self.config.as_ref().map_or(self.place, |config| self.compensation.program(&point_of_steps(config, steps)))
+    }
+
+    /// What the motors are making, and which marks they have reached, as of the feed's last run.
+    #[must_use]
+    pub const fn passed(&self) -> Passed {
+        self.passed
     }
 
     /// Path speed at the cursor, about 1.5 ms and the filters' latency ahead of the motors.

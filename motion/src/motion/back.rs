@@ -141,6 +141,7 @@ impl Motion {
         self.resting = false;
         self.piece = None;
         self.filters.take_back(place);
+        self.timeline.take_back(self.clock);
         self.planner.replan(block.cruise(&self.overrides), &self.overrides);
         let count = self.taken_back.map_or(0, |taken| taken.count);
         let (count, from, out) = (count.wrapping_add(1), self.clock, self.filters.out);

@@ -16,6 +16,7 @@ use crate::{
     ramp::Ramp,
     run::{Run, Slice},
     square_root,
+    timeline::Passed,
     trajectory::{at_tick, whole_ticks},
     trigger::Trigger,
 };
@@ -55,6 +56,10 @@ impl Motion {
                 self.piece = Some(piece);
                 // Asked for when trajectory is taken back only.
                 self.piece_ramp = if self.filters.engaged() { run.ramp() } else { None };
+            }
+            let block = self.planner.released().wrapping_sub(1);
+            if !self.timeline.has_begun(block) {
+                self.timeline.begin(block, run.block.tag, self.clock);
             }
             if let Some(slice) = run.advance() {
                 return Some(slice);
@@ -217,6 +222,7 @@ impl Motion {
         }
         self.planner.clear();
         self.curves.clear();
+        self.timeline.clear(self.planner.pushed());
         self.planned = self.place;
         self.last = None;
         self.resting = true;
@@ -269,6 +275,7 @@ impl Motion {
             run.shift(shift);
         }
         self.filters.shift(shift);
+        self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 
     /// What the feed must know before it goes on.
@@ -277,10 +284,13 @@ impl Motion {
     }
 
     /// The feed's word on what it did.
-    pub(crate) fn feed_reports(&mut self, report: FeedReport, urgent: bool, squeezed: u32) {
+    pub(crate) fn feed_reports(&mut self, now: Ticks, report: FeedReport, urgent: bool, squeezed: u32) -> Passed {
         self.report = report;
         self.counters.urgent = self.counters.urgent.saturating_add(u32::from(urgent));
         self.counters.squeezed = self.counters.squeezed.saturating_add(squeezed);
+        let rests = self.is_idle();
+        self.passed = self.timeline.pass(now, rests, self.planner.pushed());
+        self.passed
     }
 
     /// An armed input has fired: stop.

@@ -34,12 +34,13 @@ use crate::{
     knots::{nearest_step, step_positions},
     least,
     motor::MotorSetup,
-    moves::Refusal,
+    moves::{Refusal, Tag},
     path::{self, CurveRing, Path},
     planner::{Block, CAPACITY, KEPT, Overrides, Planner},
     ramp::Ramp,
     run::Run,
     store::Elsewhere,
+    timeline::{Mark, Passed, Timeline},
     trajectory::{Piece, TakenBack, TickTime},
     trigger::Trigger,
 };
@@ -106,6 +107,10 @@ pub struct Motion {
     filters: Filters,
     /// What lies between the filters and the kinematics.
     compensation: Compensation,
+    /// What the moves are made for, and marks between them.
+    timeline: Elsewhere<Timeline>,
+    /// How far the motors had come at the feed's last run.
+    passed: Passed,
     /// Machine position at `clock` while nothing runs.
     place: PerAxis<f64>,
     /// The last time that trajectory was taken back.
@@ -172,18 +177,24 @@ impl Motion {
     #[cfg(any(test, feature = "oracle"))]
     #[must_use]
     pub fn new() -> Self {
-        let crate::Store { history, curves, surface } = crate::Store::new();
-        Self::over(std::boxed::Box::new(history), std::boxed::Box::new(curves), std::boxed::Box::new(surface))
+        use std::boxed::Box;
+        let crate::Store { history, curves, surface, timeline } = crate::Store::new();
+        Self::over(Box::new(history), Box::new(curves), Box::new(surface), Box::new(timeline))
     }
 
     /// Not configured: refuses every move. Keeps what is large in `store`.
     #[cfg(not(any(test, feature = "oracle")))]
     #[must_use]
     pub const fn new(store: &'static mut crate::Store) -> Self {
-        Self::over(&mut store.history, &mut store.curves, &mut store.surface)
+        Self::over(&mut store.history, &mut store.curves, &mut store.surface, &mut store.timeline)
     }
 
-    const fn over(history: Elsewhere<History>, curves: Elsewhere<CurveRing>, surface: Elsewhere<Surface>) -> Self {
+    const fn over(
+        history: Elsewhere<History>,
+        curves: Elsewhere<CurveRing>,
+        surface: Elsewhere<Surface>,
+        timeline: Elsewhere<Timeline>,
+    ) -> Self {
         Self {
             config: None,
             planner: Planner::new(),
@@ -211,6 +222,8 @@ impl Motion {
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
             filters: Filters::new(history),
             compensation: Compensation::new(surface),
+            timeline,
+            passed: Passed { tag: Tag::NONE, mark: Mark(0) },
         }
     }
 
@@ -346,6 +359,7 @@ impl Motion {
         self.orders.cut = true;
         self.planner.clear();
         self.curves.clear();
+        self.timeline.clear(self.planner.pushed());
         self.run = None;
         self.resting = true;
         self.resume_wanted = false;

@@ -13,6 +13,7 @@ use crate::{
     path::{self, Curve, Path},
     planner::{Envelope, SMALLEST, corner_sq, is_smooth, jump_sq},
     square_root,
+    timeline::Mark,
 };
 
 impl Motion {
@@ -27,6 +28,18 @@ impl Motion {
         // What a block is planned by depends on what was planned before it: always after each, then, whenever the planner's turn comes.
         self.planner.plan_jerk();
         result
+    }
+
+    /// Makes a mark behind what has been submitted so far: the feed's reports tell when the motors have come there. What hangs on a
+    /// mark stops nothing, and changes no speed.
+    ///
+    /// # Errors
+    /// [`Refusal::Full`] when too many marks wait, and [`Refusal::Stopping`]: ask again later.
+    pub fn mark(&mut self) -> Result<Mark, Refusal> {
+        if matches!(self.state, State::Stopping | State::Aborting) {
+            return Err(Refusal::Stopping);
+        }
+        self.timeline.mark(self.planner.pushed()).ok_or(Refusal::Full)
     }
 
     fn accept(&mut self, request: &Move) -> Result<(), Refusal> {

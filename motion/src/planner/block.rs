@@ -9,7 +9,7 @@ use crate::{
     config::Limits,
     kinematics::Strain,
     least,
-    moves::{Mode, Move},
+    moves::{Mode, Move, Tag},
     square_root,
 };
 
@@ -50,6 +50,8 @@ pub struct Block {
     pub mode: Mode,
     /// It follows a curve, which waits in the ring of curves.
     pub(crate) curved: bool,
+    /// What it is made for.
+    pub tag: Tag,
 }
 
 impl Block {
@@ -70,6 +72,7 @@ impl Block {
         power: 0.0,
         mode: Mode::Feed,
         curved: false,
+        tag: Tag::NONE,
     };
 
     /// Cruise speed under these overrides, mm/s.
@@ -234,6 +237,7 @@ impl Envelope {
             power: request.power,
             mode: request.mode,
             curved: !request.curve.is_line(),
+            tag: request.tag,
             ..Block::EMPTY
         }
     }

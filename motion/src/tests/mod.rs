@@ -14,3 +14,4 @@ mod programs;
 mod rig;
 mod smooth;
 mod stops;
+mod timeline;

@@ -141,7 +141,7 @@ impl Drive {
             }
         }
         let drained = end < at_tick(self.now);
-        self.motion.feed_reports(FeedReport { drained, ..FeedReport::RESTING }, false, 0);
+        self.motion.feed_reports(Ticks(0), FeedReport { drained, ..FeedReport::RESTING }, false, 0);
     }
 
     /// Submits what fits, from the front.

@@ -91,6 +91,8 @@ pub struct Rig {
     pub edges: Vec<Edge>,
     pub events: Vec<(u64, StepEvent)>,
     pub counts: PerActuator<i32>,
+    /// Where X was when the feed last ran, mm at 80 steps/mm.
+    pub before: f64,
     forward: u8,
 }
 
@@ -131,6 +133,7 @@ impl Rig {
             edges: Vec::new(),
             events: Vec::new(),
             counts: PerActuator([0; 6]),
+            before: 0.0,
             forward: 0,
         }
     }
@@ -141,6 +144,7 @@ impl Rig {
 
     /// One feed period: the feed runs, then the interrupt plays what falls due.
     pub fn tick(&mut self) {
+        self.before = f64::from(self.counts[Actuator::Alpha]) / 80.0;
         self.feed.run(self.now, &mut self.access, &self.queue, &self.latch);
         self.now = self.now.plus(PERIOD);
         self.play_until(self.now);
