@@ -6,11 +6,15 @@
 #![cfg_attr(not(test), no_std)]
 
 mod axis;
+mod axis_set;
 mod quantity;
 mod steps;
 mod time;
+mod tool;
 
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
+pub use axis_set::AxisSet;
 pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, Ohms, Volts};
 pub use steps::{Direction, StepCount, StepPosition};
 pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};
+pub use tool::ToolId;

@@ -19,7 +19,7 @@ pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms
 pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
-pub use id::{HeaterId, ToolId};
+pub use id::HeaterId;
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
@@ -27,6 +27,7 @@ pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfi
 
 use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};
+pub use units::ToolId;
 use units::{Actuator, Axis, PerActuator};
 
 /// The name of an instance: `hotend`, `fan`, `minx`.
