@@ -131,8 +131,8 @@ impl<P: Ports> Controller<P> {
         mode: Mode,
     ) -> Result<(), Failure> {
         self.enable_motors()?;
-        let request =
-            Move { target, feed_rate: rate, mode, power: self.modal.power, curve, corner: self.modal.path.corner() };
+        let (power, corner) = (self.modal.power, self.modal.path.corner());
+        let request = Move { target, feed_rate: rate, mode, power, curve, corner, tag: motion::Tag::NONE };
         loop {
             match self.ports.motion(|motion| motion.submit(&request)) {
                 Ok(()) => break,
