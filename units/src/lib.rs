@@ -7,6 +7,8 @@
 
 mod axis;
 mod axis_set;
+mod heater;
+mod plane;
 mod quantity;
 mod steps;
 mod time;
@@ -14,6 +16,8 @@ mod tool;
 
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
 pub use axis_set::AxisSet;
+pub use heater::{HeaterId, MAX_HEATERS, SwitchId};
+pub use plane::Plane;
 pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, Ohms, Volts};
 pub use steps::{Direction, StepCount, StepPosition};
 pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};

@@ -19,7 +19,6 @@ pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms
 pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
-pub use id::HeaterId;
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
@@ -27,8 +26,8 @@ pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfi
 
 use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};
-pub use units::ToolId;
 use units::{Actuator, Axis, PerActuator};
+pub use units::{HeaterId, ToolId};
 
 /// The name of an instance: `hotend`, `fan`, `minx`.
 pub type Name = String<24>;
@@ -36,7 +35,7 @@ pub type Name = String<24>;
 pub type Command = String<96>;
 
 /// Temperature controllers at most.
-pub const MAX_TEMPERATURES: usize = 8;
+pub const MAX_TEMPERATURES: usize = units::MAX_HEATERS;
 /// Switches at most.
 pub const MAX_SWITCHES: usize = 16;
 /// Endstops at most: two per axis.

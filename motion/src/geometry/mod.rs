@@ -9,8 +9,9 @@ mod line;
 mod nurbs;
 mod spline;
 
-pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS, Plane};
+pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS};
 pub use chords::{ArcSettings, Chords};
 pub use line::{Line, LineSettings};
 pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
 pub use spline::{Bezier, Smooth, SplineMoves};
+pub use units::Plane;
