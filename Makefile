@@ -90,6 +90,7 @@ test-lint: target/toolchain.mk
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
 	@$(CARGO) test -q --locked
+	@$(CARGO) test -q --locked -p program --features docs --lib
 
 test-image: firmware virtual-prime
 	@echo "== tests on target, on the virtual board"

@@ -13,6 +13,7 @@ use crate::sources;
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
     ("gcode", &["units"]),
+    ("program", &["units", "gcode"]),
     ("config", &["units"]),
     ("motion", &["units"]),
     ("tmc", &["units"]),
@@ -40,7 +41,10 @@ const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"]
 const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
-const PURE: &[&str] = &["units", "gcode", "config", "motion", "tmc", "drivers", "machine", "driver-bank"];
+const PURE: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank"];
+
+/// Crates that never wait: whoever calls them does.
+const SYNCHRONOUS: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers"];
 
 /// Runs every rule and reports all violations at once.
 pub fn check(root: &Path) -> Result<()> {
@@ -50,6 +54,7 @@ pub fn check(root: &Path) -> Result<()> {
         faults.extend(dependency_faults(package, dependencies));
     }
     faults.extend(sources::faults(root, PURE)?);
+    faults.extend(sources::waiting(root, SYNCHRONOUS)?);
     if faults.is_empty() {
         println!("deps: {} crates keep the rules", packages.len());
         return Ok(());

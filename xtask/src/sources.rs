@@ -31,6 +31,26 @@ pub fn faults(root: &Path, pure: &[&str]) -> Result<Vec<String>> {
     Ok(faults)
 }
 
+/// Files of these crates that have something to wait for.
+pub fn waiting(root: &Path, synchronous: &[&str]) -> Result<Vec<String>> {
+    let mut faults = Vec::new();
+    for package in synchronous {
+        for path in rust_files(&root.join(package).join("src"))? {
+            let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let name = path.strip_prefix(root).unwrap_or(&path).display();
+            let waits = |line: &str| words(&code_of(line)).any(|word| word == "async" || word == "await");
+            if let Some(number) = text.lines().position(waits) {
+                faults.push(format!("{name}:{}: {package} never waits: no async here", number + 1));
+            }
+        }
+    }
+    Ok(faults)
+}
+
+fn words(code: &str) -> impl Iterator<Item = &str> {
+    code.split(|c: char| !c.is_alphanumeric() && c != '_')
+}
+
 fn file_faults(name: &str, text: &str) -> Vec<String> {
     let mut faults = Vec::new();
     let lines = text.lines().count();
@@ -42,7 +62,7 @@ fn file_faults(name: &str, text: &str) -> Vec<String> {
     let exempt = name.starts_with("xtask/") || name.starts_with("virtual-prime/images/");
     if !may_be_unsafe && !exempt {
         for (number, line) in text.lines().enumerate() {
-            if code_of(line).split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == "unsafe") {
+            if words(&code_of(line)).any(|word| word == "unsafe") {
                 faults.push(format!("{name}:{}: unsafe belongs in bsp-prime or firmware", number + 1));
             }
         }

@@ -1,0 +1,424 @@
+//! What the machine is asked to do, one thing at a time.
+
+use core::fmt::{self, Write};
+
+use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, SwitchId};
+
+use crate::words::Words;
+
+/// One thing for the machine to do.
+#[derive(Clone, Copy, Debug)]
+pub enum Action<'b> {
+    /// Go along a path. What follows does not wait for its end.
+    Move(Move),
+    /// Wait this long, once nothing moves.
+    Dwell(Micros),
+    /// Change an output where the path has come this far; nothing waits.
+    Effect(Effect),
+    /// Set a target once nothing moves, and wait until it is reached.
+    HeatAndWait {
+        /// Which temperature control.
+        heater: HeaterId,
+        /// The target; presets are resolved.
+        target: Celsius,
+    },
+    /// Find the switches of these axes, or of all that have one. The position comes back.
+    Home(AxisSet),
+    /// The machine is at these machine positions, mm. The position comes back.
+    SetPosition {
+        /// By axis; what is not given stays.
+        to: PerAxis<Option<f64>>,
+        /// Those given count as homed.
+        homed: bool,
+    },
+    /// Forget that these axes are homed.
+    ForgetHoming(AxisSet),
+    /// Search for the bed. The contact comes back.
+    ProbeDown(ProbeDown),
+    /// Search along a line. The contact comes back.
+    ProbeAlong(ProbeAlong),
+    /// Wait until nothing moves.
+    Finish,
+    /// The program is over.
+    EndProgram,
+    /// Emergency stop.
+    Halt,
+    /// Clear a halt.
+    Release,
+    /// Pause the job, so that somebody can work at the machine.
+    Suspend {
+        /// Heaters keep their targets.
+        heaters_stay: bool,
+    },
+    /// Go on with the suspended job.
+    Resume,
+    /// Tell the operator.
+    Message(&'b str),
+    /// Everything else, with its words.
+    Function(Function, Words<'b>),
+}
+
+/// What rides on the path: it takes effect where the moves before it end, and stops nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Effect {
+    /// A heater's target.
+    Target {
+        /// Which temperature control.
+        heater: HeaterId,
+        /// The target; presets are resolved.
+        target: Celsius,
+    },
+    /// A switch output.
+    Switch {
+        /// Which.
+        switch: SwitchId,
+        /// On or off.
+        on: bool,
+        /// The S word.
+        value: Option<f32>,
+    },
+}
+
+/// A move from where the last one ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Move {
+    /// Where it ends, in machine space: X Y Z in mm, A B C in mm of filament or degrees.
+    pub target: PerAxis<f64>,
+    /// The way there.
+    pub shape: Shape,
+    /// How fast.
+    pub rate: Rate,
+    /// S, for a laser.
+    pub power: f32,
+    /// The corner at its beginning.
+    pub corner: Corner,
+}
+
+/// How fast a move goes, along the path of X Y Z; along A B C when these stand still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rate {
+    /// Positioning (G0).
+    Rapid(MmPerSecond),
+    /// Working (G1 to G5).
+    Feed(MmPerSecond),
+}
+
+impl Rate {
+    /// The speed.
+    #[must_use]
+    pub const fn speed(self) -> MmPerSecond {
+        match self {
+            Self::Rapid(speed) | Self::Feed(speed) => speed,
+        }
+    }
+}
+
+/// The way of a move. Distances are in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Straight.
+    Line {
+        /// The program named X or Y: where lines are cut, this one is.
+        names_xy: bool,
+    },
+    /// G2 and G3. Every axis that is not in the plane goes along evenly.
+    Arc {
+        /// Its plane.
+        plane: Plane,
+        /// Where its centre is.
+        centre: Centre,
+        /// G2.
+        clockwise: bool,
+        /// Turns begun: with 1 the end is reached at once.
+        turns: u32,
+        /// Column of the word that says where the centre is.
+        column: u16,
+    },
+    /// G5, in the plane of X and Y: from the start to the first control point, from the end to the second.
+    Cubic([(f64, f64); 2]),
+    /// G5.1: from the start to the control point.
+    Quadratic((f64, f64)),
+    /// G5.2: of this order, through the control points of [`crate::Interpreter::control_points`].
+    Nurbs {
+        /// Its order.
+        order: u8,
+    },
+}
+
+/// Where an arc's centre is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Centre {
+    /// This far from the start along the plane's two axes.
+    At(f64, f64),
+    /// At this radius; negative: the arc is more than half a turn.
+    Radius(f64),
+}
+
+/// What becomes of the corner between two moves: the modal group of G61.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Corner {
+    /// G61: it stays as sharp as it is.
+    #[default]
+    Sharp,
+    /// G61.1: the machine stops in it.
+    Stop,
+    /// G64: it is rounded, leaving it by so many mm at most; by the junction deviation when none is given.
+    Rounded(Option<f64>),
+}
+
+/// Most control points of a NURBS.
+pub const MOST_POINTS: usize = 32;
+
+/// A control point of a NURBS.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlPoint {
+    /// Machine position, mm.
+    pub x: f64,
+    /// Machine position, mm.
+    pub y: f64,
+    /// Its weight, above zero.
+    pub weight: f64,
+}
+
+/// Which change of the probe's contact ends a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It closes.
+    Closes,
+    /// It opens.
+    Opens,
+}
+
+/// A search for the bed (G30).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeDown {
+    /// How fast; the configured rate when none is given.
+    pub rate: Option<MmPerSecond>,
+    /// Against the usual direction.
+    pub reversed: bool,
+    /// Stay where the contact was; else return.
+    pub stays: bool,
+    /// What Z of the contact is to read, in work coordinates, mm.
+    pub reads: Option<f64>,
+}
+
+/// A search along a straight line (G38).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeAlong {
+    /// Where it ends without a contact, in machine space.
+    pub target: PerAxis<f64>,
+    /// How fast; the configured rate when none is given.
+    pub rate: Option<MmPerSecond>,
+    /// What ends it.
+    pub until: Contact,
+    /// Nothing found is an alarm.
+    pub must_find: bool,
+}
+
+/// What machines do beside moving, by name. Each has its words, which its row in the table of codes describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the table of codes says what each does")]
+pub enum Function {
+    // Probing and leveling.
+    ProbeStrategy,
+    ProbeRepeatability,
+    ProbeSettings,
+    LevelingOff,
+    SaveGrid,
+    DeleteGrid,
+    LoadGrid,
+    ShowGrid,
+    GridPoint,
+    ProbePoint,
+    BedPlane,
+    ProbeOffset,
+    Skew,
+    // Motors and the machine's geometry.
+    MotorsOn,
+    MotorsOff,
+    StepsPerMm,
+    AxisSpeeds,
+    MotorSpeeds,
+    Accelerations,
+    CornerSettings,
+    SpeedFactor,
+    PressureAdvance,
+    HomeOffsets,
+    ArmSettings,
+    Trims,
+    MotorMilliamps,
+    MotorAmps,
+    DriverStatus,
+    // Extruders.
+    FilamentDiameter,
+    RetractSettings,
+    RecoverSettings,
+    FlowFactor,
+    // Heat.
+    ReportTemperatures,
+    MaximumTemperature,
+    PidGains,
+    TunePid,
+    // Reports.
+    ReportHoming,
+    ReportPosition,
+    ReportFirmware,
+    ReportSwitches,
+    // Files and settings.
+    ListFiles,
+    Mount,
+    SelectFile,
+    StartJob,
+    PauseJob,
+    RestartJob,
+    ReportJob,
+    Upload,
+    EndUpload,
+    RemoveFile,
+    StartFile,
+    SaveSettings,
+    LoadSettings,
+    ForgetSettings,
+    ShowSettings,
+}
+
+/// Its name in words: `axis speeds`.
+impl fmt::Display for Function {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut name = heapless::String::<32>::new();
+        // Every name fits.
+        let _ = write!(name, "{self:?}");
+        for (place, letter) in name.chars().enumerate() {
+            if place > 0 && letter.is_ascii_uppercase() {
+                f.write_char(' ')?;
+            }
+            f.write_char(letter.to_ascii_lowercase())?;
+        }
+        Ok(())
+    }
+}
+
+/// An action in words: what it changes, seen from a position.
+#[derive(Clone, Copy, Debug)]
+pub struct Described<'a, 'b> {
+    action: &'a Action<'b>,
+    from: &'a PerAxis<f64>,
+}
+
+impl<'b> Action<'b> {
+    /// The action in words for a person. Moves name the axes that differ from where they begin.
+    #[must_use]
+    pub const fn described<'a>(&'a self, from: &'a PerAxis<f64>) -> Described<'a, 'b> {
+        Described { action: self, from }
+    }
+}
+
+impl fmt::Display for Described<'_, '_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.action {
+            Action::Move(request) => describe_move(f, request, self.from),
+            Action::Dwell(time) => write!(f, "dwell {} s", time.seconds()),
+            Action::Effect(Effect::Target { heater, target }) => {
+                write!(f, "heater {} to {} C, on the way", heater.index(), target.0)
+            }
+            Action::Effect(Effect::Switch { switch, on, value }) => {
+                write!(f, "switch {} {}", switch.index(), if *on { "on" } else { "off" })?;
+                value.map_or(Ok(()), |value| write!(f, " at {value}"))?;
+                f.write_str(", on the way")
+            }
+            Action::HeatAndWait { heater, target } => {
+                write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
+            }
+            Action::Home(axes) if axes.is_empty() => f.write_str("home"),
+            Action::Home(axes) => write!(f, "home {axes}"),
+            Action::SetPosition { to, homed } => {
+                f.write_str("position is")?;
+                for axis in units::Axis::ALL {
+                    to[axis].map_or(Ok(()), |mm| write!(f, " {}{mm}", axis.letter()))?;
+                }
+                if *homed { f.write_str(", homed") } else { Ok(()) }
+            }
+            Action::ForgetHoming(axes) => write!(f, "forget homing of {axes}"),
+            Action::ProbeDown(probe) => describe_probe_down(f, probe),
+            Action::ProbeAlong(probe) => {
+                let until = if probe.until == Contact::Closes { "contact" } else { "release" };
+                write!(f, "search for {until} to")?;
+                describe_target(f, &probe.target, self.from)?;
+                probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
+                f.write_str(if probe.must_find { ", or alarm" } else { "" })
+            }
+            Action::Finish => f.write_str("wait until nothing moves"),
+            Action::EndProgram => f.write_str("end of program"),
+            Action::Halt => f.write_str("emergency stop"),
+            Action::Release => f.write_str("clear the halt"),
+            Action::Suspend { heaters_stay } => {
+                f.write_str(if *heaters_stay { "suspend, heaters stay on" } else { "suspend" })
+            }
+            Action::Resume => f.write_str("resume"),
+            Action::Message(text) => write!(f, "message: {text}"),
+            Action::Function(function, words) => write!(f, "{function}{words}"),
+        }
+    }
+}
+
+fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>) -> fmt::Result {
+    let kind = match (&request.shape, request.rate) {
+        (Shape::Line { .. }, Rate::Rapid(_)) => "rapid",
+        (Shape::Line { .. }, Rate::Feed(_)) => "line",
+        (Shape::Arc { clockwise: true, .. }, _) => "arc clockwise",
+        (Shape::Arc { .. }, _) => "arc counter-clockwise",
+        (Shape::Cubic(_), _) => "cubic spline",
+        (Shape::Quadratic(_), _) => "quadratic spline",
+        (Shape::Nurbs { .. }, _) => "NURBS",
+    };
+    write!(f, "{kind} to")?;
+    describe_target(f, &request.target, from)?;
+    match request.shape {
+        Shape::Line { .. } => {}
+        Shape::Arc { plane, centre, turns, .. } => {
+            let (first, second) = plane.axes();
+            match centre {
+                Centre::At(a, b) => {
+                    let (a, b) = (tidy(from[first] + a), tidy(from[second] + b));
+                    write!(f, ", centre {}{a} {}{b}", first.letter(), second.letter())?;
+                }
+                Centre::Radius(radius) => write!(f, ", radius {radius} in {}{}", first.letter(), second.letter())?,
+            }
+            if turns > 1 {
+                write!(f, ", {turns} turns")?;
+            }
+        }
+        Shape::Cubic([(i, j), (p, q)]) => write!(f, ", leaving by {i} {j}, arriving from {p} {q}")?,
+        Shape::Quadratic((i, j)) => write!(f, ", by {i} {j}")?,
+        Shape::Nurbs { order } => write!(f, ", of order {order}")?,
+    }
+    write!(f, " at {} mm/s", request.rate.speed().0)?;
+    if request.power != 0.0 {
+        write!(f, ", S{}", request.power)?;
+    }
+    match request.corner {
+        Corner::Sharp => Ok(()),
+        Corner::Stop => f.write_str(", from a stop"),
+        Corner::Rounded(None) => f.write_str(", corner rounded"),
+        Corner::Rounded(Some(mm)) => write!(f, ", corner rounded within {mm} mm"),
+    }
+}
+
+fn describe_target(f: &mut fmt::Formatter<'_>, target: &PerAxis<f64>, from: &PerAxis<f64>) -> fmt::Result {
+    for axis in units::Axis::ALL.into_iter().filter(|axis| target[*axis] != from[*axis]) {
+        write!(f, " {}{}", axis.letter(), tidy(target[axis]))?;
+    }
+    Ok(())
+}
+
+/// To the nanometre: what a person writes comes back as he wrote it.
+fn tidy(mm: f64) -> f64 {
+    libm::round(mm * 1e6) / 1e6
+}
+
+fn describe_probe_down(f: &mut fmt::Formatter<'_>, probe: &ProbeDown) -> fmt::Result {
+    f.write_str(if probe.reversed { "search for the bed the other way" } else { "search for the bed" })?;
+    probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
+    probe.reads.map_or(Ok(()), |mm| write!(f, ", Z reads {mm} there"))?;
+    f.write_str(if probe.stays { ", and stay" } else { ", and return" })
+}

@@ -1,0 +1,94 @@
+//! Codes that the configuration gives to heaters and switches: M104 sets the hot end because its section says so.
+//!
+//! Any code can be claimed, also one that means something already: then both happen, the switch first.
+
+use gcode::{Code, Letter};
+use heapless::Vec;
+use units::{HeaterId, SwitchId};
+
+/// Three codes of each heater, two of each switch.
+const MOST: usize = 3 * units::MAX_HEATERS + 2 * 16;
+
+/// What a code does because the configuration says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Claim {
+    /// It sets a heater's target.
+    Target(HeaterId),
+    /// It sets the target and waits for it.
+    TargetAndWait(HeaterId),
+    /// It asks for temperatures.
+    Temperature(HeaterId),
+    /// It switches an output on; S may say how far.
+    SwitchOn(SwitchId),
+    /// It switches an output off.
+    SwitchOff(SwitchId),
+}
+
+/// All claimed codes of a machine.
+#[derive(Clone, Debug)]
+pub struct Claims {
+    claims: Vec<(Code, Claim), MOST>,
+    /// Which G and M numbers are claimed at all, one bit each, so that nearly every code is told apart by one look.
+    g: [u32; 4],
+    m: [u32; 32],
+}
+
+impl Default for Claims {
+    fn default() -> Self {
+        Self { claims: Vec::new(), g: [0; 4], m: [0; 32] }
+    }
+}
+
+const fn place(number: u16) -> (usize, u32) {
+    (number as usize / 32, 1 << (number % 32))
+}
+
+impl Claims {
+    /// Adds one. False when the code cannot be claimed (T, or a number beyond M1023 and G127).
+    pub fn add(&mut self, code: Code, claim: Claim) -> bool {
+        let (word, bit) = place(code.number);
+        let words: &mut [u32] = match code.letter {
+            Letter::G => &mut self.g,
+            Letter::M => &mut self.m,
+            Letter::T => &mut [],
+        };
+        let Some(word) = words.get_mut(word) else { return false };
+        *word |= bit;
+        self.claims.push((code, claim)).is_ok()
+    }
+
+    /// Whether anything claims this number, whatever the subcode.
+    #[must_use]
+    pub fn may_have(&self, code: Code) -> bool {
+        let (word, bit) = place(code.number);
+        let words: &[u32] = match code.letter {
+            Letter::G => &self.g,
+            Letter::M => &self.m,
+            Letter::T => &[],
+        };
+        words.get(word).is_some_and(|word| word & bit != 0)
+    }
+
+    /// What claims this code.
+    pub fn of(&self, code: Code) -> impl Iterator<Item = Claim> + '_ {
+        self.claims.iter().filter(move |(claimed, _)| *claimed == code).map(|(_, claim)| *claim)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_claim_of_a_code_is_found_and_no_other() {
+        let mut claims = Claims::default();
+        let [on, off] = [Claim::SwitchOn(SwitchId(2)), Claim::SwitchOff(SwitchId(2))];
+        assert!(claims.add(Code::m(106), on) && claims.add(Code::m(107), off) && claims.add(Code::m(106).sub(1), off));
+        assert!(claims.add(Code::m(106), off));
+        assert_eq!(claims.of(Code::m(106)).collect::<std::vec::Vec<_>>(), [on, off]);
+        assert_eq!(claims.of(Code::m(106).sub(1)).collect::<std::vec::Vec<_>>(), [off]);
+        assert!(claims.may_have(Code::m(107)) && !claims.may_have(Code::m(108)) && !claims.may_have(Code::g(107)));
+        assert_eq!(claims.of(Code::m(108)).count(), 0);
+        assert!(!claims.add(Code::t(1), on) && !claims.add(Code::m(1_024), on) && !claims.may_have(Code::m(5_000)));
+    }
+}

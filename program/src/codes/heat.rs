@@ -1,0 +1,110 @@
+//! Heaters and switches. The codes that set and switch them are those that the configuration gives them; the rows below say how
+//! such codes are read, and what stands in the samples.
+
+use gcode::Code;
+
+use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Unit, Waits, WordInfo, word};
+use crate::action::Function;
+use crate::interpreter::Interpreter;
+
+const TARGET_WORDS: &[WordInfo] = &[
+    word('S', Unit::Celsius, "the target; 1 and 2 stand for the presets"),
+    word('T', Unit::Id, "of this tool; of the one in use where it is left out"),
+];
+
+/// How a code is read that sets a heater's target.
+pub const TARGET: CodeInfo = target(Code::m(104));
+/// How a code is read that also waits.
+pub const TARGET_AND_WAIT: CodeInfo = target_and_wait(Code::m(109));
+/// How a code is read that asks for temperatures.
+pub const TEMPERATURE: CodeInfo = CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
+    .waits(Waits::Question)
+    .states(EVERYWHERE_BUT_INVALID);
+/// How a code is read that a switch listens to.
+pub const SWITCH: CodeInfo = switch(Code::m(106));
+
+pub const ROWS: &[CodeInfo] = &[
+    target(Code::m(104)),
+    CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
+        .waits(Waits::Question)
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::claimed(Code::m(106), "switch the fan on, as [switch] says")
+        .takes(&[word('S', Unit::Number, "0 to 255")])
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs("waits until the moves before it have ended"),
+    CodeInfo::claimed(Code::m(107), "switch the fan off, as [switch] says")
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs("waits until the moves before it have ended"),
+    target_and_wait(Code::m(109)),
+    target(Code::m(140)),
+    target_and_wait(Code::m(190)),
+    CodeInfo::asks(Code::m(143), Function::MaximumTemperature, "the highest temperature of a heater")
+        .takes(&[word('S', Unit::Id, "its tool_id"), word('P', Unit::Celsius, "the temperature").above(0.0)])
+        .differs("an id that nobody has is ignored"),
+    CodeInfo::asks(Code::m(301), Function::PidGains, "the PID gains of a heater")
+        .takes(&[
+            word('S', Unit::Id, "its tool_id"),
+            word('P', Unit::Number, "proportional"),
+            word('I', Unit::Number, "integral, per second"),
+            word('D', Unit::Number, "derivative, seconds"),
+            word('X', Unit::Number, "largest integral"),
+            word('Y', Unit::Number, "largest output"),
+            word('Z', Unit::Number, "1: proportional on measurement"),
+        ])
+        .differs("an id that nobody has is ignored"),
+    CodeInfo::asks(Code::m(303), Function::TunePid, "find the PID gains of a heater; without P, say which there are")
+        .takes(&[
+            word('P', Unit::Id, "its tool_id"),
+            word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
+            word('C', Unit::Number, "swings, 8 where it is left out").within(3.0, 50.0),
+        ])
+        .waits(Waits::Result)
+        .differs("the swing's amplitude is counted twice: its gains are double"),
+    CodeInfo::means(
+        Code::m(3),
+        Interpreter::power,
+        "spindle or laser on, where [switch] says so; S of moves that follow",
+    )
+    .takes(&[word('S', Unit::Number, "power")])
+    .waits(Waits::Path),
+    CodeInfo::means(Code::m(5), Interpreter::power, "spindle or laser off, where [switch] says so; S is 0")
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::claimed(Code::m(9), "coolant off, where [switch] says so")
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::claimed(Code::m(80), "power supply on, where [switch] says so")
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::claimed(Code::m(81), "power supply off, where [switch] says so")
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(115), Function::ReportFirmware, "what firmware this is")
+        .waits(Waits::Question)
+        .states(ANYWHERE),
+];
+
+const WAITS_FOR_MOVES: &str = "waits until the moves before it have ended; more than max_temp is cut in silence";
+
+const fn target(code: Code) -> CodeInfo {
+    CodeInfo::claimed(code, "set a heater's target, as [temperature control] says")
+        .takes(TARGET_WORDS)
+        .waits(Waits::Path)
+        .differs(WAITS_FOR_MOVES)
+}
+
+const fn target_and_wait(code: Code) -> CodeInfo {
+    CodeInfo::claimed(code, "set a heater's target and wait until it is reached")
+        .takes(TARGET_WORDS)
+        .waits(Waits::Result)
+        .differs("more than max_temp is cut in silence")
+}
+
+const fn switch(code: Code) -> CodeInfo {
+    CodeInfo::claimed(code, "switch an output, as [switch] says")
+        .takes(const { &[word('S', Unit::Number, "how far")] })
+        .waits(Waits::Path)
+        .differs("waits until the moves before it have ended")
+}

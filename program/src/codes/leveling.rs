@@ -1,0 +1,164 @@
+//! Homing, probing, leveling.
+
+use gcode::Code;
+
+use super::row::{CodeInfo, Unit, Waits, WordInfo, word};
+use crate::action::Function;
+use crate::fault::Part;
+use crate::interpreter::Interpreter;
+
+const AXES: &[WordInfo] = &[
+    word('X', Unit::Length, "this axis; when parking, a distance to go first"),
+    word('Y', Unit::Length, "this axis; when parking, a distance to go first"),
+    word('Z', Unit::Length, "this axis; when parking, a distance to go first"),
+    word('A', Unit::Number, "this axis"),
+    word('B', Unit::Number, "this axis"),
+    word('C', Unit::Number, "this axis"),
+];
+const PLACES: &[WordInfo] = &[
+    word('X', Unit::Mm, "machine coordinate"),
+    word('Y', Unit::Mm, "machine coordinate"),
+    word('Z', Unit::Mm, "machine coordinate"),
+    word('A', Unit::Number, "machine coordinate"),
+    word('B', Unit::Number, "machine coordinate"),
+    word('C', Unit::Number, "machine coordinate"),
+];
+const ALONG: &[WordInfo] = &[
+    word('X', Unit::Length, "how far"),
+    word('Y', Unit::Length, "how far"),
+    word('Z', Unit::Length, "how far"),
+    word('F', Unit::Feed, "speed of this search"),
+];
+const STRATEGY: &[WordInfo] = &[
+    word('P', Unit::Number, "0: leveling alone; 1: calibration alone"),
+    word('X', Unit::Length, "size or start of the area"),
+    word('Y', Unit::Length, "size or start of the area"),
+    word('A', Unit::Length, "size of the area, with two corners"),
+    word('B', Unit::Length, "size of the area, with two corners"),
+    word('I', Unit::Number, "points along X, or the spread to reach"),
+    word('J', Unit::Number, "points along Y, or a radius"),
+    word('R', Unit::Number, "1: from where the probe is; calibrating: leave out the trims"),
+    word('E', Unit::Number, "calibrating: leave out the radius"),
+    word('K', Unit::Number, "has nothing to do"),
+];
+
+const SEARCHES: &str = "the contact is looked for each millisecond, and the place read after the stop";
+
+pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::means(
+        Code::g(28),
+        Interpreter::home_or_park,
+        "home all axes with a homing switch, or those named; in GRBL's dialect, park",
+    )
+    .takes(AXES)
+    .waits(Waits::Result)
+    .differs("switches are looked at each 10 ms; words that are no axes are ignored"),
+    CodeInfo::means(Code::g(28).sub(1), Interpreter::store_park, "store the park position: here, or X Y and Z")
+        .takes(PLACES),
+    CodeInfo::means(Code::g(28).sub(2), Interpreter::home_or_park, "park; in GRBL's dialect, home")
+        .takes(AXES)
+        .waits(Waits::Result),
+    CodeInfo::means(Code::g(28).sub(3), Interpreter::declare_position, "the machine is here, and counts as homed")
+        .takes(PLACES)
+        .waits(Waits::Standstill),
+    CodeInfo::means(Code::g(28).sub(5), Interpreter::forget_homing, "forget that axes are homed").takes(AXES),
+    CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
+    strategy(Code::g(29), "measure the bed as the leveling strategy does"),
+    strategy(Code::g(29).sub(1), "measure the bed on a spiral").waits(Waits::Result),
+    CodeInfo::means(Code::g(30), Interpreter::probe_down, "search for the bed and say the way there")
+        .takes(&[
+            word('F', Unit::Feed, "speed of this search"),
+            word('Z', Unit::Length, "stay there; it reads as this from now on"),
+            word('L', Unit::Flag, "stay there"),
+            word('R', Unit::Number, "1: the other way"),
+        ])
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .differs(SEARCHES),
+    strategy(Code::g(31), "level by a grid; three points: say the plane"),
+    strategy(Code::g(32), "level the bed, or calibrate a delta"),
+    along(2, "search until the contact closes; none is an alarm"),
+    along(3, "search until the contact closes"),
+    along(4, "search until the contact opens; if it does not, alarm"),
+    along(5, "search until the contact opens"),
+    along(0, "refused: it needs a subcode, 2 to 5").any_subcode(),
+    CodeInfo::asks(Code::m(48), Function::ProbeRepeatability, "how well the probe repeats itself")
+        .takes(&[
+            word('P', Unit::Number, "how often").within(1.0, 1_000.0),
+            word('F', Unit::Feed, "speed of the searches").above(0.0),
+        ])
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .differs("says the greatest difference alone"),
+    CodeInfo::asks(Code::m(119), Function::ReportSwitches, "the state of end switches and probe")
+        .waits(Waits::Question)
+        .states(super::row::EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(206), Function::HomeOffsets, "correct homing positions, from the next homing on")
+        .takes(PLACES),
+    leveling(Code::m(370), Function::LevelingOff, "no leveling"),
+    leveling(Code::m(374), Function::SaveGrid, "save the grid to the card"),
+    leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved grid"),
+    leveling(Code::m(375), Function::LoadGrid, "load the saved grid and level by it"),
+    CodeInfo::asks(Code::m(375).sub(1), Function::ShowGrid, "show the grid"),
+    leveling(Code::m(421), Function::GridPoint, "set one height of the grid").takes(&[
+        word('I', Unit::Number, "column, from 0"),
+        word('J', Unit::Number, "row, from 0"),
+        word('Z', Unit::Length, "height"),
+    ]),
+    CodeInfo::asks(Code::m(557), Function::ProbePoint, "the points of three-point leveling").takes(&[
+        word('P', Unit::Number, "which point").whole(0.0, 2.0),
+        word('X', Unit::Length, "where it is"),
+        word('Y', Unit::Length, "where it is"),
+    ]),
+    leveling(
+        Code::m(561),
+        Function::BedPlane,
+        "level by the plane A X + B Y + C Z + D = 0; without words, no leveling",
+    )
+    .takes(&[
+        word('A', Unit::Number, "of the plane"),
+        word('B', Unit::Number, "of the plane"),
+        word('C', Unit::Number, "of the plane"),
+        word('D', Unit::Number, "of the plane"),
+    ])
+    .differs("bit patterns of single-precision numbers, which are understood too"),
+    CodeInfo::asks(Code::m(565), Function::ProbeOffset, "where the probe is, seen from the tool").takes(&[
+        word('X', Unit::Length, "by axis"),
+        word('Y', Unit::Length, "by axis"),
+        word('Z', Unit::Length, "by axis"),
+    ]),
+    CodeInfo::asks(Code::m(670), Function::ProbeSettings, "settings of the probe")
+        .takes(&[
+            word('S', Unit::MmPerSecond, "slow rate").above(0.0),
+            word('K', Unit::MmPerSecond, "fast rate").above(0.0),
+            word('R', Unit::MmPerSecond, "return rate; 0: twice the slow one, at most the fast one").least(0.0),
+            word('Z', Unit::Mm, "longest way of a search").above(0.0),
+            word('H', Unit::Mm, "height between the points of a grid").least(0.0),
+            word('D', Unit::Seconds, "pause before a search").within(0.0, 60.0),
+            word('I', Unit::Flag, "the contact is the other way round, until the next I or reset"),
+        ])
+        .part(Part::Probe),
+    leveling(Code::m(852), Function::Skew, "skew factors")
+        .takes(&[
+            word('I', Unit::Number, "X and Y"),
+            word('J', Unit::Number, "X and Z"),
+            word('K', Unit::Number, "Y and Z"),
+        ])
+        .differs("not known"),
+];
+
+const fn strategy(code: Code, help: &'static str) -> CodeInfo {
+    CodeInfo::asks(code, Function::ProbeStrategy, help).takes(STRATEGY).waits(Waits::Result).part(Part::Probe)
+}
+
+const fn along(subcode: u8, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(38).sub(subcode), Interpreter::probe_along, help)
+        .takes(ALONG)
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .differs("in GRBL mode too, words are distances and Z goes alone; without a probe it is ignored")
+}
+
+const fn leveling(code: Code, function: Function, help: &'static str) -> CodeInfo {
+    CodeInfo::asks(code, function, help).waits(Waits::Standstill)
+}

@@ -1,0 +1,109 @@
+//! The tables of codes and console commands for `docs/commands.md`.
+
+use core::fmt::{self, Write};
+
+use super::{Bounds, CodeInfo, TOPICS, WordInfo};
+use crate::commands::COMMANDS;
+
+/// Writes the tables of codes, a chapter for each topic.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn write_codes(out: &mut impl Write) -> fmt::Result {
+    for (title, rows) in TOPICS {
+        writeln!(out, "### {title}\n")?;
+        writeln!(out, "| code | what it does | words | waits for | Smoothieware v2 |\n|---|---|---|---|---|")?;
+        rows.chunk_by(reads_the_same).try_for_each(|rows| write_row(out, rows))?;
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// Rows that differ in their code alone.
+fn reads_the_same(a: &CodeInfo, b: &CodeInfo) -> bool {
+    let same_words = core::ptr::eq(a.words, b.words) || a.words.is_empty() && b.words.is_empty();
+    a.help == b.help && same_words && a.waits == b.waits && a.difference.text() == b.difference.text()
+}
+
+fn write_row(out: &mut impl Write, rows: &[CodeInfo]) -> fmt::Result {
+    let Some(row) = rows.first() else { return Ok(()) };
+    write!(out, "| ")?;
+    for (place, row) in rows.iter().enumerate() {
+        write!(out, "{}{}", if place == 0 { "" } else { ", " }, row.code)?;
+    }
+    write!(out, " | {} | ", escaped(row.help))?;
+    for (place, words) in row.words.chunk_by(|a, b| a.text.text() == b.text.text() && a.unit == b.unit).enumerate() {
+        if place > 0 {
+            write!(out, "<br>")?;
+        }
+        write_words(out, words)?;
+    }
+    writeln!(out, " | {} | {} |", row.waits.name(), escaped(row.difference.text()))
+}
+
+/// Words that are the same but for their letter.
+fn write_words(out: &mut impl Write, words: &[WordInfo]) -> fmt::Result {
+    let Some(word) = words.first() else { return Ok(()) };
+    words.iter().try_for_each(|word| write!(out, "{} ", word.letter))?;
+    write!(out, "{}", escaped(word.text.text()))?;
+    if !word.unit.name().is_empty() {
+        write!(out, " ({})", word.unit.name())?;
+    }
+    match word.bounds {
+        Bounds::Any => Ok(()),
+        Bounds::AtLeast(least) => write!(out, ", {least} or more"),
+        Bounds::Above(bound) => write!(out, ", above {bound}"),
+        Bounds::Within(least, most) | Bounds::Whole(least, most) => write!(out, ", {least} to {most}"),
+    }
+}
+
+/// Writes the table of console commands.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn write_commands(out: &mut impl Write) -> fmt::Result {
+    writeln!(out, "| command | what it does |\n|---|---|")?;
+    for command in COMMANDS {
+        let blank = if command.takes.is_empty() { "" } else { " " };
+        writeln!(out, "| `{}{blank}{}` | {} |", command.word, escaped(command.takes), escaped(command.help))?;
+    }
+    writeln!(out)
+}
+
+/// A table's cell.
+fn escaped(text: &str) -> std::string::String {
+    text.replace('|', "\\|").replace('[', "\\[").replace('<', "\\<")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::string::String;
+
+    const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/commands.md");
+
+    /// The page with what stands between two marks replaced.
+    fn with(page: &str, mark: &str, text: &str) -> String {
+        let (begin, end) =
+            (std::format!("<!-- {mark}: from program/src/codes -->\n"), std::format!("<!-- end of {mark} -->"));
+        let (before, rest) = page.split_once(&begin).unwrap_or_else(|| panic!("no {begin}"));
+        let (_, after) = rest.split_once(&end).unwrap_or_else(|| panic!("no {end}"));
+        std::format!("{before}{begin}\n{text}{end}{after}")
+    }
+
+    /// `WRITE_DOCS=1 cargo test -p program --features docs` writes it.
+    #[test]
+    fn the_page_of_commands_is_that_of_the_tables() {
+        let page = fs::read_to_string(PAGE).unwrap();
+        let (mut codes, mut commands) = (String::new(), String::new());
+        write_codes(&mut codes).unwrap();
+        write_commands(&mut commands).unwrap();
+        let is = with(&with(&page, "codes", &codes), "console commands", &commands);
+        if std::env::var_os("WRITE_DOCS").is_some() {
+            return fs::write(PAGE, is).unwrap();
+        }
+        let stale = page.lines().zip(is.lines()).position(|(a, b)| a != b);
+        assert_eq!(page, is, "docs/commands.md is stale from line {:?} on; see this test", stale.map(|line| line + 1));
+    }
+}

@@ -1,0 +1,104 @@
+//! Motors, their limits, the machine's geometry.
+
+use gcode::Code;
+
+use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Unit, Waits, WordInfo, word};
+use crate::action::Function;
+
+/// A word for each axis, of one unit.
+macro_rules! by_axis {
+    ($unit:expr, $text:literal $(, $more:expr)*) => {
+        const { &[
+            word('X', $unit, $text),
+            word('Y', $unit, $text),
+            word('Z', $unit, $text),
+            word('A', $unit, $text),
+            word('B', $unit, $text),
+            word('C', $unit, $text),
+            $($more),*
+        ] }
+    };
+}
+
+const TOOL_WORD: WordInfo = word('P', Unit::Number, "E is of this tool; of the one in use where it is left out");
+
+pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::asks(Code::m(17), Function::MotorsOn, "motors on").waits(Waits::Standstill),
+    off(18),
+    off(84),
+    CodeInfo::asks(Code::m(92), Function::StepsPerMm, "steps for each mm")
+        .takes(&[
+            word('X', Unit::StepsPerLength, "of this motor"),
+            word('Y', Unit::StepsPerLength, "of this motor"),
+            word('Z', Unit::StepsPerLength, "of this motor"),
+            word('A', Unit::Number, "of this motor"),
+            word('B', Unit::Number, "of this motor"),
+            word('C', Unit::Number, "of this motor"),
+            word('E', Unit::Number, "of an extruder's motor"),
+            TOOL_WORD,
+        ])
+        .waits(Waits::Standstill),
+    CodeInfo::asks(Code::m(203), Function::AxisSpeeds, "greatest speeds of axes; without words, say them").takes(&[
+        word('X', Unit::MmPerSecond, "of this axis"),
+        word('Y', Unit::MmPerSecond, "of this axis"),
+        word('Z', Unit::MmPerSecond, "of this axis"),
+        word('E', Unit::MmPerSecond, "of an extruder's motor"),
+        word('S', Unit::MmPerSecond, "of G0"),
+        word('P', Unit::Number, "of the tool along its path; beside E, which extruder"),
+        word('V', Unit::Number, "of the flow of filament"),
+    ]),
+    CodeInfo::asks(Code::m(203).sub(1), Function::MotorSpeeds, "greatest speeds of motors; without words, say them")
+        .takes(by_axis!(Unit::MmPerSecond, "of this motor")),
+    CodeInfo::asks(Code::m(204), Function::Accelerations, "accelerations").takes(by_axis!(
+        Unit::MmPerSecond2,
+        "of this motor; 0: as S",
+        word('S', Unit::MmPerSecond2, "where a motor has none of its own"),
+        word('E', Unit::MmPerSecond2, "of an extruder's motor"),
+        TOOL_WORD
+    )),
+    CodeInfo::asks(Code::m(205), Function::CornerSettings, "junction deviation and least speed").takes(&[
+        word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
+        word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
+        word('S', Unit::MmPerSecond, "least speed"),
+    ]),
+    CodeInfo::asks(Code::m(220), Function::SpeedFactor, "scale all speeds, at once").takes(&[word(
+        'S',
+        Unit::Percent,
+        "factor",
+    )]),
+    CodeInfo::asks(Code::m(665), Function::ArmSettings, "geometry of arms")
+        .takes(by_axis!(
+            Unit::Number,
+            "as arm_solution says",
+            word('D', Unit::Number, "as arm_solution says"),
+            word('E', Unit::Number, "as arm_solution says"),
+            word('H', Unit::Number, "as arm_solution says"),
+            word('L', Unit::Number, "as arm_solution says"),
+            word('R', Unit::Number, "as arm_solution says"),
+            word('S', Unit::Number, "pieces of a line a second"),
+            word('U', Unit::Number, "length of the pieces of a line")
+        ))
+        .waits(Waits::Standstill),
+    CodeInfo::asks(Code::m(666), Function::Trims, "trims of towers or arms, from the next homing on").takes(&[
+        word('X', Unit::Mm, "by motor"),
+        word('Y', Unit::Mm, "by motor"),
+        word('Z', Unit::Mm, "by motor"),
+    ]),
+    CodeInfo::asks(Code::m(900), Function::PressureAdvance, "pressure advance; without K, say it")
+        .takes(&[word('K', Unit::Seconds, "how much").least(0.0), TOOL_WORD])
+        .waits(Waits::Standstill)
+        .differs("not known"),
+    CodeInfo::asks(Code::m(906), Function::MotorMilliamps, "motor currents in mA")
+        .takes(by_axis!(Unit::Milliamps, "of this motor")),
+    CodeInfo::asks(Code::m(907), Function::MotorAmps, "motor currents in A")
+        .takes(by_axis!(Unit::Amps, "of this motor")),
+    CodeInfo::asks(Code::m(911), Function::DriverStatus, "what the motor drivers say of themselves")
+        .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
+        .states(EVERYWHERE_BUT_INVALID),
+];
+
+const fn off(number: u16) -> CodeInfo {
+    CodeInfo::asks(Code::m(number), Function::MotorsOff, "motors off, all or those named")
+        .takes(by_axis!(Unit::Flag, "this motor", word('E', Unit::Flag, "the motor of the active extruder")))
+        .waits(Waits::Standstill)
+}

@@ -1,0 +1,112 @@
+//! What coordinates mean: units, planes, distance modes, coordinate systems, tool offsets, corners.
+
+use gcode::Code;
+
+use super::motion::target_words;
+use super::row::{CodeInfo, Group, Unit, Waits, WordInfo, word};
+use crate::interpreter::Interpreter;
+
+const LENGTHS: &[WordInfo] =
+    &[word('X', Unit::Length, "by axis"), word('Y', Unit::Length, "by axis"), word('Z', Unit::Length, "by axis")];
+const POSITION: &[WordInfo] = &[
+    word('X', Unit::Length, "by axis"),
+    word('Y', Unit::Length, "by axis"),
+    word('Z', Unit::Length, "by axis"),
+    word('A', Unit::Number, "by axis"),
+    word('B', Unit::Number, "by axis"),
+    word('C', Unit::Number, "by axis"),
+    word('E', Unit::Number, "filament of the active extruder"),
+];
+
+pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::means(
+        Code::g(10),
+        Interpreter::set_offsets,
+        "set a work (L2, L20) or tool offset (L1); without L, retract",
+    )
+    .takes(&[
+        word('L', Unit::Number, "1: of a tool; 2: of a coordinate system; 20: so that the position reads as given"),
+        word('P', Unit::Number, "coordinate system 1 to 9, 0 for the active one; with L1 the tool's number plus one"),
+        word('X', Unit::Length, "by axis"),
+        word('Y', Unit::Length, "by axis"),
+        word('Z', Unit::Length, "by axis"),
+    ])
+    .waits(Waits::Path),
+    plane(17, "plane of X and Y"),
+    plane(18, "plane of X and Z"),
+    plane(19, "plane of Y and Z"),
+    CodeInfo::means(Code::g(20), Interpreter::length_unit, "lengths are inches").group(Group::Units),
+    CodeInfo::means(Code::g(21), Interpreter::length_unit, "lengths are mm").group(Group::Units),
+    CodeInfo::accepted(Code::g(43), "accepted; tool offsets are in force always").group(Group::ToolLength),
+    CodeInfo::means(Code::g(43).sub(1), Interpreter::tool_length, "add to the tool offset")
+        .group(Group::ToolLength)
+        .takes(LENGTHS),
+    CodeInfo::means(Code::g(43).sub(2), Interpreter::tool_length, "add to the tool offset, and move by as much")
+        .group(Group::ToolLength)
+        .takes(LENGTHS)
+        .waits(Waits::Path),
+    CodeInfo::means(Code::g(49), Interpreter::no_tool_length, "no tool offset").group(Group::ToolLength),
+    CodeInfo::means(
+        Code::g(53),
+        Interpreter::machine_coordinates,
+        "machine coordinates, for this line or for the next move when alone",
+    )
+    .takes(target_words!(
+        word('I', Unit::Length, "as in the motion code in force"),
+        word('J', Unit::Length, "as in the motion code in force"),
+        word('K', Unit::Length, "as in the motion code in force"),
+        word('R', Unit::Length, "as in the motion code in force")
+    ))
+    .waits(Waits::Path)
+    .differs("a warning when it has words"),
+    system(Code::g(54)),
+    system(Code::g(55)),
+    system(Code::g(56)),
+    system(Code::g(57)),
+    system(Code::g(58)),
+    system(Code::g(59)),
+    system(Code::g(59).sub(1)),
+    system(Code::g(59).sub(2)),
+    system(Code::g(59).sub(3)),
+    corner(Code::g(61), "corners stay as they are").differs("not known"),
+    corner(Code::g(61).sub(1), "corners stay as they are, and the machine stops in each").differs("not known"),
+    corner(Code::g(64), "corners are rounded, within P; without P within the junction deviation")
+        .takes(&[
+            word('P', Unit::Length, "how far the rounding may leave a corner"),
+            word('Q', Unit::Length, "has nothing to do: short lines are kept"),
+        ])
+        .differs("not known"),
+    CodeInfo::means(Code::g(90), Interpreter::distance_mode, "coordinates are places").group(Group::Distance),
+    CodeInfo::means(Code::g(91), Interpreter::distance_mode, "coordinates are distances").group(Group::Distance),
+    CodeInfo::means(Code::g(92), Interpreter::g92, "make the position read as given; without words, drop that")
+        .takes(POSITION)
+        .waits(Waits::Standstill),
+    CodeInfo::means(Code::g(92).sub(1), Interpreter::g92, "drop the offset of G92"),
+    CodeInfo::means(Code::g(92).sub(2), Interpreter::g92, "drop the offset of G92"),
+    CodeInfo::means(Code::g(92).sub(3), Interpreter::g92_offset, "set the offset of G92 itself").takes(&[
+        word('X', Unit::Mm, "by axis"),
+        word('Y', Unit::Mm, "by axis"),
+        word('Z', Unit::Mm, "by axis"),
+    ]),
+    CodeInfo::means(Code::g(92).sub(4), Interpreter::declare_position, "the machine is at these machine coordinates")
+        .takes(POSITION)
+        .waits(Waits::Standstill),
+    CodeInfo::means(
+        Code::m(120),
+        Interpreter::save_or_restore,
+        "keep units, distance modes, rates and the coordinate system",
+    ),
+    CodeInfo::means(Code::m(121), Interpreter::save_or_restore, "come back to what M120 kept"),
+];
+
+const fn plane(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), Interpreter::plane, help).group(Group::Plane)
+}
+
+const fn system(code: Code) -> CodeInfo {
+    CodeInfo::means(code, Interpreter::coordinate_system, "work coordinate system").group(Group::CoordinateSystem)
+}
+
+const fn corner(code: Code, help: &'static str) -> CodeInfo {
+    CodeInfo::means(code, Interpreter::path_mode, help).group(Group::PathControl)
+}

@@ -1,0 +1,106 @@
+//! The table of console commands: the word, what it takes, what it does. `help`, `-h` and the documentation come from it.
+
+use crate::state::States;
+
+/// A console command.
+#[derive(Clone, Copy, Debug)]
+pub struct CommandInfo {
+    /// Its word.
+    pub word: &'static str,
+    /// What may follow, empty for nothing.
+    pub takes: &'static str,
+    /// What it does, in one line.
+    pub help: &'static str,
+    /// States in which it runs.
+    pub states: States,
+    /// It is a question, and answered whatever the machine waits for.
+    pub question: bool,
+}
+
+const fn command(word: &'static str, takes: &'static str, help: &'static str) -> CommandInfo {
+    CommandInfo { word, takes, help, states: States::ALL, question: false }
+}
+
+impl CommandInfo {
+    const fn working(mut self) -> Self {
+        self.states = States::WORKING;
+        self
+    }
+
+    const fn question(mut self) -> Self {
+        self.question = true;
+        self
+    }
+}
+
+/// Every command, in the order in which `help` lists them.
+pub const COMMANDS: &[CommandInfo] = &[
+    command("help", "[command or code]", "list the commands; with one, say what it does").question(),
+    command("version", "", "firmware, board and clock").question(),
+    command("mem", "", "memory in use, and how long reading the configuration took").question(),
+    command("ls", "[-1] [folder]", "list files; -1: names only"),
+    command("cd", "[folder]", "change the current folder; without one, to the card"),
+    command("cat", "file [lines]", "show a file, or its first lines"),
+    command("rm", "file ...", "delete files, or empty folders; quote names with blanks"),
+    command("mv", "from to", "rename or move"),
+    command("mkdir", "folder", "make a folder"),
+    command("play", "file [-v] [-p] [-t]", "play a file: show its lines, begin paused, tell its end").working(),
+    command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),
+    command("abort", "", "stop the file being played; heaters stay as they are"),
+    command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),
+    command("resume", "", "go on with the suspended job").working(),
+    command("get", "pos|wcs|state|status|steps|temp [name|chip]|volts [name]", "say what is").question(),
+    command("config-get", "\"section\"", "show a section of config.ini"),
+    command(
+        "config-set",
+        "\"section\" key [=] [value]",
+        "change a setting, or delete it; takes effect at the next reset",
+    ),
+    command("config-load", "file", "replay saved settings").working(),
+    command("load", "file", "replay saved settings").working(),
+    command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
+    command("reset", "", "restart the board in a second"),
+    command("echo", "text", "say it").question(),
+    command("$G", "", "the modal state").question(),
+    command("$#", "[-v]", "offsets and the last probe").question(),
+    command("$H", "", "home").working(),
+    command("$X", "", "clear a halt").question(),
+    command("$I", "", "the modal state, without ok").question(),
+    command("$S", "", "switches, without ok").question(),
+    command("$J", "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
+    command("$P", "[words]", "probe as G30 does").working(),
+    command("$C", "", "check mode on or off: programs are read and nothing is carried out"),
+    command("$SLP", "", "sleep: everything off until Ctrl-X or a reset"),
+];
+
+/// The row of a command word.
+#[must_use]
+pub fn find(word: &str) -> Option<&'static CommandInfo> {
+    COMMANDS.iter().find(|command| command.word == word)
+}
+
+/// Whether these arguments ask what a command does.
+#[must_use]
+pub fn asks_for_help(arguments: &str) -> bool {
+    arguments.trim() == "-h"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_says_what_it_does_on_one_line() {
+        for command in COMMANDS {
+            let help = command.help;
+            assert!(help.len() > 3 && !help.contains('\n') && !help.ends_with('.'), "{}: {help}", command.word);
+            assert_eq!(find(command.word).map(|found| found.help), Some(help), "{} stands there twice", command.word);
+        }
+    }
+
+    #[test]
+    fn only_a_lone_option_asks_for_help() {
+        assert!(asks_for_help("-h") && asks_for_help("  -h "));
+        assert!(!asks_for_help("") && !asks_for_help("-h file") && !asks_for_help("-help"));
+    }
+}

@@ -1,0 +1,164 @@
+//! What can be wrong with a block, in words for whoever wrote it.
+
+use core::fmt;
+
+use gcode::Code;
+use units::{Axis, HeaterId, SwitchId, ToolId};
+
+use crate::splines::ORDERS;
+
+/// A part of the machine that an error in the configuration keeps off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum Part {
+    Probe,
+    Lathe,
+    DrillingCycles,
+    Laser,
+    Player,
+    Extruder(ToolId),
+    Heater(HeaterId),
+    Switch(SwitchId),
+}
+
+/// Why a block was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// What is wrong.
+    pub problem: Problem,
+    /// Column of the word that is wrong, from 1; 0 when it is no single word.
+    pub column: u16,
+    /// Nothing that follows may be carried out either: the machine halts.
+    pub halts: bool,
+}
+
+/// What is wrong with a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "their texts say it")]
+pub enum Problem {
+    NegativeFeedRate,
+    ExtruderAxis(Axis),
+    NoExtruder,
+    NoSuchTool(f64),
+    ToolWithoutHeater(u16, ToolId),
+    NoHeaterOf(u16, f64),
+    PartIsOff(Part),
+    NotHomable(char),
+    NotParkable(char),
+    NotHomed,
+    ParkUnknown,
+    MustSupply(char),
+    DwellRange,
+    OffsetKind,
+    ToolOfOffset,
+    CoordinateSystem,
+    CornerTolerance,
+    Turns,
+    NurbsIsOpen,
+    NurbsIsNotOpen,
+    SplinePlane,
+    BelongTogether(char, char),
+    CubicStart,
+    CubicEnd,
+    QuadraticPoint,
+    NurbsWord(char),
+    Weight,
+    Order,
+    ControlPoints,
+    TooFewPoints(u8),
+    SavedTooOften,
+    NothingSaved,
+    FlowRange,
+    ProbeAxis,
+    ProbeNothing,
+    ProbeZWithXy,
+    ProbeNoWay,
+    ProbeRate,
+    ProbeSubcode,
+    /// A word that is less than its row of the table allows.
+    TooLittle(Code, char, f64),
+    /// More than its row allows.
+    TooMuch(Code, char, f64),
+    /// A word that must be above its row's bound.
+    MustExceed(Code, char, f64),
+    NotWhole(Code, char),
+    NoName,
+}
+
+impl Problem {
+    /// The block is refused; others may follow.
+    #[must_use]
+    pub const fn refused(self, column: u16) -> Fault {
+        Fault { problem: self, column, halts: false }
+    }
+
+    /// The machine halts.
+    #[must_use]
+    pub const fn alarm(self, column: u16) -> Fault {
+        Fault { problem: self, column, halts: true }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.problem.fmt(f)?;
+        if self.column > 0 { write!(f, ", column {}", self.column) } else { Ok(()) }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = match *self {
+            Self::ExtruderAxis(axis) => return write!(f, "axis {} is an extruder: use E", axis.letter()),
+            Self::NoSuchTool(word) => return write!(f, "no extruder has tool_id {word}"),
+            Self::ToolWithoutHeater(code, tool) => return write!(f, "M{code}: the active tool T{tool} has no heater"),
+            Self::NoHeaterOf(code, word) => return write!(f, "M{code}: no heater answers to T{word}"),
+            Self::NotHomable(letter) => return write!(f, "G28: {letter} is no axis that can be homed"),
+            Self::NotParkable(letter) => return write!(f, "{letter} has no park position"),
+            Self::MustSupply(letter) => return write!(f, "Must supply {letter}"),
+            Self::BelongTogether(one, other) => return write!(f, "{one} and {other} belong together"),
+            Self::NurbsWord(letter) => return write!(f, "G5.2 takes X Y P L only, not {letter}"),
+            Self::Order => return write!(f, "L is the order, {} to {}", ORDERS.start(), ORDERS.end()),
+            Self::ControlPoints => {
+                return write!(f, "G5.2 takes {} control points at most", crate::action::MOST_POINTS);
+            }
+            Self::TooFewPoints(order) => {
+                return write!(f, "a spline of order {order} needs as many control points");
+            }
+            Self::TooLittle(code, letter, least) => return write!(f, "{code}: {letter} is {least} or more"),
+            Self::TooMuch(code, letter, most) => return write!(f, "{code}: {letter} is {most} at most"),
+            Self::MustExceed(code, letter, bound) => return write!(f, "{code}: {letter} must be above {bound}"),
+            Self::NotWhole(code, letter) => return write!(f, "{code}: {letter} must be a whole number"),
+            Self::NegativeFeedRate => "feed rate < 0",
+            Self::NoExtruder => "no extruder is configured for E",
+            // The machine knows its configuration, and says more.
+            Self::PartIsOff(_) => "that part is off: see config.ini",
+            Self::NotHomed => "Cannot set predefined position unless axis are homed",
+            Self::ParkUnknown => "cannot move to predefined position as axis are not homed and MCS is unknown",
+            Self::DwellRange => "a dwell lasts 0 to 86400 seconds",
+            Self::OffsetKind => "G10 takes L1, L2 or L20",
+            Self::ToolOfOffset => "G10 L1: P must be the number of a tool plus one",
+            Self::CoordinateSystem => "G10: P selects coordinate system 1 to 9, or 0 for the active one",
+            Self::CornerTolerance => "P is a distance, zero or more",
+            Self::Turns => "P is the number of turns, a whole number above zero",
+            Self::NurbsIsOpen => "G5.2 is not closed: G5.3 must come first",
+            Self::NurbsIsNotOpen => "G5.3 without G5.2",
+            Self::SplinePlane => "splines lie in the plane of G17",
+            Self::CubicStart => "G5 needs I and J where no other G5 goes before",
+            Self::CubicEnd => "G5 needs P and Q",
+            Self::QuadraticPoint => "G5.1 needs I or J",
+            Self::Weight => "P is a weight above zero",
+            Self::SavedTooOften => "M120 was used 8 times without M121",
+            Self::NothingSaved => "M121 without M120",
+            Self::FlowRange => "M221: S must be above 0",
+            Self::ProbeAxis => "only X Y and Z can be probed along",
+            Self::ProbeNothing => "at least one of X Y or Z must be specified",
+            Self::ProbeZWithXy => "Z cannot be probed at the same time as X or Y",
+            Self::ProbeNoWay => "the way to probe along has no length",
+            Self::ProbeRate => "the feed rate of a search must be above zero",
+            Self::ProbeSubcode => "Only G38.2 to G38.5 are supported",
+            Self::NoName => "the name of a file is missing",
+        };
+        f.write_str(text)
+    }
+}

@@ -1,0 +1,47 @@
+//! The interpreter: what a line of G-code means, as [`Action`]s for the machine to carry out.
+//!
+//! Text becomes words in `gcode`, words become actions here, and one executor in `machine` carries the actions out. Nothing
+//! here waits, moves or looks at the world: an [`Interpreter`] takes a block and what it must know of the machine, and gives
+//! actions. What an action finds (a contact, a position after a stop) is told back.
+//!
+//! What codes there are, what words they take, when they may run and what they wait for is one table, [`codes`]; what console
+//! commands there are is another, [`commands`]. Dispatch, `help` and the documentation come from these.
+#![cfg_attr(not(any(test, feature = "docs")), no_std)]
+#![forbid(unsafe_code)]
+
+mod action;
+mod arcs;
+mod claims;
+pub mod codes;
+pub mod commands;
+mod dialect;
+mod fault;
+mod heat;
+mod interpreter;
+mod modal;
+mod moves;
+mod offsets;
+mod park;
+mod probing;
+mod program;
+mod setup;
+mod splines;
+mod state;
+mod tools;
+mod words;
+
+pub use action::{
+    Action, Centre, Contact, ControlPoint, Corner, Effect, Function, MOST_POINTS, Move, ProbeAlong, ProbeDown, Rate,
+    Shape,
+};
+pub use claims::{Claim, Claims};
+pub use codes::{CodeInfo, Waits};
+pub use dialect::Dialect;
+pub use fault::{Fault, Part, Problem};
+pub use interpreter::{Facts, Interpreter, Kept, Meaning};
+pub use modal::{COORDINATE_SYSTEMS, Modal, MotionMode, write_system_name};
+pub use park::ParkPosition;
+pub use setup::{HeaterSetup, Setup, ToolSettings};
+pub use state::{State, States};
+pub use tools::{Tool, Tools};
+pub use words::Words;

@@ -1,0 +1,62 @@
+//! What the interpreter is told about the machine once, when it starts.
+
+use heapless::Vec;
+use units::{Axis, Celsius, MmPerSecond, ToolId};
+
+use crate::claims::Claims;
+use crate::tools::MAX_TOOLS;
+
+/// The machine as the interpreter sees it.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// Rate of G1 until an F word.
+    pub feed_rate: MmPerSecond,
+    /// Rate of G0 until it is changed.
+    pub seek_rate: MmPerSecond,
+    /// F always sets the rate of G1, also on a line of G0.
+    pub compliant_seek_rate: bool,
+    /// G92 offset at the start, X Y Z in mm.
+    pub g92: [f64; 3],
+    /// The extruders.
+    pub tools: Vec<ToolSettings, MAX_TOOLS>,
+    /// The temperature controls, in the description's order.
+    pub heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
+    /// Codes that heaters and switches listen to.
+    pub claims: Claims,
+}
+
+/// A temperature control, as codes address it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HeaterSetup {
+    /// Its number.
+    pub id: ToolId,
+    /// What targets 1 and 2 stand for.
+    pub presets: [Celsius; 2],
+}
+
+/// What can be said of an extruder at run time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolSettings {
+    /// Its number.
+    pub id: ToolId,
+    /// The axis that its motor is.
+    pub axis: Axis,
+    /// X Y Z of its nozzle, seen from tool 0, mm.
+    pub offset: [f64; 3],
+    /// Diameter of the filament, mm, where E counts in mm3.
+    pub filament_diameter: Option<f64>,
+    /// G10 pulls back by this, mm.
+    pub retract_length: f64,
+    /// How fast.
+    pub retract_rate: MmPerSecond,
+    /// G11 pushes this much more than G10 pulled, mm.
+    pub recover_length: f64,
+    /// How fast.
+    pub recover_rate: MmPerSecond,
+    /// G10 then lifts Z by this, mm.
+    pub z_lift: f64,
+    /// How fast.
+    pub z_lift_rate: MmPerSecond,
+    /// An error in the configuration keeps it off.
+    pub is_off: bool,
+}

@@ -1,0 +1,182 @@
+//! The words of a code as its row of the table reads them: in mm, seconds and amperes, within their bounds.
+
+use core::fmt;
+
+use gcode::{Block, Code};
+use units::{Axis, AxisSet};
+
+use crate::codes::{Bounds, CodeInfo, Unit, WordInfo};
+use crate::fault::{Fault, Problem};
+use crate::modal::MM_PER_INCH;
+
+/// The words of one code.
+#[derive(Clone, Copy, Debug)]
+pub struct Words<'b> {
+    block: &'b Block<'b>,
+    info: &'static CodeInfo,
+    inches: bool,
+}
+
+impl<'b> Words<'b> {
+    /// The words of a block as this row reads them.
+    pub(crate) const fn new(block: &'b Block<'b>, info: &'static CodeInfo, inches: bool) -> Self {
+        Self { block, info, inches }
+    }
+
+    /// The code they belong to.
+    #[must_use]
+    pub const fn code(&self) -> Code {
+        match self.block.code {
+            Some(code) => code,
+            None => self.info.code,
+        }
+    }
+
+    /// The number of a word, in the internal unit of what it means; as it is written where the row does not know it.
+    #[must_use]
+    pub fn get(&self, letter: char) -> Option<f64> {
+        let value = self.block.get(letter)?;
+        let unit = self.info.word(letter).map_or(Unit::Number, |word| word.unit);
+        Some(self.converted(value, unit))
+    }
+
+    /// A length in mm, where the row says that it is one: without a look at the row, for every line of a program has some.
+    #[must_use]
+    pub(crate) fn length(&self, letter: char) -> Option<f64> {
+        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
+        let value = self.block.get(letter)?;
+        Some(if self.inches { value * MM_PER_INCH } else { value })
+    }
+
+    /// A plain number, where the row says that it is one.
+    #[must_use]
+    pub(crate) fn number(&self, letter: char) -> Option<f64> {
+        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Number), "{letter}");
+        self.block.get(letter)
+    }
+
+    /// A feed rate in mm/s, where the row says that it is one.
+    #[must_use]
+    pub(crate) fn feed(&self, letter: char) -> Option<f64> {
+        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Feed), "{letter}");
+        let value = self.block.get(letter)?;
+        Some(self.converted(value, Unit::Feed))
+    }
+
+    fn converted(&self, value: f64, unit: Unit) -> f64 {
+        let length = |value: f64| if self.inches { value * MM_PER_INCH } else { value };
+        match unit {
+            Unit::Length => length(value),
+            Unit::Feed => length(value) / 60.0,
+            Unit::StepsPerLength if self.inches => value / MM_PER_INCH,
+            Unit::MmPerMinute => value / 60.0,
+            Unit::Milliseconds | Unit::Milliamps => value / 1_000.0,
+            Unit::Percent => value / 100.0,
+            _ => value,
+        }
+    }
+
+    /// A word as a length in mm, where a row reads it as a number because it is a length in some cases only.
+    #[must_use]
+    pub fn as_length(&self, letter: char) -> Option<f64> {
+        self.block.get(letter).map(|value| self.converted(value, Unit::Length))
+    }
+
+    /// Whether a word is there, with or without a number.
+    #[must_use]
+    pub fn has(&self, letter: char) -> bool {
+        self.block.has(letter)
+    }
+
+    /// Whether there is no word beside the code.
+    #[must_use]
+    pub const fn is_bare(&self) -> bool {
+        self.block.is_bare()
+    }
+
+    /// How many words there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.block.words().count()
+    }
+
+    /// The text after a code that takes text.
+    #[must_use]
+    pub const fn text(&self) -> Option<&'b str> {
+        self.block.text
+    }
+
+    /// The axes that are named.
+    #[must_use]
+    pub fn axes(&self) -> AxisSet {
+        AxisSet::collect(Axis::ALL.into_iter().filter(|axis| self.has(axis.letter())))
+    }
+
+    /// The value of an axis' word.
+    #[must_use]
+    pub fn axis(&self, axis: Axis) -> Option<f64> {
+        self.get(axis.letter())
+    }
+
+    /// A letter that is written and not among these.
+    #[must_use]
+    pub fn other_than(&self, letters: &str) -> Option<char> {
+        self.block.words().map(|(letter, _)| letter).find(|letter| !letters.contains(*letter))
+    }
+
+    /// Column of a word, from 1; the code's own when the word is not there.
+    #[must_use]
+    pub fn column_of(&self, letter: char) -> u16 {
+        self.block.column_of(letter)
+    }
+
+    /// Column of the code.
+    #[must_use]
+    pub const fn column(&self) -> u16 {
+        self.block.column
+    }
+
+    /// Holds every word against the bounds that its row gives it.
+    ///
+    /// # Errors
+    /// The first word that is out of them.
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        for word in self.info.words {
+            if let Some(value) = self.block.get(word.letter).filter(|_| word.bounds != Bounds::Any) {
+                self.check_word(word, value)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_word(&self, word: &WordInfo, value: f64) -> Result<(), Fault> {
+        let (code, letter) = (self.code(), word.letter);
+        let problem = match word.bounds {
+            Bounds::AtLeast(least) if value < least => Problem::TooLittle(code, letter, least),
+            Bounds::Above(bound) if value <= bound => Problem::MustExceed(code, letter, bound),
+            Bounds::Within(least, _) if value < least => Problem::TooLittle(code, letter, least),
+            Bounds::Within(_, most) if value > most => Problem::TooMuch(code, letter, most),
+            Bounds::Whole(least, _) if value < least => Problem::TooLittle(code, letter, least),
+            Bounds::Whole(_, most) if value > most => Problem::TooMuch(code, letter, most),
+            Bounds::Whole(..) if libm::floor(value) != value => Problem::NotWhole(code, letter),
+            _ => return Ok(()),
+        };
+        Err(problem.refused(self.column_of(letter)))
+    }
+}
+
+/// The words in internal units, each after a blank.
+impl fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(text) = self.text() {
+            write!(f, " {text}")?;
+        }
+        for (letter, value) in self.block.words() {
+            write!(f, " {letter}")?;
+            if value.is_some() {
+                write!(f, "{}", self.get(letter).unwrap_or_default())?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,205 @@
+//! The language, as a table of text and the actions it means, in `language/*.txt`.
+//!
+//! `# title` begins a program; the interpreter is new there. A line at the margin is a line of the program; the indented lines below
+//! it are what the machine is asked to do, or `error:` or `alarm:` with what is wrong. `@` lines say what the machine is like or
+//! has found. The machine has extruders 0 (A) and 1 (B, 20 mm to the right, its filament 1.75 mm thick and counted in mm3), heater
+//! 0 of tool 0, heater 1 with id 254, switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads
+//! only.
+
+use gcode::{Blocks, Decoder, Line};
+use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};
+use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
+
+fn tool(id: u8, axis: Axis) -> ToolSettings {
+    ToolSettings {
+        id: ToolId(id),
+        axis,
+        offset: if id == 0 { [0.0; 3] } else { [20.0, 0.0, 0.0] },
+        filament_diameter: (id == 1).then_some(1.75),
+        retract_length: 3.0,
+        retract_rate: MmPerSecond(40.0),
+        recover_length: 0.5,
+        recover_rate: MmPerSecond(20.0),
+        z_lift: if id == 0 { 0.4 } else { 0.0 },
+        z_lift_rate: MmPerSecond(10.0),
+        is_off: false,
+    }
+}
+
+fn setup() -> Setup {
+    let mut setup = Setup { feed_rate: MmPerSecond(50.0), seek_rate: MmPerSecond(100.0), ..Setup::default() };
+    for (id, axis) in [(0, Axis::A), (1, Axis::B)] {
+        setup.tools.push(tool(id, axis)).unwrap();
+    }
+    let heaters: Vec<HeaterId> = HeaterId::all().collect();
+    for (id, heater) in [0, 254, 7].into_iter().zip(&heaters) {
+        setup.heaters.push(HeaterSetup { id: ToolId(id), presets: [Celsius(185.0), Celsius(230.0)] }).unwrap();
+        let codes = if id == 254 { [140, 190, 105] } else { [104, 109, 105] };
+        let claims = [Claim::Target(*heater), Claim::TargetAndWait(*heater), Claim::Temperature(*heater)];
+        for (code, claim) in codes.into_iter().zip(claims).skip(if id == 7 { 2 } else { 0 }) {
+            assert!(setup.claims.add(gcode::Code::m(code), claim));
+        }
+    }
+    for (switch, on, off) in [(0, 106, Some(107)), (1, 3, Some(5)), (2, 106, None)] {
+        assert!(setup.claims.add(gcode::Code::m(on), Claim::SwitchOn(SwitchId(switch))));
+        if let Some(off) = off {
+            assert!(setup.claims.add(gcode::Code::m(off), Claim::SwitchOff(SwitchId(switch))));
+        }
+    }
+    setup
+}
+
+/// One program of a page.
+struct Session {
+    interpreter: Interpreter,
+    facts: Facts,
+    dialect: Dialect,
+}
+
+impl Session {
+    fn new() -> Self {
+        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+        Self { interpreter: Interpreter::new(setup()), facts, dialect: Dialect::Smoothie }
+    }
+
+    fn told(&mut self, words: &str) {
+        match words.split_once(' ').unwrap_or((words, "")) {
+            ("dialect", "grbl") => self.dialect = Dialect::Grbl,
+            ("homed", axes) => {
+                self.facts.homed = AxisSet::collect(axes.chars().filter_map(Axis::from_letter));
+            }
+            ("homes", axes) => {
+                self.facts.can_home = AxisSet::collect(axes.chars().filter_map(Axis::from_letter));
+            }
+            ("machine", "refuses") => self.interpreter.take_back(),
+            ("machine", place) => {
+                let mut position = PerAxis([0.0; units::MAX_AXES]);
+                for word in place.split_whitespace().filter(|word| *word != "at") {
+                    let (letter, number) = word.split_at(1);
+                    let axis = Axis::from_letter(letter.chars().next().unwrap()).unwrap();
+                    position[axis] = number.parse().unwrap();
+                }
+                self.interpreter.resynchronise(position);
+            }
+            ("contact", words) => {
+                let (z, reads) = words.split_once(" reads ").unwrap();
+                self.interpreter.read_contact(z.parse().unwrap(), reads.parse().unwrap());
+            }
+            _ => panic!("nobody understands: @ {words}"),
+        }
+    }
+
+    /// What the machine is asked for by a line of the program.
+    fn run(&mut self, line: &str) -> Vec<String> {
+        let mut asked = Vec::new();
+        match Decoder::new().decode(line.as_bytes()) {
+            Ok(Line::Code(blocks)) => self.run_blocks(blocks, &mut asked),
+            Ok(Line::Blank) => {}
+            Ok(Line::Console(_)) => asked.push("a console command".into()),
+            Err(refusal) => asked.push(format!("error: {refusal}")),
+        }
+        asked
+    }
+
+    fn run_blocks(&mut self, blocks: Blocks<'_>, asked: &mut Vec<String>) {
+        for block in blocks {
+            let block = match block {
+                Ok(block) => block,
+                Err(error) => return asked.push(format!("error: {error}")),
+            };
+            let Some(row) = self.interpreter.row(&block) else {
+                asked.push("unknown".into());
+                continue;
+            };
+            let mut from = *self.interpreter.position();
+            let meaning = match self.interpreter.run(&block, row, self.facts, self.dialect) {
+                Ok(meaning) => meaning,
+                Err(fault) => {
+                    let kind = if fault.halts { "alarm" } else { "error" };
+                    return asked.push(format!("{kind}: {fault}"));
+                }
+            };
+            let mut say = |asked: &mut Vec<String>, action: Action<'_>| {
+                asked.push(action.described(&from).to_string());
+                if let Action::Move(request) = action {
+                    from = request.target;
+                }
+            };
+            while let Some(effect) = self.interpreter.next_effect() {
+                say(asked, Action::Effect(effect));
+            }
+            match meaning {
+                Meaning::Nothing => {}
+                Meaning::Action(action) => say(asked, action),
+                Meaning::Unknown => asked.push("unknown".into()),
+            }
+            while let Some(action) = self.interpreter.next_action() {
+                say(asked, action);
+            }
+        }
+    }
+}
+
+/// Runs a page; the page as it is, beside the page as it should be written.
+fn run_page(text: &str) -> String {
+    let (mut session, mut page) = (Session::new(), String::new());
+    for line in text.lines() {
+        if line.starts_with("    ") {
+            continue;
+        }
+        page.push_str(line);
+        page.push('\n');
+        if line.starts_with('#') {
+            session = Session::new();
+        } else if let Some(words) = line.strip_prefix("@ ") {
+            session.told(words);
+        } else if !line.is_empty() {
+            for action in session.run(line) {
+                page.push_str("    ");
+                page.push_str(&action);
+                page.push('\n');
+            }
+        }
+    }
+    page
+}
+
+#[test]
+fn every_line_means_what_the_pages_say() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
+    // `WRITE_LANGUAGE=1` writes down what is, to be read before it is committed.
+    let mut pages = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let is = run_page(&text);
+        if std::env::var_os("WRITE_LANGUAGE").is_some() {
+            std::fs::write(&path, &is).unwrap();
+            continue;
+        }
+        for (number, (wanted, got)) in text.lines().zip(is.lines()).enumerate() {
+            assert_eq!(got, wanted, "{}, line {}", path.display(), number + 1);
+        }
+        assert_eq!(text.lines().count(), is.lines().count(), "{}", path.display());
+        pages += 1;
+    }
+    assert!(pages >= 8 || std::env::var_os("WRITE_LANGUAGE").is_some(), "the pages are not there");
+}
+
+/// Every code of the table stands on some page.
+#[test]
+fn no_code_is_without_a_line() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
+    let mut seen = std::collections::BTreeSet::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        for line in text.lines().filter(|line| !line.starts_with(['#', '@', ' '])) {
+            if let Ok(Line::Code(blocks)) = Decoder::new().decode(line.as_bytes()) {
+                seen.extend(blocks.flatten().filter_map(|block| block.code).map(|code| code.to_string()));
+            }
+        }
+    }
+    let missing: Vec<String> =
+        program::codes::all().map(|row| row.code.to_string()).filter(|code| !seen.contains(code)).collect();
+    assert!(missing.is_empty(), "no line for {missing:?}");
+}
