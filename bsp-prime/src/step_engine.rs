@@ -71,7 +71,7 @@ pub static STATISTICS: Statistics =
 pub struct MotorLines {
     /// The step pin, off.
     pub step: FastPin,
-    /// The direction pin; on is forward.
+    /// The direction pin; off is forward. So on this board a low level counts up, and `!` makes that a high one.
     pub direction: FastPin,
     /// Every edge is a step (the driver is set so), rather than every pulse.
     pub double_edge: bool,
@@ -183,7 +183,7 @@ pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
         motor.step_register.store(lines.step.register(), Ordering::Relaxed);
         motor.next.store(lines.step.on_word(), Ordering::Relaxed);
         motor.direction_register.store(lines.direction.register(), Ordering::Relaxed);
-        motor.forward.store(lines.direction.on_word(), Ordering::Relaxed);
+        motor.forward.store(lines.direction.off_word(), Ordering::Relaxed);
         SHARED.spacings[index].least_distance.store(lines.least_distance_ticks, Ordering::Relaxed);
         recovery = recovery.max(lines.least_distance_ticks);
         if !lines.double_edge {

@@ -96,6 +96,7 @@ fn motor_lines(
         lines.step = report.take(claimed).unwrap_or(lines.step);
     }
     if let Some(pin) = motor.dir_pin {
+        // Off, which is low without `!`, is forward.
         let spec = PinSpec { inverted: motor.direction_inverted(), ..spec(pin) };
         let claimed = pins.fast_output(spec, &owner("actuator", actuator.name(), "dir_pin"));
         lines.direction = report.take(claimed).unwrap_or(lines.direction);

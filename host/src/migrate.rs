@@ -158,6 +158,19 @@ mod tests {
         assert_eq!(config.player.after_suspend_gcode, "G91 G0 Z10");
     }
 
+    /// Both firmwares drive a plain direction pin low for positive motion, so what turned the right way goes on doing so.
+    #[test]
+    fn direction_pins_keep_their_exclamation_marks() {
+        let (config, _) = migrated(PRINTER);
+        let inverted = |motor: Actuator| config.actuators[motor].direction_inverted();
+        let motors = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma, Actuator::Delta];
+        assert_eq!(motors.map(inverted), [true, false, false, false]);
+        let plain = PRINTER.replace(" 0.5! ", " 0.5 ").replace(" 0.22", " 0.22!");
+        let (config, _) = migrated(&plain);
+        let inverted = |motor: Actuator| config.actuators[motor].direction_inverted();
+        assert_eq!(motors.map(inverted), [false, false, false, true]);
+    }
+
     #[test]
     fn what_cannot_be_carried_over_is_on_the_list_with_its_line() {
         let (_, migration) = migrated(PRINTER);

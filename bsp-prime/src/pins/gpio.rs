@@ -172,11 +172,11 @@ impl Input {
     }
 }
 
-/// A pin for the step interrupt: where to write, and the word that makes it high. See [`Output`].
+/// A pin for the step interrupt: where to write, and the word that switches it on. See [`Output`].
 #[derive(Clone, Copy, Debug)]
 pub struct FastPin {
     bsrr: *mut u32,
-    high: u32,
+    on: u32,
 }
 
 // SAFETY: the pointer is to a write-only register that is atomic per bit; it is the same from every context.
@@ -186,25 +186,32 @@ unsafe impl Sync for FastPin {}
 
 impl FastPin {
     /// Goes nowhere: writes no bit of a real port.
-    pub const NONE: Self = Self { bsrr: (0x5802_0000 + 0x18) as *mut u32, high: 0 };
+    pub const NONE: Self = Self { bsrr: (0x5802_0000 + 0x18) as *mut u32, on: 0 };
 
     /// Makes `spec` an output that is off, and gives the fast handle to it.
     pub(crate) fn off(spec: PinSpec) -> Self {
         let output = Output::off(spec);
-        Self { bsrr: registers(spec.pin).bsrr.as_ptr(), high: output.on }
+        Self { bsrr: registers(spec.pin).bsrr.as_ptr(), on: output.on }
     }
 
-    /// The BSRR word for on. The word for off is this rotated by 16.
+    /// The BSRR word for on.
     #[inline(always)]
     #[must_use]
     pub const fn on_word(self) -> u32 {
-        self.high
+        self.on
+    }
+
+    /// The BSRR word for off: the other half of the register.
+    #[inline(always)]
+    #[must_use]
+    pub const fn off_word(self) -> u32 {
+        self.on.rotate_left(16)
     }
 
     /// Whether the pin is driven high now: its bit in the output register beside BSRR (RM0399 section 12.4.6).
     #[must_use]
     pub fn is_high(self) -> bool {
-        let bit = (self.high | self.high >> 16) & 0xFFFF;
+        let bit = (self.on | self.on >> 16) & 0xFFFF;
         // SAFETY: ODR is the word below BSRR in every port's block; reading it changes nothing.
         unsafe { self.bsrr.sub(1).read_volatile() & bit != 0 }
     }

@@ -6,12 +6,12 @@ const fn pin(port: char, number: u8) -> PinName {
     PinName::new(port, number)
 }
 
-/// Pins of one on-board driver socket. Step and direction act high; chip select acts low; the StallGuard output is an input to us.
+/// Pins of one on-board driver socket. Step acts high; chip select acts low; the StallGuard output is an input to us.
 #[derive(Clone, Copy, Debug)]
 pub struct MotorPins {
     /// Every edge or every rising edge is a step, as the driver is set.
     pub step: PinName,
-    /// High is forward.
+    /// Low is forward: what v2 boards and the machines built around them are wired for.
     pub direction: PinName,
     /// SPI4 chip select, 10 k pull-up on the board.
     pub select: PinName,

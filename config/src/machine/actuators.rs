@@ -49,7 +49,8 @@ pub struct ActuatorConfig {
 pub type Slave = Actuator;
 
 impl ActuatorConfig {
-    /// Whether counting up means a low direction pin: `reversed` and `!` on the pin each say so, and do not cancel.
+    /// Whether counting up makes the direction pin high, where it is low otherwise: `reversed` and `!` on the pin each say
+    /// so, and do not cancel.
     #[must_use]
     pub fn direction_inverted(&self) -> bool {
         self.reversed || self.dir_pin.is_some_and(|pin| pin.inverted)

@@ -105,7 +105,8 @@ pub const ACTUATOR: Section = Section {
             "nc",
             PinRole::Output,
             motor!(|m, v| m.dir_pin = v.and_then(PinName::digital)),
-            "Direction output; ! reverses the motor.",
+            "Direction output: low while the motor counts up, high with !. Klipper's is the other way round: there high \
+             counts up, so add the ! where it has none and take it away where it has one.",
         )
         .klipper("[stepper_<axis>] dir_pin")
         .by_name(&[("alpha", "PD4"), ("beta", "PG2"), ("gamma", "PG4"), ("delta", "PG5")])

@@ -195,7 +195,7 @@ impl Default for WorldConfig {
             actuator,
             driver: DriverConfig::OnBoard,
             mm_per_full_step: 16.0 / steps_per_mm,
-            forward_high: true,
+            forward_high: false,
             step_pin: None,
             direction_pin: None,
             enable_pin: None,

@@ -85,7 +85,8 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
             DriverKind::Tmc2590 | DriverKind::Tmc2660 => DriverConfig::OnBoard,
         },
         mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
-        forward_high: !config.direction_inverted(),
+        // The wiring of a working machine: with a plain pin, low drives towards higher positions.
+        forward_high: config.direction_inverted(),
         step_pin: config.step_pin.map(pin),
         direction_pin: config.dir_pin.map(pin),
         enable_pin: config.en_pin.map(pin),

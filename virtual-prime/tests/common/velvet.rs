@@ -213,6 +213,12 @@ impl Velvet {
         work(&mut world)
     }
 
+    /// The level a pin has, by its name.
+    pub fn level(&mut self, pin: &'static str) -> bool {
+        let pin = virtual_prime::pins::pin(pin);
+        self.bench.vm.with(move |stopped| stopped.session.board().level(pin)).expect("the run goes on")
+    }
+
     /// Something goes wrong now.
     #[track_caller]
     pub fn inject(&mut self, fault: &Fault) {

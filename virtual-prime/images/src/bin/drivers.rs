@@ -67,8 +67,8 @@ fn main() -> ! {
     dp.EXTI.rtsr1.modify(|_, w| w.tr0().set_bit());
     dp.EXTI.c1imr1.modify(|_, w| w.mr0().set_bit());
 
-    // Towards the switch: direction low. 30 mm at 80 edges a millimetre, at 100 kHz.
-    dp.GPIOD.bsrr.write(|w| w.br4().set_bit());
+    // Towards the switch: direction high. 30 mm at 80 edges a millimetre, at 100 kHz.
+    dp.GPIOD.bsrr.write(|w| w.bs4().set_bit());
     let mut edges = 0;
     while !dp.EXTI.c1pr1.read().pr0().bit() {
         if edges % 2 == 0 {
@@ -81,6 +81,6 @@ fn main() -> ! {
         assert!(edges < 10_000, "the switch never closed");
     }
     assert_eq!(edges, 30 * 80, "the switch closes at the edge that reaches it");
-    assert_eq!(frame(&dp, 0x0_0104) >> 10, (1024 - (30 * 80 * 16) % 1024) % 1024, "microsteps counted down");
+    assert_eq!(frame(&dp, 0x0_0104) >> 10, (30 * 80 * 16) % 1024, "microsteps counted up");
     pass()
 }
