@@ -61,6 +61,10 @@ pub fn set_up<SPI: SpiDevice, E>(
         stored(driver.set_current(lesser(current, most)))?;
     }
     stored(driver.set_standstill_current(settings.standstill_current.map(|current| lesser(current, most))))?;
+    // Without a setting of its own: as the raw registers say, or as the chip's driver starts.
+    if let Some(strength) = settings.gate_drive {
+        stored(driver.set_gate_drive(strength))?;
+    }
     // The setting is on unless told otherwise, and a TMC2660 has no passive fast decay.
     stored(driver.set_passive_fast_decay(settings.passive_fast_decay && kind == Chip::Tmc2590))?;
     Ok(MotorDriver::Chip(driver, most))

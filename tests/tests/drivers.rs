@@ -46,6 +46,17 @@ fn passive_fast_decay_is_on_unless_told_otherwise() {
     assert_eq!(registers(&with("alpha.passive_fast_decay = false"))[4] & EN_PFD, 0);
 }
 
+/// SLPH, SLPL and SLP2, DRVCONF bits 15 to 11.
+#[test]
+fn gate_drive_is_the_default_s_or_the_registers_or_its_own() {
+    const SLOPES: u32 = 0xF800;
+    let slopes = |settings: &str| registers(&with(settings))[4] & SLOPES;
+    assert_eq!(slopes(""), 0xF000, "as the maker's code for the chip starts");
+    assert_eq!(slopes("alpha.reg = 0,901B4,A0000,D031F,EA810"), 0xA800);
+    assert_eq!(slopes("alpha.reg = 0,901B4,A0000,D031F,EA810\nalpha.gate_drive = 1"), 0x5000);
+    assert_eq!(slopes("alpha.gate_drive = 7"), 0xF800);
+}
+
 #[test]
 fn m911_prints_the_registers_as_a_setting() {
     let said = with("alpha.reg = 0,901B4,A8202,D031F,E0010").say("M911 P0");

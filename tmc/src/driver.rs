@@ -130,11 +130,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
     pub fn new(spi: SPI, chip: Chip, sense_resistor: Ohms) -> Result<Self, Error<SPI::Error>> {
         in_range("sense resistor", "above 0 Ohm", sense_resistor.0 > 0.0 && sense_resistor.0.is_finite())?;
         let run = current_setting(chip, sense_resistor, Amps(0.0));
-        let drvconf = match chip {
-            // The board's external MOSFETs want the strongest gate drive; the internal ones the middle.
-            Chip::Tmc2590 => DrvConf::RESET.with_slp2(1).with_slph(3).with_slpl(3),
-            Chip::Tmc2660 => DrvConf::RESET.with_slph(2).with_slpl(2),
-        };
+        let drvconf = DrvConf::RESET.with_slopes(chip.default_gate_drive());
         let registers = Registers {
             drvctrl: DrvCtrl::RESET.with_mres(Microsteps::M32 as u32),
             chopconf: Chopper::DEFAULT.register()?,
@@ -304,6 +300,18 @@ impl<SPI: SpiDevice> Driver<SPI> {
     pub fn set_passive_fast_decay(&mut self, on: bool) -> Result<(), Error<SPI::Error>> {
         in_range("passive fast decay", "off on a TMC2660", !on || self.chip == Chip::Tmc2590)?;
         self.registers.drvconf = self.registers.drvconf.with_en_pfd(u32::from(on));
+        self.write(self.registers.drvconf.word()).map(drop)
+    }
+
+    /// Sets how hard the MOSFETs' gates are driven, 0 the gentlest, both sides alike: stronger means steeper edges, so less heat in
+    /// the MOSFETs, and more ringing, radio noise and false short circuits.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for more than [`Chip::strongest_gate_drive`], else as [`Self::status`].
+    pub fn set_gate_drive(&mut self, strength: u8) -> Result<(), Error<SPI::Error>> {
+        let allowed = if self.chip == Chip::Tmc2590 { "0 to 7" } else { "0 to 3" };
+        in_range("gate drive", allowed, strength <= self.chip.strongest_gate_drive())?;
+        self.registers.drvconf = self.registers.drvconf.with_slopes(strength);
         self.write(self.registers.drvconf.word()).map(drop)
     }
 

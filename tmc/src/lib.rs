@@ -85,6 +85,28 @@ impl Chip {
         }
     }
 
+    /// How hard the gates are driven unless told otherwise, 0 the gentlest.
+    ///
+    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. The maker's own code for the chip starts with
+    /// `SLPH` = `SLPL` = 3 and leaves `SLP2` clear (TMC-API, DRVCONF EF040), and so are these boards run. The MOSFETs
+    /// inside a TMC2660 are run with the gentlest slopes, on these boards and on others that carry it.
+    #[must_use]
+    pub const fn default_gate_drive(self) -> u8 {
+        match self {
+            Self::Tmc2590 => 3,
+            Self::Tmc2660 => 0,
+        }
+    }
+
+    /// The strongest there is: three bits (`SLP2` above `SLPH` or `SLPL`), or two.
+    #[must_use]
+    pub const fn strongest_gate_drive(self) -> u8 {
+        match self {
+            Self::Tmc2590 => 7,
+            Self::Tmc2660 => 3,
+        }
+    }
+
     /// The chip's name.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -210,6 +210,13 @@ register! {
 }
 
 impl DrvConf {
+    /// With both slopes at this strength: two bits for each side, and above them, on a TMC2590, the one that they share.
+    #[must_use]
+    pub const fn with_slopes(self, strength: u8) -> Self {
+        let (low_bits, top_bit) = (strength as u32 & 0b11, strength as u32 >> 2 & 1);
+        self.with_slph(low_bits).with_slpl(low_bits).with_slp2(top_bit)
+    }
+
     /// Fields a TMC2660 does not have; it wants them 0.
     const TMC2590_ONLY: u32 = 1 << 11 | 0b1111;
 

@@ -85,6 +85,8 @@ pub struct TmcConfig {
     pub standstill_current: Option<Amps>,
     /// Passive fast decay.
     pub passive_fast_decay: bool,
+    /// How hard the MOSFETs' gates are driven, 0 the gentlest; none: as the raw registers say, or the driver's default.
+    pub gate_drive: Option<u8>,
     /// Raw registers loaded first: DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF, DRVCONF.
     pub registers: Option<[u32; 5]>,
 }

@@ -290,6 +290,17 @@ pub const TMC2590: Section = driver_section!(
             "Passive fast decay of the coil current, which damps resonance at medium speed; a TMC2590 has it.",
         ),
         integer(
+            "gate_drive",
+            "3",
+            (0, 7),
+            chip!(tmc2590, |chip, v| chip.gate_drive = Some(v as u8)),
+            "How hard the MOSFETs' gates are driven: the slopes SLPH and SLPL, with SLP2 as their top bit. More is cooler \
+             MOSFETs, and more ringing, radio noise and false short circuits.",
+        )
+        .klipper("[tmc2660 <stepper>] driver_SLPH, driver_SLPL")
+        .derived("3, or what reg says")
+        .velvet(),
+        integer(
             "sense_resistor",
             "50",
             (1, 1_000),
@@ -336,6 +347,17 @@ pub const TMC2660: Section = driver_section!(
             "Passive fast decay of the coil current, which damps resonance at medium speed; a TMC2590 has it.",
         )
         .not_yet_harmless("leave it out; a TMC2660 has no passive fast decay"),
+        integer(
+            "gate_drive",
+            "0",
+            (0, 3),
+            chip!(tmc2660, |chip, v| chip.gate_drive = Some(v as u8)),
+            "Slopes of the bridges, SLPH and SLPL: 0 the gentlest, 3 the steepest. More is a cooler chip, and more ringing, \
+             radio noise and false short circuits.",
+        )
+        .klipper("[tmc2660 <stepper>] driver_SLPH, driver_SLPL")
+        .derived("0, or what reg says")
+        .velvet(),
         integer(
             "sense_resistor",
             "100",

@@ -38,6 +38,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc2590] common.standstill_time", "2", "20", Look(resting)).with(RESTING),
     row("[tmc2590] alpha.spi_cs_pin", "PJ13", "PJ12", Board("settings.rs")),
     row("[tmc2590] alpha.passive_fast_decay", "true", "false", Look(registers)),
+    row("[tmc2590] alpha.gate_drive", "3", "5", Look(registers)),
     row("[tmc2590] alpha.reg", "", "0,901B4,A8202,C031F,E0010", Look(registers)),
     row("[tmc2590] alpha.step_interpolation", "true", "false", Look(registers)),
     row("[tmc2590] alpha.standstill_current", "0", "600", Look(resting)).with(RESTING),
@@ -45,6 +46,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc2590] alpha.max_current", "3000", "1500", Say(&["M907 X2", "M907"])),
     row("[tmc2660] common.standstill_time", "2", "20", Look(resting)).with(OTHER),
     row("[tmc2660] alpha.spi_cs_pin", "PJ13", "PE1", Boot).with(OTHER),
+    row("[tmc2660] alpha.gate_drive", "0", "2", Look(registers)).with(OTHER),
     row("[tmc2660] alpha.reg", "", "0,901B4,A8202,C031F,E0010", Look(registers)).with(OTHER),
     row("[tmc2660] alpha.step_interpolation", "true", "false", Look(registers)).with(OTHER),
     row("[tmc2660] alpha.standstill_current", "0", "600", Look(resting)).with(OTHER),
@@ -58,9 +60,10 @@ fn registers(bench: &mut Bench) -> String {
     bench.world(|world| {
         let chip = world.driver(Alpha as usize);
         let (scale, fine) = (chip.current_scale(), chip.high_sensitivity());
-        // Hysteresis, decay and coolStep; passive fast decay.
+        // Hysteresis, decay and coolStep; passive fast decay; slopes.
         let [_, chopconf, smarten, _, drvconf] = chip.registers();
-        let raw = format!("chopper {:x}, coolStep {smarten:x}, decay {}", chopconf & !0xF, drvconf >> 1 & 1);
+        let (chopper, decay, slopes) = (chopconf & !0xF, drvconf >> 1 & 1, drvconf >> 11 & 0x1F);
+        let raw = format!("chopper {chopper:x}, coolStep {smarten:x}, decay {decay}, slopes {slopes:05b}");
         let (count, smooth) = (chip.microsteps(), chip.interpolates());
         format!("{count} microsteps, interpolated: {smooth}, scale {scale}, fine: {fine}, {raw}")
     })

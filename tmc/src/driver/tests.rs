@@ -74,8 +74,36 @@ fn starting_loads_a_smoothieboard_s_settings_with_the_bridges_off() {
     assert_eq!(chip.words[0], 0x0_0003, "32 microsteps");
     assert_eq!(chip.words[4], 0x9_81C0, "off time 0, blank 54, start 5, end 0");
     assert_eq!(chip.words[6] & !31, 0xD_0A00, "stallGuard threshold 10, filtered");
-    assert_eq!(chip.words[7] & !64, 0xE_F830, "strongest slopes");
+    assert_eq!(chip.words[7] & !64, 0xE_F030, "medium slopes");
     assert!(chip.history.iter().all(|(on, _)| !on));
+}
+
+#[test]
+fn a_tmc2660_starts_with_the_gentlest_slopes() {
+    let mut driver = driver(Chip::Tmc2660);
+    driver.start().unwrap();
+    assert_eq!(driver.release().words[7] & !64, 0xE_0010);
+}
+
+/// The bits as the register tables have them: `SLPH` 15 and 14, `SLPL` 13 and 12, `SLP2` 11.
+#[test]
+fn gate_drive_reaches_both_slopes_and_nothing_else() {
+    const SLOPES: u32 = 0x0_F800;
+    for (chip, words) in [
+        (Chip::Tmc2590, &[0x0000, 0x5000, 0xA000, 0xF000, 0x0800, 0x5800, 0xA800, 0xF800][..]),
+        (Chip::Tmc2660, &[0x0000, 0x5000, 0xA000, 0xF000]),
+    ] {
+        let mut driver = driver(chip);
+        driver.start().unwrap();
+        let rest = driver.spi.words[7] & !SLOPES;
+        for (strength, slopes) in words.iter().enumerate() {
+            driver.set_gate_drive(strength as u8).unwrap();
+            assert_eq!(driver.spi.words[7], rest | slopes, "{} at {strength}", chip.name());
+        }
+        let before = driver.spi.words[7];
+        assert!(matches!(driver.set_gate_drive(words.len() as u8), Err(Error::Setting(_))));
+        assert_eq!(driver.spi.words[7], before);
+    }
 }
 
 #[test]
