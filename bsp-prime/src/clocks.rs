@@ -1,4 +1,5 @@
-//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals, 48 MHz for USB.
+//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals. What nothing uses is off: PLL2,
+//! PLL3 (it would make the 48 MHz of USB), HSI48.
 //!
 //! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here first, with a bound,
 //! and the watchdog already runs when [`freeze`] is called: should a PLL or the supply never report ready, the board resets with
@@ -26,6 +27,15 @@ pub const SDMMC_KERNEL_HZ: u32 = 200_000_000;
 /// The crystal should start within 2 ms (data sheet DS12923 table "HSE oscillator characteristics"); ten times that.
 const CRYSTAL_START_LIMIT_US: u32 = 20_000;
 
+/// Two wait states more than the manual asks for at 200 MHz and VOS1, in a row that ends at 210 MHz (RM0399 section 4.3.8, table of
+/// recommended wait states): what boards are known to run with.
+/// Reads that miss the caches take 10 ns longer; what is in a hurry runs from ITCM.
+const FLASH_WAIT_STATES: u8 = 4;
+/// Programming delay, WRHIGHFREQ, as long as its field allows: known good with these wait states.
+const FLASH_PROGRAMMING_DELAY: u8 = 3;
+/// The flash takes its new wait states within a few bus clocks.
+const FLASH_LIMIT_US: u32 = 100;
+
 /// What can be wrong with the clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockError {
@@ -33,6 +43,8 @@ pub enum ClockError {
     NoCrystal,
     /// The clock tree did not come out as designed; carries the core clock in hertz.
     Wrong(u32),
+    /// The flash did not take its wait states.
+    FlashTiming,
 }
 
 /// Starts the crystal and waits for it, at most 20 ms.
@@ -48,7 +60,8 @@ pub fn start_crystal(rcc: &pac::RCC) -> Result<(), ClockError> {
 /// Sets supply and clocks. Call once, after [`start_crystal`] and with the watchdog running.
 ///
 /// # Errors
-/// [`ClockError::Wrong`] when the tree differs from the constants of this module, on which every timer and baud rate is built.
+/// [`ClockError::Wrong`] when the tree differs from the constants of this module, on which every timer and baud rate is built;
+/// [`ClockError::FlashTiming`].
 pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr, ClockError> {
     // The board feeds the core from the SMPS alone; LDO mode would be electrically wrong (RM0399 section 7.4.1).
     let power = pwr.constrain().smps().vos1().freeze();
@@ -64,10 +77,6 @@ pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr
         // Iterative: the input divider that gives exactly 800 MHz from the crystal.
         .pll1_strategy(PllConfigStrategy::Iterative)
         .pll1_q_ck(SDMMC_KERNEL_HZ.Hz())
-        // The HAL only switches PLL3 on when its P output is asked for too.
-        .pll3_strategy(PllConfigStrategy::Iterative)
-        .pll3_p_ck(48.MHz())
-        .pll3_q_ck(48.MHz())
         .freeze(power, syscfg);
     let core = ccdr.clocks.sys_ck().raw();
     let as_designed = core == CORE_HZ
@@ -75,7 +84,30 @@ pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr
         && ccdr.clocks.pclk1().raw() == PCLK_HZ
         && ccdr.clocks.pclk2().raw() == PCLK_HZ
         && ccdr.clocks.pll1_q_ck().is_some_and(|q| q.raw() == SDMMC_KERNEL_HZ);
-    if as_designed { Ok(ccdr) } else { Err(ClockError::Wrong(core)) }
+    if !as_designed {
+        return Err(ClockError::Wrong(core));
+    }
+    stop_hsi48();
+    slow_flash()?;
+    Ok(ccdr)
+}
+
+/// The HAL starts the 48 MHz oscillator whether or not something uses it.
+fn stop_hsi48() {
+    // RM0399 section 9.7.2, RCC_CR: HSI48ON.
+    // SAFETY: `freeze` consumed the RCC token, and this runs once, before any interrupt is enabled.
+    unsafe { (*pac::RCC::ptr()).cr.modify(|_, w| w.hsi48on().off()) };
+}
+
+/// Gives the flash more time than it needs at this clock.
+fn slow_flash() -> Result<(), ClockError> {
+    // SAFETY: nothing else writes this register; more wait states are safe at any clock.
+    let access = unsafe { &(*pac::FLASH::ptr()).acr };
+    // RM0399 section 4.9.1, FLASH_ACR; section 4.3.8: the new value counts once it reads back.
+    // SAFETY: 4 and 3 fit their fields.
+    access.write(|w| unsafe { w.latency().bits(FLASH_WAIT_STATES).wrhighfreq().bits(FLASH_PROGRAMMING_DELAY) });
+    let taken = || access.read().latency().bits() == FLASH_WAIT_STATES;
+    wait::until(FLASH_LIMIT_US, taken).map_err(|_| ClockError::FlashTiming)
 }
 
 /// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist for us.

@@ -7,7 +7,7 @@ mod common;
 use common::MS;
 use common::velvet::{Plan, SECOND};
 use rigless::mcu::Mcu;
-use rigless::soc::stm32h743::generated::{fmc, syscfg};
+use rigless::soc::stm32h743::generated::{flash, fmc, rcc, syscfg};
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 
@@ -34,6 +34,22 @@ fn the_external_memory_bank_is_closed_and_the_outputs_are_compensated() {
     // RM0399 section 23.7.6: the reset value 0x30DB without MBKEN. Section 13.3.7: EN and READY.
     assert_eq!(bank, Some(0x30DA));
     assert_eq!(cell.map(|cell| cell & 0x101), Some(0x101));
+}
+
+#[test]
+fn the_flash_has_time_and_oscillators_that_nothing_uses_are_off() {
+    let mut velvet = Plan::new().start();
+    let registers = velvet.bench.vm.with(|stopped| {
+        let bus = stopped.session.board().mcu.bus();
+        let clocks = bus.registers("RCC").map(|file| file.get(rcc::Register::Cr));
+        (clocks, bus.registers("Flash").map(|file| file.get(flash::Register::Acr)))
+    });
+    let (Some(clocks), Some(access)) = registers.expect("the image runs") else { panic!("no such block") };
+    // RM0399 section 9.7.2: PLL3RDY, PLL3ON, PLL2RDY, PLL2ON; HSI48RDY, HSI48ON. PLL1, the crystal, HSI and CSI run.
+    assert_eq!(clocks & (0xF << 26 | 0b11 << 12), 0, "{clocks:#010x}");
+    assert_eq!(clocks & (1 << 24 | 1 << 16 | 1 << 7 | 1), 1 << 24 | 1 << 16 | 1 << 7 | 1, "{clocks:#010x}");
+    // Section 4.9.1: the table asks for LATENCY 2 and WRHIGHFREQ 2 at 200 MHz.
+    assert_eq!(access, 0x34);
 }
 
 #[test]
