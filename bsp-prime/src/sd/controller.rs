@@ -16,6 +16,11 @@ const COMMAND_LIMIT_US: u32 = 10_000;
 /// A card may take 100 ms to the first byte of a read, 500 ms to finish a write (section 4.6.2).
 const DATA_LIMIT_US: u32 = 600_000;
 
+/// Power-cycle and power-off take a millisecond at least (RM0399 chapter 58, power-up sequence).
+const POWER_STATE_US: u32 = 1_000;
+/// Longer than the 74 clocks a card wants before its first command (SD physical layer 9.0, section 6.4.1): 185 us at 400 kHz.
+const FIRST_CLOCKS_US: u32 = 1_000;
+
 /// Status flags (RM0399 section 58.10.11, SDMMC_STAR).
 mod flag {
     pub const CCRCFAIL: u32 = 1 << 0;
@@ -35,6 +40,17 @@ mod flag {
     pub const ALL: u32 = 0x1FE0_0FFF;
     pub const COMMAND_OVER: u32 = CCRCFAIL | CTIMEOUT | CMDREND | CMDSENT;
     pub const DATA_OVER: u32 = DCRCFAIL | DTIMEOUT | TXUNDERR | RXOVERR | DATAEND | DABORT | IDMATE;
+}
+
+/// Values of PWRCTRL (RM0399 section 58.10.1).
+#[derive(Clone, Copy)]
+enum PowerState {
+    /// Clock stopped, lines high.
+    Off = 0b00,
+    /// Clock stopped, lines low.
+    Cycle = 0b10,
+    /// The card is clocked.
+    On = 0b11,
 }
 
 /// What a command answers with.
@@ -66,6 +82,18 @@ pub fn on_interrupt() {
     unsafe { (*pac::SDMMC1::ptr()).maskr.write(|w| w.bits(0)) };
 }
 
+/// Every register of the block to its reset value.
+fn reset_block() {
+    // RM0399 section 9.7.30, RCC_AHB3RSTR: SDMMC1RST.
+    // SAFETY: this register is written here alone, by the one owner of the card.
+    let reset = unsafe { &(*pac::RCC::ptr()).ahb3rstr };
+    reset.modify(|_, w| w.sdmmc1rst().set_bit());
+    // The read back makes sure that the pulse has reached the block before it ends.
+    let _settled = reset.read().bits();
+    reset.modify(|_, w| w.sdmmc1rst().clear_bit());
+    let _settled = reset.read().bits();
+}
+
 impl Controller {
     pub(super) fn new(registers: pac::SDMMC1) -> Self {
         for (port, number) in [('C', 8), ('C', 9), ('C', 10), ('C', 11), ('D', 2)] {
@@ -75,20 +103,25 @@ impl Controller {
         Self { registers }
     }
 
-    /// Powers the card interface and clocks it for identification, one bit wide.
+    /// Powers the card interface and clocks it for identification, one bit wide. For every card anew, whatever the interface did before.
+    ///
+    /// RM0399 section 58.10.1, SDMMC_POWER: once the interface is on, writes to PWRCTRL are ignored, so only a reset of the whole block
+    /// brings the states before it back. The manual's order is reset, power-cycle (lines low, so that the card is not fed through them), power-off
+    /// (lines high), each a millisecond at least, then on: the card gets its 74 clocks before the first command.
     pub(super) fn power_up(&mut self) {
-        let sd = &self.registers;
-        sd.dctrl.reset();
-        sd.idmactrlr.reset();
-        sd.power.reset();
-        // RM0399 section 58.5.4: power-off for at least a millisecond, then on; the card wants 74 clocks.
-        wait::pause(1_000);
+        reset_block();
+        self.set_power(PowerState::Cycle);
+        wait::pause(POWER_STATE_US);
+        self.set_power(PowerState::Off);
+        wait::pause(POWER_STATE_US);
         self.set_clock(IDENTIFY_HZ, false);
-        self.registers.power.modify(|_, w| {
-            // SAFETY: 0b11 is "power on".
-            unsafe { w.pwrctrl().bits(0b11) }
-        });
-        wait::pause(1_000);
+        self.set_power(PowerState::On);
+        wait::pause(FIRST_CLOCKS_US);
+    }
+
+    fn set_power(&mut self, state: PowerState) {
+        // SAFETY: the three states are the field's values that mean something; all else in the register stays at its reset value.
+        self.registers.power.write(|w| unsafe { w.pwrctrl().bits(state as u8) });
     }
 
     /// Full speed, four bits.

@@ -3,7 +3,9 @@
 
 pub mod hang;
 pub mod velvet;
+pub mod writes;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -50,6 +52,8 @@ pub struct Bench {
     /// Our ends of the three serial ports.
     pub console: Line,
     pub records: Records,
+    /// Writes to the addresses that were named.
+    pub writes: writes::WriteLog,
 }
 
 /// A board of the default machine running a test image.
@@ -64,10 +68,17 @@ pub fn boot_on(name: &str, board: PrimeBoard) -> Bench {
 
 /// This board running this image.
 pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
+    boot_watched(elf, board, Vec::new())
+}
+
+/// The same, with an ear for writes to these addresses.
+pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>) -> Bench {
     let console = board.console(0).clone();
     let (instruments, records) = Instruments::new(elf, &Probe::default()).expect("an image with symbols");
-    let vm = Vm::start(board, elf, Some(Box::new(instruments))).expect("the image loads");
-    Bench { vm, console, records }
+    let writes = writes::WriteLog::default();
+    let listener = writes::Listener { inner: Box::new(instruments), addresses, log: writes.clone() };
+    let vm = Vm::start(board, elf, Some(Box::new(listener))).expect("the image loads");
+    Bench { vm, console, records, writes }
 }
 
 impl Bench {

@@ -1,5 +1,6 @@
 //! Velvet's own image on a board to order, an operator at its console, and a look at the machine.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use config::BoardId;
@@ -10,7 +11,7 @@ use virtual_prime::board::PrimeBoard;
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
-use super::{Bench, MS, boot_elf};
+use super::{Bench, MS, boot_watched};
 
 /// The sample printer: Cartesian, one hot end, a bed, a part fan, switches at the minimum ends.
 pub const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
@@ -46,6 +47,7 @@ pub struct Plan {
     elf: PathBuf,
     built_as: Option<String>,
     second_core: bool,
+    watched: Vec<Range<u64>>,
 }
 
 impl Plan {
@@ -60,7 +62,14 @@ impl Plan {
             elf: image(),
             built_as: None,
             second_core: false,
+            watched: Vec::new(),
         }
+    }
+
+    /// Keeps a log of what the image writes to these addresses, from power-on.
+    pub fn watching(mut self, addresses: Range<u64>) -> Self {
+        self.watched.push(addresses);
+        self
     }
 
     /// The option bytes have the second core start.
@@ -149,7 +158,7 @@ impl Plan {
             let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
             done.expect("a fault of this machine");
         }
-        let mut velvet = Velvet { bench: boot_elf(&self.elf, board), said: String::new() };
+        let mut velvet = Velvet { bench: boot_watched(&self.elf, board, self.watched), said: String::new() };
         velvet.hear_until(PROMPT, BOOT_MS);
         velvet
     }
