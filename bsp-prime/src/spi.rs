@@ -8,7 +8,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use stm32h7xx_hal::pac;
 
-use crate::pins::{self, Mode, Output, PinName, Pull};
+use crate::pins::{self, Mode, Output, PinName, Pull, Speed};
 use crate::wait;
 
 /// Bytes the FIFO holds (RM0399 section 53.3, SPI4: 8 bytes).
@@ -46,7 +46,7 @@ impl MotorBus {
     pub(crate) fn new(spi: pac::SPI4) -> Self {
         // The board pulls the selects up; until they are claimed they are inputs, so no driver listens.
         for (port, number) in [('E', 12), ('E', 5), ('E', 6)] {
-            pins::configure(PinName::new(port, number), Mode::Alternate(5), Pull::Up, false);
+            pins::configure(PinName::new(port, number), Mode::Alternate(5, Speed::Low), Pull::Up, false);
         }
         // RM0399 section 53.11: kernel clock 100 MHz / 256 = 391 kHz, the rate these boards have always been run at;
         // 8 bits, master, mode 3, chip select by software, pins kept while disabled.

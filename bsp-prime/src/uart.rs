@@ -11,7 +11,7 @@ use stm32h7xx_hal::pac;
 
 use crate::byte_ring::ByteRing;
 use crate::clocks::PCLK_HZ;
-use crate::pins::{self, Mode, PinName, Pull};
+use crate::pins::{self, Mode, PinName, Pull, Speed};
 
 /// Bytes to send: a long status answer fits whole.
 const TX_BYTES: usize = 4096;
@@ -192,9 +192,9 @@ impl UartPort {
     /// Opens the port at `baud`. Once: its interrupt owns the registers from then on.
     pub fn open(&mut self, baud: u32, frame: Frame) {
         let (tx, rx, function) = self.name.pins();
-        pins::configure(tx, Mode::Alternate(function), Pull::Floating, false);
+        pins::configure(tx, Mode::Alternate(function, Speed::Low), Pull::Floating, false);
         // An open receive pin must read as an idle line.
-        pins::configure(rx, Mode::Alternate(function), Pull::Up, false);
+        pins::configure(rx, Mode::Alternate(function, Speed::Low), Pull::Up, false);
         // SAFETY: while the port is disabled it does not interrupt, so nobody else touches its registers.
         let uart = unsafe { &*self.name.registers() };
         // RM0399 section 51.8: configuration is only accepted while UE is clear.

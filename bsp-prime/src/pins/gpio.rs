@@ -4,15 +4,27 @@ use stm32h7xx_hal::pac;
 
 use super::name::{PinName, PinSpec, Pull};
 
+/// How steep the edges of a driven pin are (RM0399 section 12.4.3, GPIOx_OSPEEDR), with rise and fall times at 50 pF (DS12923, output
+/// timing characteristics). The gentlest that serves: steeper edges ring on the headers' cables and disturb the analog inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Speed {
+    /// 17 ns. For everything below a megahertz whose instant is not critical: heaters, chip selects, the drivers' SPI, serial ports, PWM.
+    Low = 0b00,
+    /// 5 ns, a tick of the step clock: STEP and DIR.
+    Medium = 0b01,
+    /// 4 ns: the SD card's 25 MHz, as running boards have it. The data sheet allows a card's edges 10 ns.
+    High = 0b10,
+}
+
 /// What a pin does (RM0399 section 12.4.1, GPIOx_MODER).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// Digital input.
     Input,
     /// Digital output.
-    Output,
+    Output(Speed),
     /// Belongs to the peripheral with this alternate function number.
-    Alternate(u8),
+    Alternate(u8, Speed),
     /// Analog; also the state of lowest consumption.
     Analog,
 }
@@ -51,21 +63,20 @@ fn pull_bits(pull: Pull) -> u32 {
 pub(crate) fn configure(pin: PinName, mode: Mode, pull: Pull, open_drain: bool) {
     let port = registers(pin);
     let (number, two) = (u32::from(pin.number()), 2 * u32::from(pin.number()));
-    let code = match mode {
-        Mode::Input => 0b00,
-        Mode::Output => 0b01,
-        Mode::Alternate(_) => 0b10,
-        Mode::Analog => 0b11,
+    let (code, speed) = match mode {
+        Mode::Input => (0b00, Speed::Low),
+        Mode::Output(speed) => (0b01, speed),
+        Mode::Alternate(_, speed) => (0b10, speed),
+        Mode::Analog => (0b11, Speed::Low),
     };
     cortex_m::interrupt::free(|_| {
         // SAFETY: every two-bit (or one-bit, four-bit) pattern written is a valid field value of these registers; only this pin's
         // field changes, and interrupts are masked for the read-change-write.
         unsafe {
             port.otyper.modify(|r, w| w.bits(r.bits() & !(1 << number) | (u32::from(open_drain) << number)));
-            // Speed "medium": edges of a few nanoseconds without ringing on the ribbon headers.
-            port.ospeedr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | (0b01 << two)));
+            port.ospeedr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | ((speed as u32) << two)));
             port.pupdr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | (pull_bits(pull) << two)));
-            if let Mode::Alternate(function) = mode {
+            if let Mode::Alternate(function, _) = mode {
                 let shift = 4 * (number & 7);
                 let field = u32::from(function & 0xF) << shift;
                 if number < 8 {
@@ -89,10 +100,14 @@ pub struct Output {
 impl Output {
     /// Makes `spec` an output that is off, without an instant of on.
     pub(crate) fn off(spec: PinSpec) -> Self {
+        Self::off_with_edges(spec, Speed::Low)
+    }
+
+    fn off_with_edges(spec: PinSpec, speed: Speed) -> Self {
         let on = if spec.inverted { spec.pin.bit() << 16 } else { spec.pin.bit() };
         let output = Self { pin: spec.pin, on };
         output.write(false);
-        configure(spec.pin, Mode::Output, Pull::Floating, spec.open_drain);
+        configure(spec.pin, Mode::Output(speed), Pull::Floating, spec.open_drain);
         output
     }
 
@@ -190,7 +205,7 @@ impl FastPin {
 
     /// Makes `spec` an output that is off, and gives the fast handle to it.
     pub(crate) fn off(spec: PinSpec) -> Self {
-        let output = Output::off(spec);
+        let output = Output::off_with_edges(spec, Speed::Medium);
         Self { bsrr: registers(spec.pin).bsrr.as_ptr(), on: output.on }
     }
 

@@ -11,7 +11,7 @@ use core::fmt;
 
 use heapless::{String, Vec};
 
-pub use gpio::{FastPin, Input, Mode, Output};
+pub use gpio::{FastPin, Input, Mode, Output, Speed};
 pub(crate) use gpio::{configure, enable_ports};
 pub use name::{PinName, PinSpec, Pull};
 
@@ -147,13 +147,13 @@ impl Pins {
         Ok(())
     }
 
-    /// Claims a pin for a peripheral.
+    /// Claims a pin for a peripheral whose output changes less than a million times a second.
     ///
     /// # Errors
     /// [`PinError`] naming both sides.
     pub fn alternate(&mut self, spec: PinSpec, function: u8, owner: &str) -> Result<(), PinError> {
         self.claim(spec.pin, owner)?;
-        configure(spec.pin, Mode::Alternate(function), spec.pull, spec.open_drain);
+        configure(spec.pin, Mode::Alternate(function, Speed::Low), spec.pull, spec.open_drain);
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use stm32h7xx_hal::pac;
 
 use super::SdError;
 use crate::clocks::SDMMC_KERNEL_HZ;
-use crate::pins::{self, Mode, PinName, Pull};
+use crate::pins::{self, Mode, PinName, Pull, Speed};
 use crate::{clocks, wait};
 
 /// Bus clock while a card is identified: at most 400 kHz (SD physical layer 9.0, section 4.2.1).
@@ -97,9 +97,9 @@ fn reset_block() {
 impl Controller {
     pub(super) fn new(registers: pac::SDMMC1) -> Self {
         for (port, number) in [('C', 8), ('C', 9), ('C', 10), ('C', 11), ('D', 2)] {
-            pins::configure(PinName::new(port, number), Mode::Alternate(12), Pull::Up, false);
+            pins::configure(PinName::new(port, number), Mode::Alternate(12, Speed::High), Pull::Up, false);
         }
-        pins::configure(PinName::new('C', 12), Mode::Alternate(12), Pull::Floating, false);
+        pins::configure(PinName::new('C', 12), Mode::Alternate(12, Speed::High), Pull::Floating, false);
         Self { registers }
     }
 
