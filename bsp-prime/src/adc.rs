@@ -3,6 +3,9 @@
 //! Nobody waits for a conversion and no interrupt is taken: the ring always holds the last [`AVERAGED`] scans, and heat control averages them
 //! when it ticks. Both run from per_ck (64 MHz HSI) / 6, halved again inside from silicon revision V on: 5.33 MHz. With 810.5 cycles of sampling
 //! (the inputs come through 4.7 kOhm) one conversion takes 154 us, so the ring of four inputs is renewed every 20 ms.
+//!
+//! Both are calibrated for offset and linearity, which takes 31 ms: it is begun when the board comes up and over long before a configuration
+//! has been read. Without linearity, codes are missing near multiples of 4096, and temperatures jump by up to 0.8 K there.
 
 use stm32h7xx_hal::pac;
 
@@ -15,8 +18,10 @@ pub const AVERAGED: usize = 32;
 pub const MAX_INPUTS: usize = 7;
 /// Start-up of the regulator: 10 us (DS12923, "ADC characteristics", tADCVREG_STUP); ten times that.
 const REGULATOR_LIMIT_US: u32 = 100;
-/// Offset calibration takes 1280 ADC cycles (DS12923): 240 us. And enabling takes one cycle of calibration logic. Ten times that.
-const READY_LIMIT_US: u32 = 3_000;
+/// Calibration of offset and linearity takes 165,010 ADC cycles (DS12923, "ADC characteristics", tCAL): 31 ms at 5.33 MHz. Three times that.
+const CALIBRATION_LIMIT_US: u32 = 100_000;
+/// Enabling takes a few cycles of the converter's clock; a hundred times that.
+const READY_LIMIT_US: u32 = 100;
 /// Longest sampling time, 810.5 cycles (RM0399 section 26.7.7, SMP = 7), for all inputs 0 to 9 of a register at once.
 const SLOWEST_SAMPLING: u32 = 0o7_777_777_777;
 
@@ -40,15 +45,20 @@ pub enum AdcError {
     ScanStopped,
 }
 
-/// Powers, calibrates and enables a converter (RM0399 section 26.4.6 to 26.4.9).
-fn bring_up(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
+/// Powers a converter and begins its calibration, single-ended, of offset and linearity (RM0399 section 26.4.6 to 26.4.8). Its clock must be set.
+fn begin_calibration(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
     adc.cr.modify(|_, w| w.deeppwd().clear_bit());
     adc.cr.modify(|_, w| w.advregen().set_bit());
     wait::until(REGULATOR_LIMIT_US, || adc.isr.read().bits() & (1 << 12) != 0).map_err(|_| AdcError::NotReady)?;
     adc.difsel.reset();
-    adc.cr.modify(|_, w| w.adcaldif().clear_bit().adcallin().clear_bit());
+    adc.cr.modify(|_, w| w.adcaldif().clear_bit().adcallin().set_bit());
     adc.cr.modify(|_, w| w.adcal().set_bit());
-    wait::until(READY_LIMIT_US, || adc.cr.read().adcal().bit_is_clear()).map_err(|_| AdcError::NotReady)?;
+    Ok(())
+}
+
+/// Enables a converter once its calibration is over (RM0399 section 26.4.9).
+fn enable(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
+    wait::until(CALIBRATION_LIMIT_US, || adc.cr.read().adcal().bit_is_clear()).map_err(|_| AdcError::NotReady)?;
     adc.isr.write(|w| w.adrdy().set_bit());
     adc.cr.modify(|_, w| w.aden().set_bit());
     wait::until(READY_LIMIT_US, || adc.isr.read().adrdy().bit_is_set()).map_err(|_| AdcError::NotReady)?;
@@ -65,6 +75,7 @@ pub struct Thermistors {
     adc: pac::ADC1,
     dma: pac::DMA1,
     inputs: usize,
+    calibration_begun: Result<(), AdcError>,
 }
 
 /// DMA1's stream for the scan; the request multiplexer has one channel per stream.
@@ -80,7 +91,8 @@ impl Thermistors {
         // RM0399 section 13.3.1: PA0_C is a pad of its own when its switch to PA0 is open; it is thermistor input 0.
         // SAFETY: SYSCFG's PMCR is written here alone, once, before any interrupt is enabled.
         unsafe { (*pac::SYSCFG::ptr()).pmcr.modify(|_, w| w.pa0so().set_bit()) };
-        Self { adc, dma, inputs: 0 }
+        let calibration_begun = begin_calibration(&adc);
+        Self { adc, dma, inputs: 0, calibration_begun }
     }
 
     /// Scans these converter channels from now on, in this order. Once.
@@ -92,7 +104,8 @@ impl Thermistors {
             return Err(AdcError::BadInputs);
         }
         let ring = RING.address().ok_or(AdcError::RingMisplaced)?;
-        bring_up(&self.adc)?;
+        self.calibration_begun?;
+        enable(&self.adc)?;
         self.set_sequence(channels);
         self.start_dma(ring, channels.len());
         // RM0399 section 26.7.4: 16 bits, continuous, keep the newest on overrun, circular DMA.
@@ -173,6 +186,7 @@ impl Thermistors {
 /// Single readings of ADC3's inputs, taken round-robin without waiting: each [`Self::poll`] collects one and starts the next.
 pub struct Supplies {
     adc: pac::ADC3,
+    calibration_begun: Result<(), AdcError>,
     ready: bool,
     /// Channel being converted, and the table's index of it.
     current: usize,
@@ -187,7 +201,9 @@ impl Supplies {
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
         // The chip's temperature sensor and reference; the battery's divider stays off, it would drain the cell.
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
-        Self { adc, ready: false, current: 0, readings: [None; crate::pins::table::SUPPLIES.len()], wanted: 0 }
+        let calibration_begun = begin_calibration(&adc);
+        let readings = [None; crate::pins::table::SUPPLIES.len()];
+        Self { adc, calibration_begun, ready: false, current: 0, readings, wanted: 0 }
     }
 
     /// Brings the converter up to read the inputs of these indices of [`crate::pins::table::SUPPLIES`]. Once.
@@ -198,7 +214,8 @@ impl Supplies {
         if inputs.is_empty() || inputs.iter().any(|index| *index >= self.readings.len()) {
             return Err(AdcError::BadInputs);
         }
-        bring_up(&self.adc)?;
+        self.calibration_begun?;
+        enable(&self.adc)?;
         self.wanted = inputs.iter().fold(0, |mask, index| mask | 1 << index);
         self.ready = true;
         self.convert_next();

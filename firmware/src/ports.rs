@@ -135,7 +135,7 @@ where
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
         let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
-        // Longer than other locks: the converter calibrates. Nothing heats yet.
+        // Longer than other locks, and still some microseconds only: the calibration begun at power-on is over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
         let place = |index, output| {
             heat.lock(|heat| {

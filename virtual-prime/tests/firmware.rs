@@ -7,7 +7,7 @@ mod common;
 use common::MS;
 use common::velvet::{Plan, SECOND};
 use rigless::mcu::Mcu;
-use rigless::soc::stm32h743::generated::{flash, fmc, rcc, syscfg};
+use rigless::soc::stm32h743::generated::{adc3, flash, fmc, rcc, syscfg};
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 
@@ -50,6 +50,19 @@ fn the_flash_has_time_and_oscillators_that_nothing_uses_are_off() {
     assert_eq!(clocks & (1 << 24 | 1 << 16 | 1 << 7 | 1), 1 << 24 | 1 << 16 | 1 << 7 | 1, "{clocks:#010x}");
     // Section 4.9.1: the table asks for LATENCY 2 and WRHIGHFREQ 2 at 200 MHz.
     assert_eq!(access, 0x34);
+}
+
+#[test]
+fn the_converters_are_calibrated_for_linearity_too() {
+    let mut velvet = Plan::new().start();
+    for converter in ["ADC1", "ADC3"] {
+        let control = velvet.bench.vm.with(move |stopped| {
+            stopped.session.board().mcu.bus().registers(converter).map(|file| file.get(adc3::Register::Cr))
+        });
+        let control = control.flatten().expect("the image runs");
+        // RM0399 section 26.7.3: ADCAL over; ADVREGEN, the six words of linearity ready, ADCALLIN, ADEN.
+        assert_eq!(control & 0xBFC1_0001, 0x1FC1_0001, "{converter}: {control:#010x}");
+    }
 }
 
 #[test]
