@@ -35,7 +35,7 @@ pub struct Guards {
     pub motors: Output,
     /// Enables the MOSFET and relay buffer.
     pub fets: Output,
-    /// Switches the supply of heaters and fans.
+    /// Switches the supply of hot ends and fans. The bed's cannot be switched.
     pub fets_power: Output,
 }
 
@@ -80,7 +80,7 @@ pub struct Board {
 /// The motors are released too: a crashed firmware cannot hold them in a known way.
 pub fn make_outputs_safe() {
     pins::enable_ports();
-    let guards = [table::MOTORS_ENABLE, table::FETS_ENABLE, table::FETS_POWER_ENABLE];
+    let guards = [table::MOTORS_ENABLE, table::FETS_ENABLE, table::FETS_POWER_ENABLE, table::USB_HOST_POWER];
     for spec in guards.into_iter().chain(table::MOSFETS).chain(table::RELAYS) {
         let _stays_off = Output::off(spec);
     }

@@ -6,7 +6,7 @@ use common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use common::writes::Written;
 use virtual_prime::sd_image;
 
-/// RCC_AHB3RSTR (RM0399 section 9.7.30) with SDMMC1RST; SDMMC1's POWER and CMDR (section 58.10).
+/// RCC_AHB3RSTR (RM0399 chapter 9) with SDMMC1RST; SDMMC1's POWER and CMDR (section 58.10).
 const RESET: u64 = 0x5802_447C;
 const SDMMC1RST: u64 = 1 << 16;
 const POWER: u64 = 0x5200_7000;

@@ -31,8 +31,11 @@ pub const MOTORS: [MotorPins; 4] = [
 pub const MOTORS_ENABLE: PinSpec = PinSpec::inverted(pin('H', 13));
 /// Output enable of the MOSFET and SSR buffer, act low, pulled up to 5 V: open-drain only, push-pull would feed 5 V into the chip [mosfets].
 pub const FETS_ENABLE: PinSpec = PinSpec { open_drain: true, ..PinSpec::inverted(pin('F', 14)) };
-/// High-side switch of the heaters' and fans' supply, act high, pulled down [mosfets].
+/// High-side switch of the hot ends' and fans' supply, act high, pulled down; the bed lies before it [mosfets].
 pub const FETS_POWER_ENABLE: PinSpec = PinSpec::plain(pin('D', 7));
+
+/// Switches 5 V to the USB-A socket, act high. Nothing on the board pulls it, so it is driven low until something uses the port.
+pub const USB_HOST_POWER: PinSpec = PinSpec::plain(pin('B', 13));
 
 /// MOSFET outputs, act high: hotend A, hotend B, bed, fan 1, fan 2 [mosfets].
 pub const MOSFETS: [PinSpec; 5] = [

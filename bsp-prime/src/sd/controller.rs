@@ -84,7 +84,7 @@ pub fn on_interrupt() {
 
 /// Every register of the block to its reset value.
 fn reset_block() {
-    // RM0399 section 9.7.30, RCC_AHB3RSTR: SDMMC1RST.
+    // RM0399 chapter 9, RCC_AHB3RSTR: SDMMC1RST.
     // SAFETY: this register is written here alone, by the one owner of the card.
     let reset = unsafe { &(*pac::RCC::ptr()).ahb3rstr };
     reset.modify(|_, w| w.sdmmc1rst().set_bit());
