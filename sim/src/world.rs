@@ -23,7 +23,7 @@ use units::{Actuator, MAX_ACTUATORS};
 use crate::models::switch::{self, Switch};
 use crate::models::tmc26x::Tmc26x;
 use crate::trace::Trace;
-use heat::{HeaterState, Load};
+use heat::{FanState, HeaterState};
 use motion::Motor;
 
 /// Step of the thermal physics.
@@ -60,7 +60,7 @@ pub struct World {
     /// Contacts that bounce: when, which switch, whether it closes. In order of time.
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
-    fans: Vec<Load>,
+    fans: Vec<FanState>,
     vmotor_v: f64,
     vfet_v: f64,
     /// Frequency of each timer, hertz; zero while it stands.
@@ -94,7 +94,7 @@ impl World {
             switch_changes: Vec::new(),
             bounces: Vec::new(),
             heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
-            fans: config.fans.iter().map(|_| Load::default()).collect(),
+            fans: config.fans.iter().map(FanState::new).collect(),
             vmotor_v: config.vmotor_v,
             vfet_v: config.vfet_v,
             pwm: [[0.0; PWM_CHANNELS]; PWM_TIMERS],

@@ -1,4 +1,4 @@
-//! A heater whose MOSFET conducts whatever it is told: in every state the supply of all MOSFETs is cut and a person is told.
+//! A heater whose MOSFET conducts whatever it is told: in every state the supply that the board can cut is cut and a person is told.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::world::Fault;
@@ -24,7 +24,7 @@ fn time_to_tell(bench: &mut Bench, heater: &str, words: &[&str], patience_s: f64
 }
 
 fn assert_cut_off(bench: &mut Bench) {
-    assert_eq!(bench.world(|world| world.vfet_v()), 0.0, "the supply of the MOSFETs is on");
+    assert_eq!(bench.world(|world| world.vfet_v()), 0.0, "the supply of hot ends and fans is on");
     assert!(bench.status().contains("<Alarm"), "it must be halted");
 }
 
@@ -40,6 +40,11 @@ fn idle_and_cold() {
         let found = time_to_tell(&mut bench, heater, &[told], limit_s);
         show("idle, never used", heater, found);
         assert_cut_off(&mut bench);
+        if heater == "bed" {
+            // Its connector lies before the supply's switch: it goes on, and a person is told again, and turns the power off.
+            bench.hear_until(told, limit_s);
+            fail(&bench, Fault::FetSupply(0.0));
+        }
         // It cools, and stays off until a person says otherwise.
         let hottest = bench.celsius(heater);
         bench.hear(30.0);

@@ -2,6 +2,7 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
+use board_facts::wiring;
 use rigless::cpu::armv7m as cpu;
 use rigless::device::Level;
 use rigless::machine::{Board, Target, armv7m};
@@ -22,8 +23,8 @@ use sim::world::{AnalogInput, PWM_CHANNELS, PWM_TIMERS, Pin, VFET_INPUT, VMOTOR_
 use crate::console::{Line, LineEnd};
 use crate::drivers::DriverPort;
 use crate::mcu::PrimeMcu;
-pub use crate::outputs::SharedWorld;
-use crate::pins::{BOARD_ID, DRIVER_SELECTS, FET_BUFFER, MOTORS_DISABLE, Wiring, pin};
+pub use crate::outputs::{PinChange, SharedWorld};
+use crate::pins::{Wiring, driver_selects, pin};
 
 /// Crystals: HSE 25 MHz, LSE 32.768 kHz.
 const HSE_HZ: u64 = 25_000_000;
@@ -37,15 +38,15 @@ const DRIVER_SPI: usize = 3;
 /// USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
 const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
 
-/// ADC1 input of the thermistor on the board, and those of the connectors T1 to T3.
-const BOARD_CHANNEL: u8 = 0;
-const THERMISTOR_CONNECTORS: [u8; 3] = [2, 6, 9];
+/// Of the thermistor inputs: the one on the board, and the connectors T1 to T3.
+const ON_BOARD: usize = 0;
+const CONNECTORS: std::ops::Range<usize> = 1..4;
 /// The schematic gives no part for the board's thermistor; a 100 kOhm bead of B = 4066 K is what firmwares take it for.
 const BOARD_THERMISTOR: Curve = Curve::Beta { r25_ohms: 100_000.0, t25_c: 25.0, beta_k: 4_066.0 };
 /// How much warmer than the air the board is.
 const BOARD_WARMTH_K: f64 = 8.0;
 /// Pins that rest high while nothing drives them: the buffer's enable with its pull-up, and the drivers' ENN.
-const RESTS_HIGH: [Pin; 2] = [pin(FET_BUFFER), pin(MOTORS_DISABLE)];
+const RESTS_HIGH: [Pin; 2] = [pin(wiring::OUTPUT_BUFFER_ENABLE), pin(wiring::MOTORS_ENABLE)];
 
 /// The board with its machine.
 #[derive(Debug)]
@@ -84,7 +85,7 @@ impl PrimeBoard {
             converter.set_reference(RAIL_MV);
             converter.set_backup_battery(RAIL_MV);
         }
-        for (index, (port, number)) in DRIVER_SELECTS.into_iter().enumerate() {
+        for (index, (port, number)) in driver_selects().into_iter().enumerate() {
             let select = Select { port, pin: port_pin(number), active: Level::Low };
             part.spi[DRIVER_SPI].attach_selected(DriverPort::new(self.world.clone(), index), select);
         }
@@ -93,13 +94,13 @@ impl PrimeBoard {
         }
         self.mcu.set_supply(RAIL_MV);
         let start = VirtualNanos(0);
-        self.drive(start, pin(FET_BUFFER), true);
+        self.drive(start, pin(wiring::OUTPUT_BUFFER_ENABLE), true);
         // Strapped pins are grounded; the others float, and the firmware pulls them up.
         let id = match chip {
             Chip::Tmc2590 => 0,
             Chip::Tmc2660 => 1,
         };
-        for (bit, name) in BOARD_ID.into_iter().enumerate() {
+        for (bit, name) in wiring::BOARD_ID.into_iter().enumerate() {
             if id >> bit & 1 == 1 {
                 self.drive(start, pin(name), false);
             }
@@ -220,8 +221,9 @@ impl PrimeBoard {
     fn rest_analog(&mut self) {
         let air_c = self.world.lock().config().air_c;
         let board_volts = divider_volts(&BOARD_THERMISTOR, air_c + BOARD_WARMTH_K, thermistor::Wiring::Sound);
-        let connectors = THERMISTOR_CONNECTORS.map(|channel| (channel, REFERENCE_VOLTS));
-        for (channel, volts) in [(BOARD_CHANNEL, board_volts)].into_iter().chain(connectors) {
+        let inputs = wiring::THERMISTORS;
+        let connectors = inputs[CONNECTORS].iter().map(|input| (input.channel, REFERENCE_VOLTS));
+        for (channel, volts) in [(inputs[ON_BOARD].channel, board_volts)].into_iter().chain(connectors) {
             if let Some(channel) = Channel::new(channel) {
                 self.mcu.part.adc[0].set_input(channel, (volts * 1e3) as u32);
             }

@@ -15,6 +15,7 @@ pub mod image;
 pub mod instruments;
 pub mod mcu;
 pub mod peripherals;
+pub mod pin_state;
 pub mod pins;
 pub mod sd_image;
 pub mod vm;

@@ -8,12 +8,15 @@ use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
-use crate::outputs::{SharedWorld, TappedExti};
+use sim::world::Pin;
+
+use crate::outputs::{PinChange, SharedWorld, TappedExti};
 use crate::peripherals::fmc::Fmc;
 use crate::peripherals::iwdg::Iwdg;
 use crate::peripherals::pwr::PrimePwr;
 use crate::peripherals::rtc::Rtc;
 use crate::peripherals::sdmmc::Sdmmc;
+use crate::pin_state::PinState;
 use crate::pins::Wiring;
 
 /// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
@@ -112,6 +115,22 @@ impl PrimeMcu {
     /// Where a port's registers are on the bus.
     pub(crate) const fn port_slot(&self, port: usize) -> usize {
         self.slots.ports[port]
+    }
+
+    /// Keeps every change of this pin from now on, for [`Self::take_pin_changes`].
+    pub fn watch_pin(&mut self, pin: Pin) {
+        self.exti.watch(pin);
+    }
+
+    /// The changes of watched pins since the last call, oldest first.
+    pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
+        self.exti.take_changes()
+    }
+
+    /// What the part does to a pin.
+    #[must_use]
+    pub fn pin_state(&self, pin: Pin) -> PinState {
+        PinState::of(self.bus().slots()[self.port_slot(usize::from(pin.port))].registers(), pin.number)
     }
 
     /// The level a pin last announced: what it drives, is driven to or is pulled to.

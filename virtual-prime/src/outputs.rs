@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::soc::stm32h743::generated::{self, exti::Register};
 use rigless::soc::stm32h743::peripherals::exti::Exti;
-use sim::world::World;
+use sim::world::{Pin, World};
 
 use crate::pins::{PINS, PORTS, Role, Wiring};
 
@@ -29,6 +29,17 @@ impl SharedWorld {
     }
 }
 
+/// A level that a watched pin took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PinChange {
+    /// When, nanoseconds since power-on.
+    pub at_ns: u64,
+    /// Which pin.
+    pub pin: Pin,
+    /// Its new level.
+    pub high: bool,
+}
+
 /// The EXTI controller with an ear for the pins.
 #[derive(Debug)]
 pub struct TappedExti {
@@ -37,12 +48,16 @@ pub struct TappedExti {
     world: SharedWorld,
     /// Last announced level of every pin.
     levels: [[bool; PINS]; PORTS],
+    /// Pins whose changes are kept.
+    watched: [[bool; PINS]; PORTS],
+    changes: Vec<PinChange>,
 }
 
 impl TappedExti {
     pub fn new(wiring: Wiring, world: SharedWorld) -> Self {
-        let mut tapped =
-            Self { inner: Exti::new(generated::SYSCFG.base), wiring, world, levels: [[false; PINS]; PORTS] };
+        let none = [[false; PINS]; PORTS];
+        let inner = Exti::new(generated::SYSCFG.base);
+        let mut tapped = Self { inner, wiring, world, levels: none, watched: none, changes: Vec::new() };
         tapped.release_all(0);
         tapped
     }
@@ -50,6 +65,16 @@ impl TappedExti {
     /// Last announced level of a pin.
     pub fn level(&self, port: usize, number: usize) -> bool {
         self.levels[port][number]
+    }
+
+    /// Keeps every change of this pin from now on.
+    pub fn watch(&mut self, pin: Pin) {
+        self.watched[usize::from(pin.port)][usize::from(pin.number)] = true;
+    }
+
+    /// The changes of watched pins since the last call, oldest first.
+    pub fn take_changes(&mut self) -> Vec<PinChange> {
+        std::mem::take(&mut self.changes)
     }
 
     /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN floats, and
@@ -83,7 +108,10 @@ impl TappedExti {
 
     /// A pin has this level now.
     pub fn set(&mut self, at_ns: u64, port: usize, number: usize, high: bool) {
-        self.levels[port][number] = high;
+        let before = std::mem::replace(&mut self.levels[port][number], high);
+        if self.watched[port][number] && before != high {
+            self.changes.push(PinChange { at_ns, pin: Pin { port: port as u8, number: number as u8 }, high });
+        }
         if let Some(role) = self.wiring.role(port, number) {
             self.drive(at_ns, role, high);
         }

@@ -1,5 +1,6 @@
 //! What each pin of the microcontroller leads to on the Prime, and through the machine's configuration beyond it.
 
+use board_facts::wiring;
 use sim::world::{Pin, WorldConfig};
 use units::Actuator;
 
@@ -8,20 +9,18 @@ pub const PORTS: usize = 11;
 /// Pins of one port.
 pub const PINS: usize = 16;
 
-/// STEP and DIR pins of the on-board drivers, alpha to delta (board facts, "Steppers").
-const STEP_DIR: [(&str, &str); 4] = [("PD3", "PD4"), ("PK2", "PG2"), ("PG3", "PG4"), ("PC6", "PG5")];
-/// Chip selects of the on-board drivers, alpha to delta, active low, port and pin.
-pub const DRIVER_SELECTS: [(&str, u8); 4] = [("GPIOJ", 13), ("GPIOG", 8), ("GPIOG", 7), ("GPIOG", 6)];
-/// ENN of all on-board drivers.
-pub const MOTORS_DISABLE: &str = "PH13";
-/// Enable of the output buffer, low active, pulled up to 5 V.
-pub const FET_BUFFER: &str = "PF14";
-/// Switch of the heaters' and fans' supply.
-const FET_POWER: &str = "PD7";
-/// Board id straps, bit 0 first: grounded is a one.
-pub const BOARD_ID: [&str; 4] = ["PF7", "PF5", "PF3", "PE10"];
-/// The four indicator LEDs, and the mass storage LED.
-pub const LEDS: [&str; 5] = ["PH9", "PH10", "PH11", "PH12", "PF13"];
+/// Pins of one driver socket, as the emulator names them: port and pin of the chip select, active low.
+#[must_use]
+pub fn driver_selects() -> [(&'static str, u8); 4] {
+    wiring::DRIVERS.map(|driver| {
+        let Pin { port, number } = pin(driver.select);
+        (PORT_NAMES[usize::from(port)], number)
+    })
+}
+
+/// The emulator's names of the ports.
+const PORT_NAMES: [&str; PORTS] =
+    ["GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG", "GPIOH", "GPIOI", "GPIOJ", "GPIOK"];
 
 /// What a pin drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +65,7 @@ impl Wiring {
     /// The board's copper, and what the machine's configuration hangs on its connectors.
     #[must_use]
     pub fn of(machine: &WorldConfig) -> Self {
-        let mut wiring = Self { roles: [[None; PINS]; PORTS] };
+        let mut wires = Self { roles: [[None; PINS]; PORTS] };
         for actuator in &machine.actuators {
             let lines = [
                 (actuator.step_pin, Role::Step(actuator.actuator)),
@@ -74,23 +73,23 @@ impl Wiring {
                 (actuator.enable_pin, Role::Enable(actuator.actuator)),
             ];
             for (line, role) in lines {
-                wiring.lead(line, role);
+                wires.lead(line, role);
             }
         }
         for (index, heater) in machine.heaters.iter().enumerate() {
-            wiring.lead(heater.pin, Role::Heater(index));
+            wires.lead(heater.pin, Role::Heater(index));
         }
         for (index, fan) in machine.fans.iter().enumerate() {
-            wiring.lead(Some(fan.pin), Role::Fan(index));
+            wires.lead(Some(fan.pin), Role::Fan(index));
         }
-        for (actuator, (step, direction)) in Actuator::ALL.into_iter().zip(STEP_DIR) {
-            wiring.lead(Some(pin(step)), Role::Step(actuator));
-            wiring.lead(Some(pin(direction)), Role::Direction(actuator));
+        for (actuator, driver) in Actuator::ALL.into_iter().zip(wiring::DRIVERS) {
+            wires.lead(Some(pin(driver.step)), Role::Step(actuator));
+            wires.lead(Some(pin(driver.direction)), Role::Direction(actuator));
         }
-        wiring.lead(Some(pin(MOTORS_DISABLE)), Role::MotorsDisable);
-        wiring.lead(Some(pin(FET_BUFFER)), Role::FetBuffer);
-        wiring.lead(Some(pin(FET_POWER)), Role::FetPower);
-        wiring
+        wires.lead(Some(pin(wiring::MOTORS_ENABLE)), Role::MotorsDisable);
+        wires.lead(Some(pin(wiring::OUTPUT_BUFFER_ENABLE)), Role::FetBuffer);
+        wires.lead(Some(pin(wiring::SUPPLY_SWITCH)), Role::FetPower);
+        wires
     }
 
     fn lead(&mut self, pin: Option<Pin>, role: Role) {

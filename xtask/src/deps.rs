@@ -12,6 +12,8 @@ use crate::sources;
 /// Which of our crates each crate may use. A crate that is not listed may not exist.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
+    // The board on paper: what the simulated machine is wired by, and never the firmware.
+    ("board-facts", &[]),
     ("gcode", &["units"]),
     ("program", &["units", "gcode"]),
     ("config", &["units"]),
@@ -25,7 +27,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
     ("bsp-prime", &["units", "motion"]),
     ("firmware", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "bsp-prime"]),
-    ("sim", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
+    ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
     ("scenarios", &["units", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("host", &["units", "gcode", "config", "motion", "sim", "machine"]),
@@ -41,7 +43,8 @@ const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"]
 const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
-const PURE: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank"];
+const PURE: &[&str] =
+    &["units", "board-facts", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank"];
 
 /// Crates that never wait: whoever calls them does.
 const SYNCHRONOUS: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers"];

@@ -96,7 +96,7 @@ pub const SYSTEM: Section = Section {
             "PD7",
             PinRole::Output,
             |c, _, v| c.system.fets_power_enable_pin = v.and_then(PinName::digital),
-            "Switches the supply of the MOSFET outputs; on except in a halt.",
+            "Switches the supply of hot ends and fans; on except in a halt. The bed's supply cannot be switched.",
         ),
     ],
 };

@@ -1,9 +1,9 @@
 //! A thermistor behind the board's divider: 4.7 kOhm to 3.3 V, then a unity buffer (no load on the divider).
 
-/// The divider's resistor, ohms (board facts, "Analog path").
-const PULL_UP_OHMS: f64 = 4_700.0;
+use board_facts::wiring::THERMISTOR_PULL_UP_OHMS as PULL_UP_OHMS;
+
 /// The divider's supply, volts: also the converter's reference, so ratios are exact.
-pub const REFERENCE_VOLTS: f64 = 3.3;
+pub const REFERENCE_VOLTS: f64 = board_facts::wiring::ANALOG_REFERENCE_VOLTS;
 const ZERO_CELSIUS_K: f64 = 273.15;
 
 /// How resistance depends on temperature.

@@ -76,6 +76,8 @@ pub struct Tmc26x {
     /// What is wrong with it.
     pub condition: Condition,
     frames: u64,
+    /// Every different frame, in the order in which it first came.
+    words: Vec<u32>,
 }
 
 /// Standstill is shown 2^20 clocks after the last step ("STST"); the internal oscillator runs at 15 MHz typical.
@@ -106,6 +108,7 @@ impl Tmc26x {
             stall_guard: 0x1FF,
             condition: Condition { temperature_c: 40, ..Condition::default() },
             frames: 0,
+            words: Vec::new(),
         }
     }
 
@@ -141,6 +144,12 @@ impl Tmc26x {
         self.frames
     }
 
+    /// Every different frame the chip was sent, in the order in which it first came.
+    #[must_use]
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
     /// Chip select rose after these 20 bits, decoded by the leading ones ("Register set": 00 DRVCTRL, 100 CHOPCONF, 101
     /// SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
     pub fn write(&mut self, frame: u32) {
@@ -149,6 +158,9 @@ impl Tmc26x {
         }
         self.frames += 1;
         let frame = frame & FRAME_MASK;
+        if !self.words.contains(&frame) {
+            self.words.push(frame);
+        }
         match frame >> 17 {
             0 | 1 => self.registers.drvctrl = frame,
             4 => self.registers.chopconf = frame & 0x1_FFFF,

@@ -53,6 +53,14 @@ pub struct AnalogInput {
     pub channel: u8,
 }
 
+impl AnalogInput {
+    /// Where the board leads this.
+    #[must_use]
+    pub const fn of(input: &board_facts::wiring::AnalogInput) -> Self {
+        Self { converter: input.converter, channel: input.channel }
+    }
+}
+
 /// How a motor is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriverConfig {

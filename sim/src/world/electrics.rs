@@ -1,16 +1,42 @@
 //! Supplies, the switches between them and the loads, and the analog inputs.
 
-use super::{AnalogInput, World};
+use board_facts::wiring::{self, Feed, SUPPLY_DIVIDER};
+
+use super::{AnalogInput, Pin, World};
 use crate::models::thermistor::REFERENCE_VOLTS;
 
-/// Both supply monitors divide by 11 (100 kOhm over 10 kOhm).
-const SUPPLY_DIVIDER: f64 = 11.0;
 /// Full scale of a 16-bit conversion.
 const FULL_SCALE_COUNTS: f64 = 65_535.0;
-/// ADC3 input of the heater and fan supply (PF8).
-pub const VFET_INPUT: AnalogInput = AnalogInput { converter: 3, channel: 7 };
-/// ADC3 input of the motor supply (PH5).
-pub const VMOTOR_INPUT: AnalogInput = AnalogInput { converter: 3, channel: 16 };
+/// Input of the heaters' and fans' supply.
+pub const VFET_INPUT: AnalogInput = AnalogInput::of(&wiring::HEATER_SUPPLY);
+/// Input of the motor supply.
+pub const VMOTOR_INPUT: AnalogInput = AnalogInput::of(&wiring::MOTOR_SUPPLY);
+
+/// What lies between an output's pin and the current through its load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Path {
+    /// The buffer, the output's own MOSFET, and the load switch.
+    Switched,
+    /// The buffer and the output's own MOSFETs: the bed.
+    Direct,
+    /// The buffer and a relay with a supply of its own.
+    Relay,
+    /// A header pin that leads to something with a supply of its own.
+    Header,
+}
+
+impl Path {
+    /// Of the output on this pin.
+    pub fn of(pin: Option<Pin>) -> Self {
+        let output = pin.and_then(|pin| wiring::power_output(&pin.to_string()));
+        match output.map(|output| output.feed) {
+            Some(Feed::Switched) => Self::Switched,
+            Some(Feed::Direct) => Self::Direct,
+            Some(Feed::FiveVolts) => Self::Relay,
+            None => Self::Header,
+        }
+    }
+}
 
 impl World {
     /// The level of the output buffer's enable (PF14): low enables, and it floats high.
@@ -64,17 +90,32 @@ impl World {
         self.vmotor_v
     }
 
-    /// Supply at the heaters and fans, volts: zero while the load switch is off.
+    /// Supply at hot ends and fans, volts: zero while the load switch is off.
     #[must_use]
     pub const fn vfet_v(&self) -> f64 {
         if self.fets_supplied() { self.vfet_v } else { 0.0 }
+    }
+
+    /// Volts that drive current through a load on this path when its MOSFET conducts.
+    pub(super) const fn load_volts(&self, path: Path) -> f64 {
+        match path {
+            Path::Switched => self.vfet_v(),
+            Path::Direct => self.vfet_v,
+            Path::Relay | Path::Header => super::heat::NOMINAL_VOLTS,
+        }
+    }
+
+    /// Whether the level on an output's pin reaches what is on its path.
+    pub(super) const fn passes(&self, path: Path) -> bool {
+        matches!(path, Path::Header) || self.fet_buffer_on
     }
 
     /// Voltage on an analog input; `None` when nothing is connected to it.
     #[must_use]
     pub fn analog_volts(&self, input: AnalogInput) -> Option<f64> {
         if input == VFET_INPUT {
-            return Some(self.vfet_v() / SUPPLY_DIVIDER);
+            // Measured before the load switch.
+            return Some(self.vfet_v / SUPPLY_DIVIDER);
         }
         if input == VMOTOR_INPUT {
             return Some(self.vmotor_v / SUPPLY_DIVIDER);

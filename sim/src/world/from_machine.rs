@@ -1,5 +1,6 @@
 //! The machine a configuration describes: what it leaves open is filled with a well-built printer's facts.
 
+use board_facts::wiring;
 use config::{
     ArmSolution, DriverKind, EndstopConfig, HomingDirection, MachineConfig, OutputPin, SensorKind, TemperatureConfig,
 };
@@ -15,8 +16,6 @@ use crate::models::switch::Side;
 use crate::models::thermistor::Curve;
 use crate::models::tmc26x::Chip;
 
-/// Channels of ADC1 behind the board's names ADC1_0 to ADC1_6 (board facts, "Thermistors").
-const THERMISTOR_CHANNELS: [u8; 7] = [0, 2, 6, 9, 12, 13, 15];
 /// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
 const OVERTRAVEL_MM: f64 = 3.0;
 /// Where a bed above the tool is, millimetres.
@@ -85,8 +84,8 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
             DriverKind::Tmc2590 | DriverKind::Tmc2660 => DriverConfig::OnBoard,
         },
         mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
-        // The wiring of a working machine: with a plain pin, low drives towards higher positions.
-        forward_high: config.direction_inverted(),
+        // The wiring of a working machine; `!` says that this motor's is the other way round.
+        forward_high: config.direction_inverted() != wiring::UP_IS_HIGH,
         step_pin: config.step_pin.map(pin),
         direction_pin: config.dir_pin.map(pin),
         enable_pin: config.en_pin.map(pin),
@@ -178,10 +177,9 @@ fn heater(controller: &TemperatureConfig) -> HeaterConfig {
     let bed = controller.name.contains("bed") || controller.designator.starts_with('B');
     let thermistor = controller.sensor.thermistor;
     let sensor = match controller.sensor.kind {
-        SensorKind::Thermistor => thermistor.input.and_then(|input| {
-            let channel = *THERMISTOR_CHANNELS.get(usize::from(input.0))?;
-            Some(AnalogInput { converter: 1, channel })
-        }),
+        SensorKind::Thermistor => {
+            thermistor.input.and_then(|input| wiring::THERMISTORS.get(usize::from(input.0)).map(AnalogInput::of))
+        }
         SensorKind::Max31855 => None,
     };
     HeaterConfig {

@@ -1,11 +1,12 @@
 //! Heaters, fans and their sensors.
 
-use super::{GRID_NS, HeaterConfig, World};
+use super::electrics::Path;
+use super::{FanConfig, GRID_NS, HeaterConfig, World};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
 
 /// Heater power is stated for this supply.
-const NOMINAL_VOLTS: f64 = 24.0;
+pub(super) const NOMINAL_VOLTS: f64 = 24.0;
 
 /// A switched output and the share of the current grid step it has been on.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +37,21 @@ impl Load {
 }
 
 #[derive(Clone, Debug)]
+pub(super) struct FanState {
+    load: Load,
+    path: Path,
+}
+
+impl FanState {
+    pub(super) fn new(config: &FanConfig) -> Self {
+        Self { load: Load::default(), path: Path::of(Some(config.pin)) }
+    }
+}
+
+#[derive(Clone, Debug)]
 pub(super) struct HeaterState {
     load: Load,
+    path: Path,
     heater: Heater,
     pub(super) wiring: Wiring,
     /// A switch that conducts always or never.
@@ -51,6 +65,7 @@ impl HeaterState {
     pub(super) fn new(config: &HeaterConfig, air_c: f64) -> Self {
         Self {
             load: Load::default(),
+            path: Path::of(config.pin),
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
             stuck: None,
@@ -65,19 +80,17 @@ impl World {
     /// buffer or power enable counts from the next grid point.
     pub(super) fn pass_heat(&mut self, at_ns: u64) {
         let seconds = GRID_NS as f64 * 1e-9;
-        let supplied = self.fets_supplied();
-        let switched = self.fet_buffer_on && supplied;
-        let power = (self.vfet_v / NOMINAL_VOLTS).powi(2);
-        let fans: Vec<f64> =
-            self.fans.iter_mut().map(|fan| fan.finish(at_ns) * f64::from(u8::from(switched))).collect();
-        for (index, state) in self.heaters.iter_mut().enumerate() {
+        let fans: Vec<f64> = (0..self.fans.len()).map(|fan| self.pass_fan(at_ns, fan)).collect();
+        for index in 0..self.heaters.len() {
+            let path = self.heaters[index].path;
+            let (passes, power) = (self.passes(path), (self.load_volts(path) / NOMINAL_VOLTS).powi(2));
+            let state = &mut self.heaters[index];
             let commanded = state.load.finish(at_ns);
             let duty = match state.stuck {
-                None if switched => commanded,
+                None if passes => commanded,
                 None => 0.0,
-                // The switch itself conducts: the buffer cannot stop it, only its supply can.
-                Some(true) => f64::from(u8::from(supplied)),
-                Some(false) => 0.0,
+                // The MOSFET itself conducts: the buffer cannot stop it, only its supply can, where that can be switched.
+                Some(stuck) => f64::from(u8::from(stuck)),
             };
             let wind =
                 |(fan, &duty): (usize, &f64)| if self.config.fans[fan].cools == Some(index) { duty } else { 0.0 };
@@ -86,6 +99,13 @@ impl World {
             state.max_c = state.max_c.max(state.heater.body_c());
             state.smooth_duty += (commanded - state.smooth_duty) * seconds;
         }
+    }
+
+    /// Share of full speed of a fan over the grid step that ends here.
+    fn pass_fan(&mut self, at_ns: u64, fan: usize) -> f64 {
+        let path = self.fans[fan].path;
+        let runs = self.passes(path) && self.load_volts(path) > 0.0;
+        self.fans[fan].load.finish(at_ns) * f64::from(u8::from(runs))
     }
 
     /// The level of a heater's output pin, by index in the configuration.
@@ -109,13 +129,13 @@ impl World {
     /// A fan driven with this share of full speed, 0 to 1, from now on.
     pub fn fan_duty(&mut self, at_ns: u64, index: usize, duty: f64) {
         self.advance(at_ns);
-        self.fans[index].set(at_ns, duty);
+        self.fans[index].load.set(at_ns, duty);
     }
 
     /// Share of full speed a fan ran at during the last millisecond.
     #[must_use]
     pub fn fan_speed(&self, index: usize) -> f64 {
-        self.fans[index].last
+        self.fans[index].load.last
     }
 
     /// Index of the heater with this name.

@@ -131,6 +131,51 @@ fn a_broken_thermistor_reads_full_scale_and_a_stuck_heater_needs_its_supply() {
     assert!(world.heater_c(0) < hot, "without supply even a stuck switch heats nothing");
 }
 
+/// Sheet mosfets: Q25 feeds hot ends and fans; the bed's connectors lie before it.
+#[test]
+fn the_load_switch_feeds_hot_ends_and_fans_and_not_the_bed() {
+    let heated = |name: &str, switch_on: bool, buffer_on: bool, stuck: bool| {
+        let mut world = World::new(WorldConfig::default());
+        world.fet_buffer_pin(0, !buffer_on);
+        world.fet_power_pin(0, switch_on);
+        let index = world.heater_index(name).expect("there is one");
+        if stuck {
+            world.inject(&Fault::HeaterStuckOn(name.into())).expect("there is one");
+        } else {
+            world.heater_pin(0, index, true);
+        }
+        world.advance(10_000 * MS);
+        world.heater_c(index) > 22.5
+    };
+    // Name, load switch, buffer, shorted MOSFET, whether it heats.
+    let cases = [
+        ("hotend", true, true, false, true),
+        ("hotend", false, true, false, false),
+        ("hotend", true, false, false, false),
+        ("hotend", true, false, true, true),
+        ("hotend", false, false, true, false),
+        ("bed", true, true, false, true),
+        ("bed", false, true, false, true),
+        ("bed", true, false, false, false),
+        ("bed", false, false, true, true),
+    ];
+    for (name, switch_on, buffer_on, stuck, expected) in cases {
+        let heats = heated(name, switch_on, buffer_on, stuck);
+        assert_eq!(heats, expected, "{name}, load switch {switch_on}, buffer {buffer_on}, shorted {stuck}");
+    }
+}
+
+#[test]
+fn the_heaters_supply_is_measured_before_the_load_switch() {
+    let mut world = World::new(WorldConfig::default());
+    let volts = |world: &World| world.analog_volts(VFET_INPUT).expect("a monitor") * 11.0;
+    assert!((volts(&world) - 24.0).abs() < 1e-9 && world.vfet_v() == 0.0);
+    world.fet_power_pin(0, true);
+    assert!((volts(&world) - 24.0).abs() < 1e-9 && world.vfet_v() == 24.0);
+    world.inject(&Fault::FetSupply(0.0)).expect("every machine has one");
+    assert_eq!(volts(&world), 0.0);
+}
+
 #[test]
 fn a_scheduled_fault_comes_at_its_time() {
     let mut world = heating();

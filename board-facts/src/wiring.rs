@@ -1,0 +1,132 @@
+//! What leads where. Names of pins are the chip's: `PD3`.
+
+/// One on-board motor driver.
+#[derive(Clone, Copy, Debug)]
+pub struct DriverSocket {
+    /// STEP.
+    pub step: &'static str,
+    /// DIR.
+    pub direction: &'static str,
+    /// Chip select, low selects; 10 kOhm to 3.3 V (RN6).
+    pub select: &'static str,
+    /// The chip's stallGuard output.
+    pub stall: &'static str,
+}
+
+/// The drivers, alpha to delta. Schematic: smoothiev2-prime, sheets driver-a to driver-d.
+pub const DRIVERS: [DriverSocket; 4] = [
+    DriverSocket { step: "PD3", direction: "PD4", select: "PJ13", stall: "PK4" },
+    DriverSocket { step: "PK2", direction: "PG2", select: "PG8", stall: "PK5" },
+    DriverSocket { step: "PG3", direction: "PG4", select: "PG7", stall: "PJ15" },
+    DriverSocket { step: "PC6", direction: "PG5", select: "PG6", stall: "PG9" },
+];
+
+/// While a motor counts up, a plain direction pin is high: it is not. Every socket, external drivers and slaves.
+/// Known good: the firmware of running boards, and the machines built around them.
+pub const UP_IS_HIGH: bool = false;
+
+/// ENN of all four drivers: low enables. Nothing on the board pulls it.
+pub const MOTORS_ENABLE: &str = "PH13";
+/// Enable of the 74HCT541 that drives MOSFETs and relay outputs: low enables, 4.7 kOhm to 5 V (R80).
+pub const OUTPUT_BUFFER_ENABLE: &str = "PF14";
+/// Gate of Q26, which switches Q25 on: high switches on, 10 kOhm to ground (R93).
+pub const SUPPLY_SWITCH: &str = "PD7";
+/// Enable of the USB-A socket's 5 V (U16): high switches on. Nothing on the board pulls it.
+pub const USB_HOST_POWER: &str = "PB13";
+
+/// Where the load of a power output gets its current.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feed {
+    /// From the heaters' supply through Q25, which [`SUPPLY_SWITCH`] opens.
+    Switched,
+    /// From the heaters' supply straight: only its own MOSFETs are in the way.
+    Direct,
+    /// From the board's 5 V, through a P channel MOSFET of its own.
+    FiveVolts,
+}
+
+/// An output behind the buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct PowerOutput {
+    /// What the board calls it.
+    pub name: &'static str,
+    /// Its pin.
+    pub pin: &'static str,
+    /// The level that means on.
+    pub on_high: bool,
+    /// What feeds its load.
+    pub feed: Feed,
+}
+
+const fn output(name: &'static str, pin: &'static str, on_high: bool, feed: Feed) -> PowerOutput {
+    PowerOutput { name, pin, on_high, feed }
+}
+
+/// Hot ends, bed, fans and relay outputs. Schematic: sheet mosfets. Q25 lies between the supply's connectors (J11, J12, J16) and J17 to J20; the
+/// bed's connectors (J13, J14) lie on the supply itself.
+pub const POWER_OUTPUTS: [PowerOutput; 7] = [
+    output("hotend A", "PE0", true, Feed::Switched),
+    output("hotend B", "PB8", true, Feed::Switched),
+    output("bed", "PE3", true, Feed::Direct),
+    output("fan 1", "PE1", true, Feed::Switched),
+    output("fan 2", "PI11", true, Feed::Switched),
+    output("SSR 1", "PI4", false, Feed::FiveVolts),
+    output("SSR 2", "PB7", false, Feed::FiveVolts),
+];
+
+/// The power output on this pin.
+#[must_use]
+pub fn power_output(pin: &str) -> Option<&'static PowerOutput> {
+    POWER_OUTPUTS.iter().find(|output| output.pin == pin)
+}
+
+/// End stop inputs: name and pin. Schematic: sheet inputs; 10 kOhm to 5 V and 100 nF at the connector, then a 74LCX07, which does not
+/// invert and only pulls low.
+pub const END_STOPS: [(&str, &str); 6] =
+    [("X min", "PD0"), ("X max", "PI3"), ("Y min", "PI1"), ("Y max", "PA9"), ("Z min", "PI0"), ("Z max", "PH15")];
+/// Probe: an LMV331 that pulls low below 2.9 V at the connector.
+pub const PROBE: &str = "PB10";
+/// LED1 to LED4, and the mass-storage LED: high lights.
+pub const LEDS: [&str; 5] = ["PH9", "PH10", "PH11", "PH12", "PF13"];
+/// Identity straps, bit 0 first: to ground is a one.
+pub const BOARD_ID: [&str; 4] = ["PF7", "PF5", "PF3", "PE10"];
+
+/// A resistive or divided voltage on a converter's input.
+#[derive(Clone, Copy, Debug)]
+pub struct AnalogInput {
+    /// Its name in configurations.
+    pub name: &'static str,
+    /// Converter, 1 or 3.
+    pub converter: u8,
+    /// INP number.
+    pub channel: u8,
+    /// Its pin; none for PA0_C, a pad of its own.
+    pub pin: Option<&'static str>,
+}
+
+const fn input(name: &'static str, converter: u8, channel: u8, pin: Option<&'static str>) -> AnalogInput {
+    AnalogInput { name, converter, channel, pin }
+}
+
+/// Thermistor inputs: the one on the board, connectors T1 to T3 (J21 to J23), and three raw header pins. Schematic: sheet inputs;
+/// DS12923, pin definitions.
+pub const THERMISTORS: [AnalogInput; 7] = [
+    input("ADC1_0", 1, 0, None),
+    input("ADC1_1", 1, 2, Some("PF11")),
+    input("ADC1_2", 1, 6, Some("PF12")),
+    input("ADC1_3", 1, 9, Some("PB0")),
+    input("ADC1_4", 1, 12, Some("PC2")),
+    input("ADC1_5", 1, 13, Some("PC3")),
+    input("ADC1_6", 1, 15, Some("PA3")),
+];
+/// Each thermistor is the lower half of a divider whose upper half is this (RN3), ohms.
+pub const THERMISTOR_PULL_UP_OHMS: f64 = 4_700.0;
+/// What feeds the dividers; VREF+ is the same net, so that ratios are exact.
+pub const ANALOG_REFERENCE_VOLTS: f64 = 3.3;
+
+/// The heaters' supply, measured before Q25: it is there whether or not the switch is on. Schematic: FETSENSE, R69 to R71.
+pub const HEATER_SUPPLY: AnalogInput = input("vfet", 3, 7, Some("PF8"));
+/// The motors' supply. Schematic: VMOTSENSE, R60 to R62.
+pub const MOTOR_SUPPLY: AnalogInput = input("vmotor", 3, 16, Some("PH5"));
+/// Both come through 100 kOhm over 10 kOhm.
+pub const SUPPLY_DIVIDER: f64 = 11.0;
