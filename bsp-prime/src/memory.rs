@@ -174,6 +174,25 @@ fn protect(mpu: &mut MPU) {
     cortex_m::asm::isb();
 }
 
+/// What the MPU holds of a region: its base and its attributes and size, RASR (ARMv7-M ARM B3.5.9). For tests: nothing else has to ask.
+#[must_use]
+pub fn protection(region: u8) -> (u32, u32) {
+    cortex_m::interrupt::free(|_| {
+        // SAFETY: selecting a region for reading changes none of them; interrupts are masked, so that nobody selects another between.
+        let mpu = unsafe { &*MPU::PTR };
+        // SAFETY: as above; a number beyond the last region reads as zeros.
+        unsafe { mpu.rnr.write(u32::from(region)) };
+        (mpu.rbar.read() & !0x1F, mpu.rasr.read())
+    })
+}
+
+/// The MPU's control register (ARMv7-M ARM B3.5.5).
+#[must_use]
+pub fn protection_control() -> u32 {
+    // SAFETY: a read without side effects.
+    unsafe { (*MPU::PTR).ctrl.read() }
+}
+
 const DTCM_END: u32 = 0x2002_0000;
 /// What unused stack is filled with.
 const PAINT: u32 = 0x5AFE_57AC;

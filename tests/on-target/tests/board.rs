@@ -46,6 +46,36 @@ mod tests {
         defmt::assert!(memory::stack_room_bytes() > 16 * 1024, "{} bytes", memory::stack_room_bytes());
     }
 
+    /// ARMv7-M ARM B3.5: RASR is XN 28, AP 26 to 24, TEX 21 to 19, S 18, C 17, B 16, SIZE 5 to 1 (2^(SIZE + 1) bytes), ENABLE 0. The regions repeat
+    /// the default map with what it does not say; the last two lie where the linker has put the stacks.
+    #[test]
+    fn the_mpu_has_the_regions_of_its_table() {
+        const REGIONS: [(u32, u32, &str); 5] = [
+            (0x0000_0000, 0x0302_001F, "ITCM, 64 KiB: full access, write-through, executable"),
+            (0x0800_0000, 0x0702_0029, "flash, 2 MiB: read-only, write-through, executable"),
+            (0x2000_0000, 0x130B_0021, "DTCM, 128 KiB: full access, write-back, never executed"),
+            (0x2400_0000, 0x130B_0025, "AXI SRAM, 512 KiB: full access, write-back, never executed"),
+            (0x2407_0000, 0x130C_001F, "DMA arena, 64 KiB: full access, never cached, never executed"),
+        ];
+        for (number, (base, attributes, what)) in REGIONS.into_iter().enumerate() {
+            defmt::assert_eq!(memory::protection(number as u8), (base, attributes), "{=str}", what);
+        }
+        for guard in [5, 6] {
+            let (base, attributes) = memory::protection(guard);
+            defmt::assert!(
+                base != 0 && attributes & 0x1700_0001 == 0x1000_0001,
+                "guard {}: {:#010x}",
+                guard,
+                attributes
+            );
+        }
+        for unused in 7..16 {
+            defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
+        }
+        // PRIVDEFENA and ENABLE; not HFNMIENA: a hard fault's handler may touch everything.
+        defmt::assert_eq!(memory::protection_control(), 0b101);
+    }
+
     #[test]
     fn pin_names_with_modifiers_are_read() {
         let spec = PinSpec::parse("PE1!^");

@@ -48,6 +48,7 @@ pub struct Plan {
     built_as: Option<String>,
     second_core: bool,
     watched: Vec<Range<u64>>,
+    chip: Chip,
 }
 
 impl Plan {
@@ -63,7 +64,14 @@ impl Plan {
             built_as: None,
             second_core: false,
             watched: Vec::new(),
+            chip: Chip::Tmc2590,
         }
+    }
+
+    /// A board with these drivers.
+    pub const fn with_drivers(mut self, chip: Chip) -> Self {
+        self.chip = chip;
+        self
     }
 
     /// Keeps a log of what the image writes to these addresses, from power-on.
@@ -140,10 +148,17 @@ impl Plan {
     /// Switches the machine on and waits for its prompt.
     #[track_caller]
     pub fn start(self) -> Velvet {
+        let mut velvet = self.held();
+        velvet.hear_until(PROMPT, BOOT_MS);
+        velvet
+    }
+
+    /// The machine before its first instruction.
+    pub fn held(self) -> Velvet {
         let built = self.built_as.as_ref().unwrap_or(&self.config);
-        let (machine, _) = config::parse(built.as_bytes(), BoardId::Prime2590, &mut ());
-        let mut board =
-            PrimeBoard::new(WorldConfig::of(&machine, Chip::Tmc2590)).expect("the board's tables are right");
+        let id = if self.chip == Chip::Tmc2660 { BoardId::Prime2660 } else { BoardId::Prime2590 };
+        let (machine, _) = config::parse(built.as_bytes(), id, &mut ());
+        let mut board = PrimeBoard::new(WorldConfig::of(&machine, self.chip)).expect("the board's tables are right");
         board.mcu.set_second_core(self.second_core);
         let mut on_card = self.files;
         on_card.insert(0, ("config.ini".to_owned(), self.config.into_bytes()));
@@ -158,9 +173,7 @@ impl Plan {
             let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
             done.expect("a fault of this machine");
         }
-        let mut velvet = Velvet { bench: boot_watched(&self.elf, board, self.watched), said: String::new() };
-        velvet.hear_until(PROMPT, BOOT_MS);
-        velvet
+        Velvet { bench: boot_watched(&self.elf, board, self.watched), said: String::new() }
     }
 }
 

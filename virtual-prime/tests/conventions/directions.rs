@@ -1,8 +1,6 @@
-//! What the pins do when the machine does something: levels and bus words, never the simulated carriage.
+//! Direction pins: low while a motor counts up.
 
-mod common;
-
-use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 
 /// A fifth motor, with an external driver on header GF.
 const EXTERNAL: &str = "\n[actuator]\n\

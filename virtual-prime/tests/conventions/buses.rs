@@ -1,0 +1,74 @@
+//! Serial ports, the card's bus, timers.
+
+use board_facts::figures::{CARD_HZ, DEBUG_BAUD, PWM_COUNTS};
+use rigless::mcu::Mcu;
+use rigless::soc::stm32h743::generated::{rcc, tim1, usart1};
+
+use crate::common::velvet::SECOND;
+use crate::machine::everything;
+
+/// SDMMC1_CLKCR (RM0399 section 58.10.2) and the kernel clock that its divider divides: PLL1 Q.
+const CARD_CLOCK: u64 = 0x5200_7004;
+const CARD_KERNEL_HZ: u64 = 200_000_000;
+const PCLK_HZ: u64 = 100_000_000;
+const TIMER_HZ: u64 = 200_000_000;
+
+#[test]
+fn the_card_is_identified_at_400_khz_and_read_at_25_mhz() {
+    let mut velvet = everything().watching(CARD_CLOCK..CARD_CLOCK + 4).start();
+    // CLKDIV divides by twice its value; WIDBUS 0 is one line, 1 is four.
+    let clocks: Vec<(u64, u64)> = velvet
+        .bench
+        .writes
+        .take()
+        .iter()
+        .map(|write| (CARD_KERNEL_HZ / (2 * (write.value & 0x3FF)), write.value >> 14 & 3))
+        .collect();
+    assert_eq!(clocks, [(CARD_HZ[0], 0), (CARD_HZ[1], 1)]);
+    let select = velvet.bench.vm.with(|stopped| {
+        stopped.session.board().mcu.bus().registers("RCC").map(|file| file.get(rcc::Register::D1ccipr))
+    });
+    // RM0399 chapter 9, RCC_D1CCIPR: SDMMCSEL = 0 is PLL1 Q.
+    assert_eq!(select.flatten().map(|select| select >> 16 & 1), Some(0));
+}
+
+#[test]
+fn the_consoles_are_8n1_at_their_rates() {
+    let mut velvet = everything().start();
+    for port in ["USART2", "USART3"] {
+        let registers = velvet.bench.vm.with(move |stopped| {
+            let registers = [usart1::Register::Cr1, usart1::Register::Cr2, usart1::Register::Brr];
+            stopped.session.board().mcu.bus().registers(port).map(|file| registers.map(|register| file.get(register)))
+        });
+        let [cr1, cr2, brr] = registers.flatten().expect("a port");
+        // RM0399 section 51.8: M1, M0, PCE, OVER8 clear; STOP = 0 is one stop bit. 16-fold oversampling.
+        assert_eq!(cr1 & (1 << 28 | 1 << 12 | 1 << 10 | 1 << 15), 0, "{port}: {cr1:#010x}");
+        assert_eq!(cr2 >> 12 & 3, 0, "{port}");
+        let baud = PCLK_HZ / brr;
+        assert!(baud.abs_diff(DEBUG_BAUD) * 1_000 < DEBUG_BAUD, "{port}: {baud}");
+    }
+}
+
+#[test]
+fn hardware_pwm_has_1000_counts_and_is_on_while_high() {
+    let mut velvet = everything().start();
+    velvet.ask("M3 S25", SECOND);
+    velvet.ask("M66 S50", SECOND);
+    velvet.hear(50);
+    // Timer, frequency of the configuration, channel, share.
+    for (timer, hertz, channel, share) in [("TIM1", 10_000, 1, 25), ("TIM8", 4_000, 2, 50)] {
+        let registers = velvet.bench.vm.with(move |stopped| {
+            let compare = if channel == 1 { tim1::Register::Ccr1 } else { tim1::Register::Ccr2 };
+            let registers =
+                [tim1::Register::Psc, tim1::Register::Arr, tim1::Register::Ccmr1Output, tim1::Register::Ccer, compare];
+            stopped.session.board().mcu.bus().registers(timer).map(|file| registers.map(|register| file.get(register)))
+        });
+        let [prescaler, reload, mode, enable, compare] = registers.flatten().expect("a timer");
+        assert_eq!(reload + 1, PWM_COUNTS, "{timer}");
+        assert_eq!(TIMER_HZ / ((prescaler + 1) * PWM_COUNTS), hertz, "{timer}");
+        assert_eq!(compare * 100, share * PWM_COUNTS, "{timer}");
+        // RM0399 section 42.4.7: OCxM = 110, PWM mode 1. Section 42.4.9: CCxP clear, CCxE set: active high.
+        assert_eq!(mode >> (8 * (channel - 1) + 4) & 0b111, 0b110, "{timer}: {mode:#x}");
+        assert_eq!(enable >> (4 * (channel - 1)) & 0b11, 0b01, "{timer}: {enable:#x}");
+    }
+}

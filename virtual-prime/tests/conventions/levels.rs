@@ -1,0 +1,107 @@
+//! Every row of the table in reset, at boot, idle and halted; and that pins without a row are left alone.
+
+use std::collections::BTreeMap;
+
+use board_facts::signals::{Level, SIGNALS};
+use sim::world::Pin;
+use virtual_prime::pin_state::{Drive, PinState};
+use virtual_prime::pins::{PINS, PORTS};
+
+use crate::common::velvet::{Plan, SECOND, Velvet};
+use crate::machine::everything;
+
+/// In alternate function out of reset: the debug port.
+const DEBUG_PORT: [&str; 5] = ["PA13", "PA14", "PA15", "PB3", "PB4"];
+/// The crystals, which RM0399 section 12.3.14 gives to the oscillators whatever their modes say.
+const CRYSTALS: [&str; 4] = ["PC14", "PC15", "PH0", "PH1"];
+
+/// What the chip does to every pin.
+fn states(velvet: &mut Velvet) -> BTreeMap<String, PinState> {
+    velvet
+        .bench
+        .vm
+        .with(|stopped| {
+            let all = (0..PORTS * PINS).map(|n| Pin { port: (n / PINS) as u8, number: (n % PINS) as u8 });
+            all.map(|pin| (pin.to_string(), stopped.session.board().mcu.pin_state(pin))).collect()
+        })
+        .expect("the run goes on")
+}
+
+fn fits(level: Level, drive: Drive) -> bool {
+    match level {
+        Level::Released => drive == Drive::Released,
+        Level::PulledUp => drive == Drive::PulledUp,
+        Level::Low => drive == Drive::Low,
+        Level::High => drive == Drive::High,
+        Level::Either => matches!(drive, Drive::Low | Drive::High),
+        Level::Function(number) => drive == Drive::Function(number),
+    }
+}
+
+/// Every row's pins are at the level that `level` takes from the row, and all others are released.
+#[track_caller]
+fn assert_levels(velvet: &mut Velvet, level: impl Fn(&board_facts::signals::Signal) -> Level) {
+    let mut states = states(velvet);
+    for name in DEBUG_PORT.iter().chain(&CRYSTALS) {
+        states.remove(*name);
+    }
+    let mut wrong = Vec::new();
+    for signal in SIGNALS {
+        for pin in signal.pins {
+            let state = states.remove(*pin).expect("a pin of the chip, in one row");
+            if !fits(level(signal), state.drive) {
+                wrong.push(format!("{}, {pin}: {:?}, not {:?}", signal.name, state.drive, level(signal)));
+            }
+        }
+    }
+    for (pin, state) in states {
+        if state.drive != Drive::Released {
+            wrong.push(format!("{pin} is in no row, and is {:?}", state.drive));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// RM0399 section 12.3.1: analog, all but the debug port.
+#[test]
+fn in_reset_every_pin_is_released() {
+    let mut velvet = Plan::new().held();
+    assert_levels(&mut velvet, |_| Level::Released);
+}
+
+/// Without a card nothing is wired: this is what the board does by itself.
+#[test]
+fn at_boot_every_signal_has_its_level() {
+    let mut velvet = Plan::new().without_card().start();
+    velvet.hear(SECOND);
+    assert_levels(&mut velvet, |signal| signal.boot);
+}
+
+#[test]
+fn idle_every_signal_has_its_level_and_speed() {
+    let mut velvet = everything().start();
+    velvet.hear(SECOND);
+    assert_levels(&mut velvet, |signal| signal.idle);
+    let states = states(&mut velvet);
+    for signal in SIGNALS {
+        for pin in signal.pins {
+            if let Some(speed) = signal.speed {
+                assert_eq!(states[*pin].speed, speed as u8, "{}, {pin}", signal.name);
+            }
+        }
+    }
+}
+
+/// Everything that can be on, was: heaters, fans, relays, PWM, motors.
+#[test]
+fn halted_every_signal_has_its_level() {
+    let mut velvet = everything().start();
+    for line in ["M104 S60", "M104 T1 S60", "M140 S50", "M106 S255", "M42", "M80", "M64", "M3 S50", "M66 S50", "G91"] {
+        assert_eq!(velvet.ask(line, SECOND), "ok\n", "{line}");
+    }
+    assert_eq!(velvet.ask("G1 X20 Y20 Z2 B5 F1200", SECOND), "ok\n");
+    velvet.hear(500);
+    velvet.type_in("M112");
+    velvet.hear(3 * SECOND);
+    assert_levels(&mut velvet, |signal| signal.halted);
+}
