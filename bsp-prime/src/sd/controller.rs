@@ -18,8 +18,9 @@ const DATA_LIMIT_US: u32 = 600_000;
 
 /// Power-cycle and power-off take a millisecond at least (RM0399 chapter 58, power-up sequence).
 const POWER_STATE_US: u32 = 1_000;
-/// Longer than the 74 clocks a card wants before its first command (SD physical layer 9.0, section 6.4.1): 185 us at 400 kHz.
-const FIRST_CLOCKS_US: u32 = 1_000;
+/// Longer than the 74 clocks a card wants before its first command (SD physical layer 9.0, section 6.4.1): 185 us at 400 kHz. It has had its
+/// supply for long.
+const FIRST_CLOCKS_US: u32 = 250;
 
 /// Status flags (RM0399 section 58.10.11, SDMMC_STAR).
 mod flag {
