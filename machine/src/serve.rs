@@ -135,8 +135,8 @@ impl<P: Ports> Controller<P> {
                 by.0
             )),
             HeatCause::StuckOn(by) => message(format_args!(
-                "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. MOSFET supply cut. TURN POWER OFF \
-                 IMMEDIATELY and check that output",
+                "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. TURN POWER OFF \
+                 IMMEDIATELY",
                 by.0
             )),
             HeatCause::DispatcherSilent => message(format_args!(

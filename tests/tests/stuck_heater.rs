@@ -20,6 +20,7 @@ fn time_to_tell(bench: &mut Bench, heater: &str, words: &[&str], patience_s: f64
         assert!(bench.now_s() - began < patience_s, "none of {words:?} within {patience_s} s: {heard}");
         heard.push_str(&bench.hear(0.05));
     }
+    assert!(heard.contains("TURN POWER OFF IMMEDIATELY"), "{heard}");
     (bench.now_s() - began, bench.celsius(heater))
 }
 
