@@ -39,7 +39,9 @@ pub struct Condition {
     /// Coil A, coil B not connected.
     pub open_load: [bool; 2],
     /// Coil A, coil B shorted to ground.
-    pub short: [bool; 2],
+    pub short_to_ground: [bool; 2],
+    /// Coil A, coil B shorted to the motor supply.
+    pub short_to_supply: [bool; 2],
     /// Chip temperature in degrees Celsius.
     pub temperature_c: i32,
 }
@@ -52,6 +54,20 @@ struct Registers {
     smarten: u32,
     sgcsconf: u32,
     drvconf: u32,
+}
+
+/// What the short detectors of both coils have latched ("S2GA", "S2VSA" and so on).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Shorts {
+    to_ground: [bool; 2],
+    to_supply: [bool; 2],
+}
+
+impl Shorts {
+    /// "SHORTA", "SHORTB".
+    const fn of(self, coil: usize) -> bool {
+        self.to_ground[coil] || self.to_supply[coil]
+    }
 }
 
 /// One driver chip.
@@ -67,10 +83,10 @@ pub struct Tmc26x {
     supply_volts: f64,
     /// Level of the ENN pin: high switches the bridges off.
     enn_high: bool,
-    /// Overtemperature shutdown, until the chip has cooled below the prewarning.
+    /// Overtemperature shutdown, until the chip has cooled down.
     overheated: bool,
-    /// A short was met while driving; cleared by switching the bridges off (TOFF = 0 or ENN high).
-    short_latched: [bool; 2],
+    /// Shorts met while driving; cleared by switching the bridges off (TOFF = 0 or ENN high).
+    shorts: Shorts,
     /// StallGuard reading, 0 is a stalled motor.
     pub stall_guard: u16,
     /// What is wrong with it.
@@ -85,8 +101,8 @@ const STANDSTILL_NS: u64 = (1 << 20) * 1_000 / 15;
 /// Overtemperature thresholds in degrees Celsius ("OTPW", "OT"; OTSENS = 0).
 const PREWARNING_C: i32 = 100;
 const SHUTDOWN_C: i32 = 150;
-/// Below this supply the logic resets and registers are lost (undervoltage lockout, 6.5 V typical).
-const UNDERVOLTAGE_LOCKOUT_VOLTS: f64 = 6.5;
+/// A TMC2590 comes back below this ("Overtemperature release"), a TMC2660 below the prewarning.
+const RELEASE_C: i32 = 120;
 /// The TMC2590's UV_7V flag.
 const UV_7V_VOLTS: f64 = 7.0;
 /// A frame is 20 bits, most significant first.
@@ -104,7 +120,7 @@ impl Tmc26x {
             supply_volts: 24.0,
             enn_high: true,
             overheated: false,
-            short_latched: [false; 2],
+            shorts: Shorts::default(),
             stall_guard: 0x1FF,
             condition: Condition { temperature_c: 40, ..Condition::default() },
             frames: 0,
@@ -128,7 +144,17 @@ impl Tmc26x {
 
     /// The chip hears and answers nothing: MISO stays at its pull-up.
     fn mute(&self) -> bool {
-        self.condition.silent || self.supply_volts < UNDERVOLTAGE_LOCKOUT_VOLTS
+        self.condition.silent || self.supply_volts < self.lockout_volts()
+    }
+
+    /// Below this supply the logic resets and registers are lost: 6.5 V typical; on a TMC2590 7 V, and 3.8 V with EN_PFD
+    /// ("Detector Levels").
+    const fn lockout_volts(&self) -> f64 {
+        match self.chip {
+            Chip::Tmc2590 if self.registers.drvconf & (1 << 1) != 0 => 3.8,
+            Chip::Tmc2590 => 7.0,
+            Chip::Tmc2660 => 6.5,
+        }
     }
 
     /// What stands in DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF and DRVCONF, without their addresses.
@@ -170,7 +196,7 @@ impl Tmc26x {
             _ => {}
         }
         if self.off_time() == 0 {
-            self.short_latched = [false; 2];
+            self.shorts = Shorts::default();
         }
     }
 
@@ -233,61 +259,64 @@ impl Tmc26x {
         self.off_time() != 0
             && !self.enn_high
             && !self.overheated
-            && self.supply_volts >= UNDERVOLTAGE_LOCKOUT_VOLTS
-            && self.short_latched == [false; 2]
+            && self.supply_volts >= self.lockout_volts()
+            && self.shorts == Shorts::default()
     }
 
     /// The level of the ENN pin changed.
     pub fn set_enn(&mut self, high: bool) {
         self.enn_high = high;
         if high {
-            self.short_latched = [false; 2];
+            self.shorts = Shorts::default();
         }
     }
 
     /// The motor supply changed, in volts. Below the lockout the registers return to their power-on values.
     pub fn set_supply(&mut self, volts: f64) {
         self.supply_volts = volts;
-        if volts < UNDERVOLTAGE_LOCKOUT_VOLTS {
+        if volts < self.lockout_volts() {
             self.registers = Registers::default();
             self.microstep_counter = 0;
             self.overheated = false;
-            self.short_latched = [false; 2];
+            self.shorts = Shorts::default();
             self.last_step_ns = None;
         }
     }
 
-    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the commanded position
-    /// moves, in 1/256 full step and with the sign of DIR; `None` when the chip ignores the edge.
+    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep counter moves, in
+    /// 1/256 full step: up with DIR low, down with DIR high ("Microstep Table"); `None` when the chip ignores the edge.
     pub fn step_edge(&mut self, now_ns: u64, rising: bool, dir_high: bool) -> Option<i32> {
-        if self.spi_mode() || self.supply_volts < UNDERVOLTAGE_LOCKOUT_VOLTS || !(rising || self.double_edge()) {
+        if self.spi_mode() || self.supply_volts < self.lockout_volts() || !(rising || self.double_edge()) {
             return None;
         }
         let size = 256 / self.microsteps() as u16;
         let counter = if dir_high {
-            self.microstep_counter.wrapping_add(size)
-        } else {
             self.microstep_counter.wrapping_sub(size)
+        } else {
+            self.microstep_counter.wrapping_add(size)
         };
         self.microstep_counter = counter & 0x3FF;
         self.last_step_ns = Some(now_ns);
         self.notice_faults();
-        Some(if dir_high { i32::from(size) } else { -i32::from(size) })
+        Some(if dir_high { -i32::from(size) } else { i32::from(size) })
     }
 
     /// The condition changed or time passed: shorts and heat switch the bridges off.
     pub fn notice_faults(&mut self) {
         if self.condition.temperature_c >= SHUTDOWN_C {
             self.overheated = true;
-        } else if self.condition.temperature_c < PREWARNING_C {
+        } else if self.condition.temperature_c < if self.chip == Chip::Tmc2590 { RELEASE_C } else { PREWARNING_C } {
             self.overheated = false;
         }
-        let driving = self.off_time() != 0 && !self.enn_high;
-        // DIS_S2G, DRVCONF bit 10.
-        if driving && self.registers.drvconf & (1 << 10) == 0 {
-            for coil in 0..2 {
-                self.short_latched[coil] |= self.condition.short[coil];
-            }
+        if self.off_time() == 0 || self.enn_high {
+            return;
+        }
+        // High side: off with DIS_S2G, DRVCONF bit 10. Low side: on with EN_S2VS, bit 0 of a TMC2590; a TMC2660 has none.
+        let watches_ground = self.registers.drvconf & (1 << 10) == 0;
+        let watches_supply = self.chip == Chip::Tmc2590 && self.registers.drvconf & 1 != 0;
+        for coil in 0..2 {
+            self.shorts.to_ground[coil] |= watches_ground && self.condition.short_to_ground[coil];
+            self.shorts.to_supply[coil] |= watches_supply && self.condition.short_to_supply[coil];
         }
     }
 
@@ -315,8 +344,10 @@ impl Tmc26x {
         bits(&[
             (9, self.supply_volts < UV_7V_VOLTS),
             (8, self.enn_high),
-            (6, self.short_latched[1]),
-            (4, self.short_latched[0]),
+            (7, self.shorts.to_supply[1]),
+            (6, self.shorts.to_ground[1]),
+            (5, self.shorts.to_supply[0]),
+            (4, self.shorts.to_ground[0]),
             (3, over(150)),
             (2, over(136)),
             (1, over(120)),
@@ -337,8 +368,8 @@ impl Tmc26x {
             (7, standing),
             (6, open(1)),
             (5, open(0)),
-            (4, self.short_latched[1]),
-            (3, self.short_latched[0]),
+            (4, self.shorts.of(1)),
+            (3, self.shorts.of(0)),
             (2, self.condition.temperature_c >= PREWARNING_C),
             (1, self.overheated),
             (0, driving && !standing && self.stall_guard == 0),
@@ -355,3 +386,6 @@ impl Tmc26x {
 fn bits(list: &[(u32, bool)]) -> u32 {
     list.iter().fold(0, |word, &(bit, set)| word | u32::from(set) << bit)
 }
+
+#[cfg(test)]
+mod tests;

@@ -27,6 +27,8 @@ pub enum Fault {
     DriverOpenLoad(Actuator),
     /// Coil A of the motor is shorted to ground.
     DriverShort(Actuator),
+    /// Coil A of the motor is shorted to the motor supply.
+    DriverShortToSupply(Actuator),
     /// The motor supply has this voltage.
     MotorSupply(f64),
     /// The supply of heaters and fans has this voltage.
@@ -49,7 +51,8 @@ pub struct TimedFault {
 /// How faults are spelled, for usage texts.
 pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER heater-stuck-on:HEATER heater-dead:HEATER \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
-driver-open-load:MOTOR driver-short:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on repaired, each with @SECONDS for when";
+driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
+repaired, each with @SECONDS for when";
 
 impl TimedFault {
     /// Reads `kind[:object][@seconds]`, for example `thermistor-open:hotend@30`.
@@ -89,6 +92,7 @@ impl TimedFault {
             "driver-prewarn" => Fault::DriverTemperature(motor()?, 125),
             "driver-open-load" => Fault::DriverOpenLoad(motor()?),
             "driver-short" => Fault::DriverShort(motor()?),
+            "driver-short-to-supply" => Fault::DriverShortToSupply(motor()?),
             "motor-supply" => Fault::MotorSupply(volts()?),
             "fet-supply" => Fault::FetSupply(volts()?),
             "fet-switch-stuck-on" => Fault::FetSwitchStuckOn,
