@@ -88,8 +88,8 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "words to a TMC2590",
-        value: "CHOPCONF 981C0 off, 981C5 on; DRVCONF with SLP2 0, SLPH 3, SLPL 3, passive fast decay, all detectors read",
-        origin: "known good; the maker's TMC-API for the slopes",
+        value: "CHOPCONF 981C0 off, 981C5 on; DRVCONF with SLP2 0, SLPH 3, SLPL 3, passive fast decay, both short detectors, all detectors read",
+        origin: "known good; TMC2590 data sheet sections 7.11 and 12.1 for slopes and short detectors",
         proofs: &[proof("a_tmc2590_is_sent_the_words_of_its_table", GOLDEN)],
     },
     Figure {

@@ -11,7 +11,7 @@ use core::fmt::Write;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use machine::ports::{DriverFault, DriverStatus, MotorDrivers};
-use tmc::{Driver, Error};
+use tmc::{Driver, Error, Reading};
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up};
@@ -86,12 +86,18 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
 
     fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault> {
         let status = self.chip(motor)?.status().map_err(fault)?;
+        let (supply_short_a, supply_short_b) = match status.reading {
+            Reading::Diagnostics(all) => (all.short_to_supply_a, all.short_to_supply_b),
+            _ => (false, false),
+        };
         Ok(DriverStatus {
             standstill: status.standstill,
             over_temperature_warning: status.over_temperature_warning,
             over_temperature: status.over_temperature,
-            short_a: status.short_a,
-            short_b: status.short_b,
+            short_a: status.short_a && !supply_short_a,
+            short_b: status.short_b && !supply_short_b,
+            supply_short_a,
+            supply_short_b,
             open_a: status.open_load_a,
             open_b: status.open_load_b,
         })

@@ -65,6 +65,9 @@ pub fn set_up<SPI: SpiDevice, E>(
     if let Some(strength) = settings.gate_drive {
         stored(driver.set_gate_drive(strength))?;
     }
+    if let Some(on) = settings.short_to_supply_detection {
+        stored(driver.set_short_to_supply_detection(on))?;
+    }
     // The setting is on unless told otherwise, and a TMC2660 has no passive fast decay.
     stored(driver.set_passive_fast_decay(settings.passive_fast_decay && kind == Chip::Tmc2590))?;
     Ok(MotorDriver::Chip(driver, most))

@@ -30,13 +30,24 @@ pub enum DriverTrouble {
     ShortA,
     /// Short to ground, coil B.
     ShortB,
+    /// Short to the motor supply, coil A.
+    SupplyShortA,
+    /// Short to the motor supply, coil B.
+    SupplyShortB,
     /// No or no sensible answer.
     Silent,
 }
 
 impl DriverTrouble {
-    const ALL: [Self; 5] =
-        [Self::OverTemperatureWarning, Self::OverTemperature, Self::ShortA, Self::ShortB, Self::Silent];
+    const ALL: [Self; 7] = [
+        Self::OverTemperatureWarning,
+        Self::OverTemperature,
+        Self::ShortA,
+        Self::ShortB,
+        Self::SupplyShortA,
+        Self::SupplyShortB,
+        Self::Silent,
+    ];
 
     /// Must the motor stop?
     #[must_use]
@@ -52,6 +63,8 @@ impl DriverTrouble {
             Self::OverTemperature => "Overtemperature Shutdown",
             Self::ShortA => "SHORT to ground on channel A",
             Self::ShortB => "SHORT to ground on channel B",
+            Self::SupplyShortA => "SHORT to supply on channel A",
+            Self::SupplyShortB => "SHORT to supply on channel B",
             Self::Silent => "driver does not answer, check its supply and SPI wiring",
         }
     }
@@ -245,6 +258,8 @@ fn troubles(status: Result<DriverStatus, DriverFault>) -> u8 {
         (status.over_temperature, DriverTrouble::OverTemperature),
         (status.short_a, DriverTrouble::ShortA),
         (status.short_b, DriverTrouble::ShortB),
+        (status.supply_short_a, DriverTrouble::SupplyShortA),
+        (status.supply_short_b, DriverTrouble::SupplyShortB),
     ];
     flags.into_iter().filter(|(set, _)| *set).fold(0, |bits, (_, trouble)| bits | trouble.bit())
 }

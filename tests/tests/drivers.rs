@@ -57,6 +57,15 @@ fn gate_drive_is_the_default_s_or_the_registers_or_its_own() {
     assert_eq!(slopes("alpha.gate_drive = 7"), 0xF800);
 }
 
+/// EN_S2VS, DRVCONF bit 0.
+#[test]
+fn shorts_to_the_supply_are_looked_for_unless_told_otherwise() {
+    let looks = |settings: &str| registers(&with(settings))[4] & 1 == 1;
+    assert!(looks(""));
+    assert!(!looks("alpha.short_to_supply_detection = false"));
+    assert!(!looks("alpha.reg = 0,901B4,A0000,D031F,E0010") && looks("alpha.reg = 0,901B4,A0000,D031F,E0011"));
+}
+
 #[test]
 fn m911_prints_the_registers_as_a_setting() {
     let said = with("alpha.reg = 0,901B4,A8202,D031F,E0010").say("M911 P0");

@@ -69,6 +69,14 @@ fn a_silent_driver_is_named_and_nothing_moves() {
 }
 
 #[test]
+fn a_driver_with_a_short_halts_and_says_which() {
+    for (fault, side) in [("driver-short:alpha@3", "ground"), ("driver-short-to-supply:alpha@3", "supply")] {
+        let bench = Plan::new(CARTESIAN).fault(fault).start();
+        ends_safely(bench, &["G1 X10 F600"], &format!("ERROR: motor driver X: SHORT to {side} on channel A"), 10.0);
+    }
+}
+
+#[test]
 fn a_driver_that_overheats_halts() {
     let bench = Plan::new(CARTESIAN).fault("driver-overheat:alpha@3").start();
     ends_safely(bench, &["G1 X10 F600"], "ERROR: motor driver X: Overtemperature Shutdown", 10.0);

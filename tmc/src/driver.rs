@@ -123,14 +123,20 @@ pub struct Driver<SPI> {
 const PADDING: u32 = 0b0101;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current. Sends nothing.
+    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, where the chip has it, with the
+    /// low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
+    ///
+    /// TMC2590 data sheet, section 12.1: "enable detection for normal use". It trips between 1.3 V and 1.8 V across the low-side
+    /// MOSFET and the sense resistor. At the most that the chip can regulate, 6.5 A with 50 mOhm, a hot MOSFET of 50 mOhm
+    /// makes that 0.65 V.
     ///
     /// # Errors
     /// A sense resistor that is not above 0.
     pub fn new(spi: SPI, chip: Chip, sense_resistor: Ohms) -> Result<Self, Error<SPI::Error>> {
         in_range("sense resistor", "above 0 Ohm", sense_resistor.0 > 0.0 && sense_resistor.0.is_finite())?;
         let run = current_setting(chip, sense_resistor, Amps(0.0));
-        let drvconf = DrvConf::RESET.with_slopes(chip.default_gate_drive());
+        let low_side_detector = u32::from(chip == Chip::Tmc2590);
+        let drvconf = DrvConf::RESET.with_slopes(chip.default_gate_drive()).with_en_s2vs(low_side_detector);
         let registers = Registers {
             drvctrl: DrvCtrl::RESET.with_mres(Microsteps::M32 as u32),
             chopconf: Chopper::DEFAULT.register()?,
@@ -300,6 +306,16 @@ impl<SPI: SpiDevice> Driver<SPI> {
     pub fn set_passive_fast_decay(&mut self, on: bool) -> Result<(), Error<SPI::Error>> {
         in_range("passive fast decay", "off on a TMC2660", !on || self.chip == Chip::Tmc2590)?;
         self.registers.drvconf = self.registers.drvconf.with_en_pfd(u32::from(on));
+        self.write(self.registers.drvconf.word()).map(drop)
+    }
+
+    /// Sets the short detector of the bridges' low side (`EN_S2VS`), which sees coils shorted to the supply and overcurrent.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a TMC2660, which has none, else as [`Self::status`].
+    pub fn set_short_to_supply_detection(&mut self, on: bool) -> Result<(), Error<SPI::Error>> {
+        in_range("short to supply detection", "off on a TMC2660", !on || self.chip == Chip::Tmc2590)?;
+        self.registers.drvconf = self.registers.drvconf.with_en_s2vs(u32::from(on));
         self.write(self.registers.drvconf.word()).map(drop)
     }
 

@@ -87,9 +87,10 @@ impl Chip {
 
     /// How hard the gates are driven unless told otherwise, 0 the gentlest.
     ///
-    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. The maker's own code for the chip starts with
-    /// `SLPH` = `SLPL` = 3 and leaves `SLP2` clear (TMC-API, DRVCONF EF040), and so are these boards run. The MOSFETs
-    /// inside a TMC2660 are run with the gentlest slopes, on these boards and on others that carry it.
+    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. Its data sheet calls `SLPH` = `SLPL` = 3 with
+    /// `SLP2` clear "medium" (section 7.11, strength 3 of 7 in section 7.9: 36 mA and 42 mA); the maker's own code starts with
+    /// it (TMC-API, DRVCONF EF040), and so are these boards run. The MOSFETs inside a TMC2660 are run with the gentlest
+    /// slopes, on these boards and on others that carry it.
     #[must_use]
     pub const fn default_gate_drive(self) -> u8 {
         match self {

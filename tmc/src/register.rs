@@ -205,7 +205,7 @@ register! {
     "SHRTSENS" shrtsens with_shrtsens [2; 1]
     /// Passive fast decay; lowers the supply limit from 7 V to 4.5 V. TMC2590 only.
     "EN_PFD" en_pfd with_en_pfd [1; 1]
-    /// Short to supply protection. TMC2590 only.
+    /// Short to supply and overcurrent protection on the low side. TMC2590 only.
     "EN_S2VS" en_s2vs with_en_s2vs [0; 1]
 }
 

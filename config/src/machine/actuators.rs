@@ -87,6 +87,8 @@ pub struct TmcConfig {
     pub passive_fast_decay: bool,
     /// How hard the MOSFETs' gates are driven, 0 the gentlest; none: as the raw registers say, or the driver's default.
     pub gate_drive: Option<u8>,
+    /// The detector on the bridges' low side; none: as the raw registers say, or on.
+    pub short_to_supply_detection: Option<bool>,
     /// Raw registers loaded first: DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF, DRVCONF.
     pub registers: Option<[u32; 5]>,
 }

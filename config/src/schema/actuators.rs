@@ -300,6 +300,14 @@ pub const TMC2590: Section = driver_section!(
         .klipper("[tmc2660 <stepper>] driver_SLPH, driver_SLPL")
         .derived("3, or what reg says")
         .velvet(),
+        bool(
+            "short_to_supply_detection",
+            "true",
+            chip!(tmc2590, |chip, v| chip.short_to_supply_detection = Some(v)),
+            "Shuts the bridges when a motor's wire touches the motor supply, or a coil takes far too much current.",
+        )
+        .derived("true, or what reg says")
+        .velvet(),
         integer(
             "sense_resistor",
             "50",

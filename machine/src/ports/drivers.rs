@@ -15,6 +15,10 @@ pub struct DriverStatus {
     pub short_a: bool,
     /// Short to ground on coil B.
     pub short_b: bool,
+    /// Coil A shorted to the motor supply, or with far too much current.
+    pub supply_short_a: bool,
+    /// The same of coil B.
+    pub supply_short_b: bool,
     /// No load on coil A (only meaningful while turning).
     pub open_a: bool,
     /// No load on coil B (only meaningful while turning).

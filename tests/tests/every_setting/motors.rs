@@ -39,6 +39,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc2590] alpha.spi_cs_pin", "PJ13", "PJ12", Board("settings.rs")),
     row("[tmc2590] alpha.passive_fast_decay", "true", "false", Look(registers)),
     row("[tmc2590] alpha.gate_drive", "3", "5", Look(registers)),
+    row("[tmc2590] alpha.short_to_supply_detection", "true", "false", Look(registers)),
     row("[tmc2590] alpha.reg", "", "0,901B4,A8202,C031F,E0010", Look(registers)),
     row("[tmc2590] alpha.step_interpolation", "true", "false", Look(registers)),
     row("[tmc2590] alpha.standstill_current", "0", "600", Look(resting)).with(RESTING),
@@ -60,10 +61,10 @@ fn registers(bench: &mut Bench) -> String {
     bench.world(|world| {
         let chip = world.driver(Alpha as usize);
         let (scale, fine) = (chip.current_scale(), chip.high_sensitivity());
-        // Hysteresis, decay and coolStep; passive fast decay; slopes.
+        // Hysteresis, decay and coolStep; passive fast decay and the low side's short detector; slopes.
         let [_, chopconf, smarten, _, drvconf] = chip.registers();
-        let (chopper, decay, slopes) = (chopconf & !0xF, drvconf >> 1 & 1, drvconf >> 11 & 0x1F);
-        let raw = format!("chopper {chopper:x}, coolStep {smarten:x}, decay {decay}, slopes {slopes:05b}");
+        let (chopper, flags, slopes) = (chopconf & !0xF, drvconf & 3, drvconf >> 11 & 0x1F);
+        let raw = format!("chopper {chopper:x}, coolStep {smarten:x}, flags {flags:02b}, slopes {slopes:05b}");
         let (count, smooth) = (chip.microsteps(), chip.interpolates());
         format!("{count} microsteps, interpolated: {smooth}, scale {scale}, fine: {fine}, {raw}")
     })

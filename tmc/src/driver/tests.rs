@@ -74,7 +74,7 @@ fn starting_loads_a_smoothieboard_s_settings_with_the_bridges_off() {
     assert_eq!(chip.words[0], 0x0_0003, "32 microsteps");
     assert_eq!(chip.words[4], 0x9_81C0, "off time 0, blank 54, start 5, end 0");
     assert_eq!(chip.words[6] & !31, 0xD_0A00, "stallGuard threshold 10, filtered");
-    assert_eq!(chip.words[7] & !64, 0xE_F030, "medium slopes");
+    assert_eq!(chip.words[7] & !64, 0xE_F031, "medium slopes, the low side's short detector on");
     assert!(chip.history.iter().all(|(on, _)| !on));
 }
 
@@ -104,6 +104,18 @@ fn gate_drive_reaches_both_slopes_and_nothing_else() {
         assert!(matches!(driver.set_gate_drive(words.len() as u8), Err(Error::Setting(_))));
         assert_eq!(driver.spi.words[7], before);
     }
+}
+
+#[test]
+fn the_low_side_s_detector_is_on_where_there_is_one() {
+    let mut driver = driver(Chip::Tmc2590);
+    driver.start().unwrap();
+    let on = driver.spi.words[7];
+    driver.set_short_to_supply_detection(false).unwrap();
+    assert_eq!((on & 1, driver.spi.words[7]), (1, on & !1));
+    let mut other = self::driver(Chip::Tmc2660);
+    assert!(matches!(other.set_short_to_supply_detection(true), Err(Error::Setting(_))));
+    assert_eq!(other.set_short_to_supply_detection(false).map(|()| other.registers().drvconf.en_s2vs()), Ok(0));
 }
 
 #[test]
