@@ -173,7 +173,10 @@ pub const SIGNALS: &[Signal] = &[
         halted: Level::High,
         speed: Some(Speed::Low),
         origin: "schematic, CS_A to CS_D; TMC2590 data sheet 7.2",
-        proofs: &[conventions("each_frame_has_24_clocks_within_one_chip_select", MOTORS)],
+        proofs: &[
+            conventions("each_frame_has_24_clocks_within_one_chip_select", MOTORS),
+            conventions("a_driver_that_no_motor_uses_is_switched_off", MOTORS),
+        ],
         ..BASE
     },
     Signal {

@@ -14,7 +14,7 @@ use machine::ports::{DriverFault, DriverStatus, MotorDrivers};
 use tmc::{Driver, Error, Reading};
 use units::{Actuator, Amps, PerActuator};
 
-pub use set_up::{NotSetUp, set_up};
+pub use set_up::{NotSetUp, set_up, switch_off};
 
 /// What moves one actuator's coils. `E` enables an external driver: its active state is the pin's high.
 #[derive(Debug, Default)]

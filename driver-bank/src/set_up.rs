@@ -5,7 +5,7 @@ use core::fmt;
 use config::{ActuatorConfig, DriverKind, TmcConfig};
 use embedded_hal::spi::SpiDevice;
 use tmc::{Chip, Driver, Error, Microsteps, StepInput};
-use units::Amps;
+use units::{Amps, Ohms};
 
 use crate::MotorDriver;
 
@@ -71,6 +71,18 @@ pub fn set_up<SPI: SpiDevice, E>(
     // The setting is on unless told otherwise, and a TMC2660 has no passive fast decay.
     stored(driver.set_passive_fast_decay(settings.passive_fast_decay && kind == Chip::Tmc2590))?;
     Ok(MotorDriver::Chip(driver, most))
+}
+
+/// Switches off the bridges of a chip that no motor of the configuration uses. It keeps what it was told for as long as the motor supply stays,
+/// through a reset of the board too, and the enable line is common to all: it would hold its motor with an earlier configuration's current.
+///
+/// # Errors
+/// As [`Driver::disable`]; without motor supply nobody answers, and the chip is off anyway.
+pub fn switch_off<SPI: SpiDevice>(spi: SPI) -> Result<(), Error<SPI::Error>> {
+    /// No current flows, so that any value does.
+    const SENSE_RESISTOR: Ohms = Ohms(0.05);
+    // Both kinds of chips have the same CHOPCONF.
+    Driver::new(spi, Chip::Tmc2590, SENSE_RESISTOR)?.disable().map(drop)
 }
 
 fn lesser(a: Amps, b: Amps) -> Amps {

@@ -78,8 +78,19 @@ pub fn motors(
             None => external(actuator, motor, pins, report),
         };
     }
+    unused_chips(pins, bus);
     bsp_prime::step_engine::configure(&lines, config.system.step_pulse_us);
     bank
+}
+
+/// Switches off the on-board driver chips that no motor has claimed; see [`driver_bank::switch_off`].
+fn unused_chips(pins: &mut Pins, bus: &bsp_prime::spi::MotorBus) {
+    for socket in &table::MOTORS {
+        // A select that has an owner belongs to a chip that is set up, or was refused with a message.
+        let Ok(select) = pins.output(PinSpec::inverted(socket.select), "an unused motor driver") else { continue };
+        // Its motor supply may be off, and then so is the chip.
+        let _silent_or_off = driver_bank::switch_off(bus.device(select));
+    }
 }
 
 fn motor_lines(

@@ -8,7 +8,7 @@ use virtual_prime::board::PinChange;
 use virtual_prime::pin_state::Drive;
 
 use crate::common::MS;
-use crate::common::velvet::{PROMPT, SECOND, Velvet};
+use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
 use crate::machine::{changes, everything, pin, state, watch};
 
 /// SPI4 (RM0399 section 2.3.2, boundary addresses): CR2, and the byte writes to TXDR.
@@ -164,6 +164,23 @@ fn each_frame_has_24_clocks_within_one_chip_select() {
 
 fn frames(velvet: &mut Velvet) -> u64 {
     velvet.world(|world| (0..DRIVERS.len()).map(|index| world.driver(index).frames()).sum())
+}
+
+/// The enable line is common, and a chip keeps its registers through a reset of the board.
+#[test]
+fn a_driver_that_no_motor_uses_is_switched_off() {
+    /// CHOPCONF with TOFF 5 (TMC2590 data sheet 7.6).
+    const BRIDGES_ON: u32 = 0x9_81C5;
+    let plan = Plan::new().built().set("[actuator] delta.driver = external");
+    let mut velvet = plan.set("[actuator] delta.step_pin = PG0").set("[actuator] delta.dir_pin = PG1").held();
+    for index in 0..DRIVERS.len() {
+        let _answer = velvet.world(|world| world.driver_spi(0, index, BRIDGES_ON));
+    }
+    velvet.hear_until(PROMPT, 2 * SECOND);
+    assert_eq!(velvet.ask("M17", SECOND), "ok\n");
+    let drives = [0, 1, 2, 3].map(|index| velvet.world(|world| world.driver(index).drives()));
+    assert_eq!(drives, [true, true, true, false]);
+    assert_eq!(state(&mut velvet, "PG6").drive, Drive::High);
 }
 
 #[test]
