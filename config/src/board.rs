@@ -20,10 +20,7 @@ const RESERVED: &[(&str, &[(char, u8)])] = &[
 
 /// What a pad is reserved for.
 pub(crate) fn reserved_for(pad: Pad) -> Option<&'static str> {
-    RESERVED
-        .iter()
-        .find(|(_, pads)| pads.iter().any(|&(port, number)| is_pad(pad, port, number)))
-        .map(|&(purpose, _)| purpose)
+    named(RESERVED, pad)
 }
 
 /// Whether a pad has this name.
@@ -80,8 +77,24 @@ pub(crate) const fn uart_pads(channel: u8) -> [Pad; 2] {
 
 /// The FET buffer's enable: pulled up to 5 V, so a push-pull output would be driven from outside.
 pub(crate) const NEEDS_OPEN_DRAIN: Pad = pad('F', 14);
-/// The boot button: driven by a switch to the supply, so it must never be an output.
-pub(crate) const NEVER_AN_OUTPUT: Pad = pad('J', 14);
+/// Pads that something on the board drives: as outputs they would work against it. Source: Smoothieboard v2 Prime schematic, proto10, sheets
+/// smoothiev2-prime (SW2), inputs (74LCX07, LMV331) and driver (SG_TST).
+const DRIVEN: &[(&str, &[(char, u8)])] = &[
+    ("the boot button", &[('J', 14)]),
+    ("the end stops' buffer", &[('D', 0), ('I', 3), ('I', 1), ('A', 9), ('I', 0), ('H', 15)]),
+    ("the probe's comparator", &[('B', 10)]),
+    ("a motor driver's stallGuard line", &[('K', 4), ('K', 5), ('J', 15), ('G', 9)]),
+];
+
+/// What on the board drives a pad.
+pub(crate) fn driven_by(pad: Pad) -> Option<&'static str> {
+    named(DRIVEN, pad)
+}
+
+fn named(table: &[(&'static str, &[(char, u8)])], pad: Pad) -> Option<&'static str> {
+    let here = |pads: &[(char, u8)]| pads.iter().any(|&(port, number)| is_pad(pad, port, number));
+    table.iter().find(|(_, pads)| here(pads)).map(|&(what, _)| what)
+}
 
 /// Voltage across the sense resistor at full scale. TMC2590 datasheet section "Sense resistor", as Smoothieware uses it.
 pub(crate) const TMC2590_SENSE_VOLTS: f32 = 0.325;

@@ -35,7 +35,10 @@ fn pins_of_the_board_and_its_buses_are_refused() {
         ("PD8", "used by [uart console]"),
         ("PF11", "used by [temperature control] hotend.thermistor_pin"),
         ("PD7", "used by [system] fets_power_enable_pin"),
-        ("PJ14", "cannot be an output"),
+        ("PJ14", "the boot button drives it, so it cannot be an output"),
+        ("PI3", "the end stops' buffer drives it, so it cannot be an output"),
+        ("PB10!", "the probe's comparator drives it, so it cannot be an output"),
+        ("PK5", "a motor driver's stallGuard line drives it, so it cannot be an output"),
     ] {
         let to = format!("fan.output_pin = {pin} ");
         expect("fan.output_pin = PE1 ", &to, Error, &to, key, reason, "use another pin");

@@ -193,8 +193,9 @@ fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
     if is_output && pad == board::NEEDS_OPEN_DRAIN && !pin.open_drain {
         say(Severity::Error, "its pull-up goes to 5 V, so it must be open drain", "write PF14!o");
     }
-    if is_output && pad == board::NEVER_AN_OUTPUT {
-        say(Severity::Error, "the boot button drives it, so it cannot be an output", "use another pin");
+    if let Some(driver) = board::driven_by(pad).filter(|_| is_output) {
+        let reason = format_args!("{pin}: {driver} drives it, so it cannot be an output");
+        checks.reporter.report(Severity::Error, at, reason, format_args!("use another pin"));
     }
 }
 
