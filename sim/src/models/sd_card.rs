@@ -172,7 +172,10 @@ impl SdCard {
             (9, State::Standby) if addressed => (Reply::Long(self.csd()), Transfer::None),
             (10, State::Standby) if addressed => (Reply::Long(CID), Transfer::None),
             (12, State::Data | State::Receive) => self.stop(now_ns),
-            (13, _) if addressed => (Reply::Short(self.status(now_ns)), Transfer::None),
+            // A card has no address, and no status to give, before it is identified (table 4-35).
+            (13, State::Standby | State::Transfer | State::Data | State::Receive | State::Program) if addressed => {
+                (Reply::Short(self.status(now_ns)), Transfer::None)
+            }
             (16, State::Transfer) => {
                 // Fixed at 512 for memory of a high-capacity card; registers follow it.
                 self.block_length = (argument as usize).clamp(1, BLOCK);
@@ -304,7 +307,7 @@ impl SdCard {
         [0x400E_0032, 0x5B59_0000 | size >> 16, (size & 0xFFFF) << 16 | 0x7F80, 0x0A40_0001]
     }
 
-    /// The next bytes of a transfer to the host: `length` of them. `None` when the card has nothing to send.
+    /// The next block of a transfer to the host, `length` bytes. `None` when the card has nothing to send.
     pub fn read(&mut self, length: usize) -> Option<Vec<u8>> {
         if self.state != State::Data {
             return None;
@@ -312,26 +315,29 @@ impl SdCard {
         match &mut self.stream {
             Stream::Idle => None,
             Stream::Register(bytes) => {
-                let mut bytes = std::mem::take(bytes);
+                let mut bytes = bytes.clone();
                 bytes.resize(length, 0);
-                self.finish_read();
                 Some(bytes)
             }
-            Stream::Memory { block, endless } => {
+            Stream::Memory { block, .. } => {
                 let start = *block as usize * BLOCK;
-                let bytes = self.content.get(start..start + length)?.to_vec();
-                *block += 1;
-                if !*endless {
-                    self.finish_read();
-                }
-                Some(bytes)
+                Some(self.content.get(start..start + length)?.to_vec())
             }
         }
     }
 
-    fn finish_read(&mut self) {
-        self.stream = Stream::Idle;
-        self.state = State::Transfer;
+    /// The block that [`Self::read`] gave is on the bus with its checksum. Until then the card is in its data state, and
+    /// a transfer can be stopped.
+    pub fn block_sent(&mut self) {
+        if self.state != State::Data {
+            return;
+        }
+        if let Stream::Memory { block, endless: true } = &mut self.stream {
+            *block += 1;
+        } else {
+            self.stream = Stream::Idle;
+            self.state = State::Transfer;
+        }
     }
 
     /// Takes the next block from the host. False when the card expects none or it would not fit.

@@ -45,6 +45,7 @@ fn blocks_written_are_blocks_read_and_the_card_programs_meanwhile() {
     assert_eq!(card.command(later, 13, ADDRESSED).0, Reply::Short(R1_TRANSFER));
     assert_eq!(card.command(later, 17, 7).1, Transfer::Read);
     assert_eq!(card.read(BLOCK).as_deref(), Some(&[0xA5; BLOCK][..]));
+    card.block_sent();
     assert_eq!(card.read(BLOCK), None);
 }
 
@@ -54,9 +55,29 @@ fn an_endless_read_goes_on_until_it_is_stopped() {
     card.command(0, 18, 0);
     for _ in 0..5 {
         assert_eq!(card.read(BLOCK).map(|bytes| bytes[1]), Some(1));
+        card.block_sent();
     }
     assert_eq!(card.command(0, 12, 0).0, Reply::Short((State::Data as u32) << 9 | READY_FOR_DATA));
     assert_eq!(card.read(BLOCK), None);
+}
+
+#[test]
+fn a_card_fresh_in_its_slot_gives_no_status() {
+    let mut card = SdCard::new(vec![0; BLOCK]);
+    assert_eq!(card.command(0, 13, ADDRESSED).0, Reply::None);
+}
+
+#[test]
+fn a_single_block_can_be_stopped_until_it_is_sent() {
+    let mut card = identified();
+    card.command(0, 17, 0);
+    card.read(BLOCK);
+    assert_eq!(card.command(0, 12, 0).0, Reply::Short((State::Data as u32) << 9 | READY_FOR_DATA));
+    assert_eq!(card.command(0, 13, ADDRESSED).0, Reply::Short(R1_TRANSFER));
+    card.command(0, 17, 0);
+    card.read(BLOCK);
+    card.block_sent();
+    assert_eq!(card.command(0, 12, 0).0, Reply::None);
 }
 
 #[test]
