@@ -74,3 +74,38 @@ fn a_run_is_the_same_however_it_is_cut_into_spans() {
 fn the_clock_runs_into_a_new_year() {
     boot("clock").expect_pass(5_000);
 }
+
+fn board_with(content: Vec<u8>) -> PrimeBoard {
+    let mut board = PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right");
+    board.insert_card(Some(content));
+    board
+}
+
+#[test]
+fn blocks_cross_the_fifo_by_polling_in_every_way_and_at_its_own_pace() {
+    let mut bench = boot_on("sd_polled", board_with(vec![0; 64 << 20]));
+    bench.expect_pass(2_000);
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn a_card_can_be_pulled_out_and_another_one_put_in() {
+    let card = |word: u32| {
+        let mut content = vec![0; 1 << 20];
+        content[5 * 512..][..4].copy_from_slice(&word.to_le_bytes());
+        content
+    };
+    let mut bench = boot_on("card_change", board_with(card(0x1111_0001)));
+    let mut change = |content: Option<Vec<u8>>| {
+        assert_eq!(bench.vm.run_for(50 * MS), Span::Reached);
+        bench.vm.with(|stopped| stopped.session.board_mut().insert_card(content));
+    };
+    change(None);
+    change(Some(card(0x2222_0002)));
+    // Straight from one card to another: the new one does not know the old one's address.
+    change(Some(card(0x3333_0003)));
+    change(None);
+    let said = bench.expect_pass(100);
+    assert_eq!(said, "0x11110001\ngone\n0x22220002\ngone\n0x33330003\ngone\n");
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
+}

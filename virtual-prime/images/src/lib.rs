@@ -1,6 +1,8 @@
 //! What the images share: the board's start-up sequence, a console, and a way to end a run.
 #![no_std]
 
+pub mod sd;
+
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 

@@ -1,27 +1,50 @@
 //! SDMMC1, RM0399 rev 4 chapter 58 ("SDMMC"): the host controller of the SD card, with its FIFO and internal DMA.
 //!
-//! The card is `sim`'s. Commands, responses and data blocks take their time on the bus: the kernel clock over CLKDIV,
-//! 48 or 136 bits on CMD, one or four data lines with 16 bits of checksum per block. In FIFO mode data move in bursts
-//! of eight words, the half FIFO that RXFIFOHF and TXFIFOHE speak of; with the internal DMA a block moves at its end.
+//! The card is `sim`'s. Everything takes its time on the bus: the kernel clock over CLKDIV, 48 or 136 bits on CMD, one
+//! or four data lines. Through the FIFO a word comes or goes every 32 / lines clocks; with the internal DMA a block
+//! moves at its end, since nobody sees its words on the way.
 //!
-//! Left out: boot mode, SDIO, interrupt and read-wait periods, voltage switching, suspend, and the stream modes.
+//! | behaviour | where it is written |
+//! |---|---|
+//! | PWRCTRL = 11 stays until the block is reset by RCC | 58.10.1: "any further write is ignored" |
+//! | no command in the first 74 clocks after power-on | 58.10.1 |
+//! | flags of the FIFO only while the data path is active | 58.5.5, FIFO; 58.10.14 resets to zero |
+//! | DATAEND once the receive FIFO is empty | 58.5.5, Wait_R with DATACOUNT = 0 |
+//! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; drivers of other projects for this block |
+//! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
+//! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |
+//!
+//! Left out: boot mode, SDIO (interrupts, read wait, suspend), voltage switching, and the data transfer modes other than
+//! the block mode. FIFOR answers at its first address alone.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
-use rigless::soc::Width;
 use rigless::soc::stm32h743::generated::sdmmc1::Register;
 use rigless::time::{EventId, VirtualNanos};
-use sim::models::sd_card::{Reply, SdCard, Transfer};
+use sim::models::sd_card::{SdCard, Transfer};
 
 use super::sdmmc_flags as flag;
 
-mod data;
+mod command;
+mod idma;
+mod receive;
+mod send;
+
+use command::Command;
+use receive::Incoming;
+use send::Outgoing;
+
+#[cfg(test)]
+mod tests;
 
 /// 16 words.
 const FIFO_WORDS: usize = 16;
 const HALF_FIFO: usize = FIFO_WORDS / 2;
+/// PWRCTRL of POWER: power on.
+const POWER_ON: u64 = 0b11;
+/// Clocks from power-on until commands go out.
+const POWER_UP_CLOCKS: u64 = 74;
 /// CMDR fields, section 58.10.4.
 const CMDTRANS: u64 = 1 << 6;
 const CMDSTOP: u64 = 1 << 7;
@@ -29,52 +52,36 @@ const CPSMEN: u64 = 1 << 12;
 /// DCTRL fields, section 58.10.12.
 const DTEN: u64 = 1;
 const DTDIR: u64 = 1 << 1;
-const DTHOLD: u64 = 1 << 13;
+const DTMODE: u64 = 3 << 2;
 const FIFORST: u64 = 1 << 13;
 /// CLKCR fields, section 58.10.2.
 const HWFC_EN: u64 = 1 << 17;
-/// IDMACTRLR fields.
-const IDMAEN: u64 = 1;
-const IDMABMODE: u64 = 1 << 1;
-const IDMABACT: u64 = 1 << 2;
-/// What the internal DMA of SDMMC1 reaches, RM0399 table 3: the flash, AXI SRAM and the external memories, but neither
-/// the TCMs nor the second domain's SRAM.
-const IDMA_REACH: [Range<u64>; 3] = [0x0800_0000..0x0820_0000, 0x2400_0000..0x2408_0000, 0x6000_0000..0xA000_0000];
-/// Access time of the card before the first and between further blocks, in nanoseconds: SD cards allow up to 100 ms,
-/// good ones take some hundred microseconds for the first.
-const FIRST_BLOCK_NS: u64 = 200_000;
-const NEXT_BLOCK_NS: u64 = 5_000;
+/// Registers that firmware can write only while the data path is idle.
+const LOCKED: [Register; 5] =
+    [Register::Clkcr, Register::Dtimer, Register::Dlenr, Register::Dctrl, Register::Idmactrlr];
 
-/// A transfer on the data lines.
+/// The data path state machine (DPSM), section 58.5.5.
 #[derive(Clone, Debug)]
 enum Data {
     Idle,
-    /// Enabled; the card has not been told yet, or has nothing to say (until DTIMER runs out).
-    Waiting {
-        event: Option<EventId>,
+    /// Wait_R: for the start bit, until DTIMER runs out.
+    WaitReceive {
+        timeout: EventId,
+        start: Option<EventId>,
     },
-    /// Words of the present block come in.
-    Receiving {
-        event: EventId,
-        block: VecDeque<u32>,
-    },
-    /// Words of the present block go out; it is sent once whole.
-    Sending {
-        event: EventId,
-        block: Vec<u8>,
-    },
-    /// The card programs the last block.
+    Receive(Incoming),
+    /// Wait_R with nothing left to come: for the receive FIFO to be emptied.
+    Emptying,
+    /// Wait_S: for the response to the command, and for data.
+    WaitSend,
+    Send(Outgoing),
+    /// The card programs the last block, for DTIMER at most.
     Busy {
-        event: EventId,
+        ready: EventId,
+        timeout: EventId,
     },
-}
-
-/// A command on the command line.
-#[derive(Clone, Copy, Debug)]
-struct Command {
-    event: EventId,
-    register: u64,
-    argument: u32,
+    /// After an error: until the transfer is aborted.
+    Failed,
 }
 
 /// The controller with the slot.
@@ -82,9 +89,12 @@ struct Command {
 pub struct Sdmmc {
     card: Option<SdCard>,
     kernel_hz: u64,
+    /// When the 74 clocks after power-on are over.
+    powered_ns: u64,
     command: Option<Command>,
-    /// End of the busy signal after a response, for BUSYD0END.
+    /// End of the busy signal after a response, for BUSYD0END; and when DTIMER runs out meanwhile.
     busy: Option<EventId>,
+    busy_timeout: Option<EventId>,
     data: Data,
     transfer: Transfer,
     fifo: VecDeque<u32>,
@@ -93,6 +103,9 @@ pub struct Sdmmc {
     dma_address: u64,
     dma_room: u64,
     raised: bool,
+    /// POWER and the locked registers as they are, which a write in the wrong state does not change.
+    power: u64,
+    kept: [u64; LOCKED.len()],
 }
 
 impl Sdmmc {
@@ -103,8 +116,10 @@ impl Sdmmc {
             card,
             // Reset state of the kernel multiplexer: PLL1_Q, which does not run yet.
             kernel_hz: 0,
+            powered_ns: 0,
             command: None,
             busy: None,
+            busy_timeout: None,
             data: Data::Idle,
             transfer: Transfer::None,
             fifo: VecDeque::new(),
@@ -113,6 +128,8 @@ impl Sdmmc {
             dma_address: 0,
             dma_room: 0,
             raised: false,
+            power: 0,
+            kept: [0; LOCKED.len()],
         }
     }
 
@@ -122,133 +139,127 @@ impl Sdmmc {
         self.card.as_ref()
     }
 
-    /// Puts a card into the slot, or takes it out.
+    /// Puts a card into the slot, or takes it out, at any time: a block under way arrives damaged.
     pub fn insert(&mut self, card: Option<SdCard>) {
         self.card = card;
+        if let Data::Receive(incoming) = &mut self.data {
+            incoming.spoil();
+        }
     }
 
     /// Time of this many clocks of the bus, nanoseconds.
     fn clocks(&self, count: u64, file: &RegisterFile) -> u64 {
         let divider = (file.get(Register::Clkcr) & 0x3FF) * 2;
         let hz = (self.kernel_hz.max(1) / divider.max(1)).max(1);
-        count * 1_000_000_000 / hz
+        u64::try_from(u128::from(count) * 1_000_000_000 / u128::from(hz)).unwrap_or(u64::MAX)
     }
 
-    /// Time of a whole block on the data lines: start bit, data, checksum, end bit.
-    fn block_ns(&self, bytes: u64, file: &RegisterFile) -> u64 {
-        let lines = match file.get(Register::Clkcr) >> 14 & 3 {
+    fn schedule_clocks(&self, count: u64, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
+        context.schedule(VirtualNanos(context.now().0.saturating_add(self.clocks(count, file))))
+    }
+
+    /// When DTIMER runs out that starts now: on entering Wait_R or Busy, and after a response with a busy card.
+    fn schedule_timeout(&self, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
+        self.schedule_clocks(file.get(Register::Dtimer).max(1), file, context)
+    }
+
+    /// Data lines in use.
+    fn lines(file: &RegisterFile) -> u64 {
+        match file.get(Register::Clkcr) >> 14 & 3 {
             0 => 1,
             1 => 4,
             _ => 8,
-        };
-        self.clocks(bytes * 8 / lines + 18, file)
+        }
+    }
+
+    /// Card and controller use the same data lines: otherwise no checksum is ever right.
+    fn lines_agree(&self, file: &RegisterFile) -> bool {
+        self.card.as_ref().is_some_and(|card| Self::lines(file) == if card.is_wide() { 4 } else { 1 })
     }
 
     fn block_bytes(file: &RegisterFile) -> u64 {
         1 << (file.get(Register::Dctrl) >> 4 & 0xF)
     }
 
-    fn dma(file: &RegisterFile) -> bool {
-        file.get(Register::Idmactrlr) & IDMAEN != 0
+    fn from_card(file: &RegisterFile) -> bool {
+        file.get(Register::Dctrl) & DTDIR != 0
     }
 
-    fn send_command(&mut self, register: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        // Power on and a running clock are what puts bits on the line.
-        if file.get(Register::Power) & 3 != 3 || self.kernel_hz == 0 {
-            context.tell("CMDR", "RM0399 SDMMC: a command with the card's power off or without a kernel clock");
-            return;
-        }
-        let long = register >> 8 & 3 == 3;
-        let answered = register >> 8 & 3 != 0;
-        let clocks = 48
-            + if long {
-                136
-            } else if answered {
-                48
-            } else {
-                0
-            };
-        let event = context.schedule(VirtualNanos(context.now().0 + self.clocks(clocks, file)));
-        self.command = Some(Command { event, register, argument: file.get(Register::Argr) as u32 });
-        if register & CMDTRANS != 0 {
-            self.enable_data(file, context);
-        }
+    fn flow_control(file: &RegisterFile) -> bool {
+        file.get(Register::Clkcr) & HWFC_EN != 0
     }
 
-    fn finish_command(&mut self, command: Command, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.command = None;
-        file.set(Register::Cmdr, command.register & !CPSMEN);
-        let now = context.now();
-        let index = (command.register & 0x3F) as u8;
-        let (reply, transfer) = match &mut self.card {
-            Some(card) => card.command(now.0, index, command.argument),
-            None => (Reply::None, Transfer::None),
-        };
-        self.respond(command.register, index, reply, file);
-        if command.register & CMDSTOP != 0 && !matches!(self.data, Data::Idle | Data::Busy { .. }) {
-            self.data = Data::Idle;
-            self.transfer = Transfer::None;
-            self.status |= flag::DABORT;
+    /// The data path leaves Idle: by a command with CMDTRANS, or by DTEN.
+    fn enable_data(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if file.get(Register::Dctrl) & DTMODE != 0 {
+            context.tell("DCTRL", "a data transfer mode other than the block mode has no model");
         }
-        if transfer != Transfer::None {
-            self.transfer = transfer;
-            self.follow_data(file, context);
-        }
-        let busy_until = self.card.as_ref().map_or(0, SdCard::busy_until_ns);
-        if reply != Reply::None && busy_until > now.0 && transfer == Transfer::None && index != 13 {
-            self.busy = Some(context.schedule(VirtualNanos(busy_until)));
+        let block = Self::block_bytes(file);
+        self.remaining = (file.get(Register::Dlenr) & 0x1FF_FFFF) / block * block;
+        self.fifo.clear();
+        self.dma_address = file.get(Register::Idmabase0r);
+        self.dma_room = idma::buffer_bytes(file);
+        if self.remaining == 0 {
+            self.complete(file);
+        } else if Self::from_card(file) {
+            self.wait_receive(None, file, context);
+        } else {
+            self.data = Data::WaitSend;
+            self.follow_send(file, context);
         }
     }
 
-    fn respond(&mut self, register: u64, index: u8, reply: Reply, file: &mut RegisterFile) {
-        let wait = register >> 8 & 3;
-        if wait == 0 {
-            self.status |= flag::CMDSENT;
-            return;
-        }
-        let (words, checked) = match reply {
-            Reply::None => {
-                // The time of the expected response has passed by now, and so has the timeout of 64 clocks, section
-                // 58.5.4.
-                self.status |= flag::CTIMEOUT;
-                return;
-            }
-            Reply::Short(word) => ([word, 0, 0, 0], true),
-            // R3 has no checksum: an error for a controller asked to check one.
-            Reply::Unchecked(word) => ([word, 0, 0, 0], wait == 2),
-            Reply::Long(words) => (words, true),
-        };
-        let registers = [Register::Resp1r, Register::Resp2r, Register::Resp3r, Register::Resp4r];
-        for (register, word) in registers.into_iter().zip(words) {
-            file.set(register, u64::from(word));
-        }
-        let shown = if matches!(reply, Reply::Short(_)) { u64::from(index) } else { 0x3F };
-        file.set(Register::Respcmdr, shown);
-        self.status |= if checked { flag::CMDREND } else { flag::CCRCFAIL };
+    /// All data have moved without an error.
+    fn complete(&mut self, file: &mut RegisterFile) {
+        self.status |= flag::DATAEND;
+        self.idle(file);
+    }
+
+    fn fail(&mut self, why: u64) {
+        self.status |= why;
+        self.data = Data::Failed;
+        self.transfer = Transfer::None;
+    }
+
+    /// The data path goes back to Idle, which empties the FIFO.
+    fn idle(&mut self, file: &mut RegisterFile) {
+        self.data = Data::Idle;
+        self.transfer = Transfer::None;
+        self.fifo.clear();
+        file.set(Register::Dctrl, file.get(Register::Dctrl) & !(DTEN | FIFORST));
+        self.keep(file);
+    }
+
+    /// Remembers the locked registers as they are now.
+    fn keep(&mut self, file: &RegisterFile) {
+        self.kept = LOCKED.map(|register| file.get(register));
+    }
+
+    fn active(&self) -> bool {
+        !matches!(self.data, Data::Idle)
     }
 
     /// The state flags of STAR, which follow the FIFO and the two state machines.
-    fn live_flags(&self, now: VirtualNanos, file: &RegisterFile) -> u64 {
-        let receiving = file.get(Register::Dctrl) & DTDIR != 0;
-        let sending = matches!(self.data, Data::Sending { .. });
+    fn live_flags(&self, file: &RegisterFile) -> u64 {
+        let receiving = self.active() && Self::from_card(file);
+        let sending = self.active() && !Self::from_card(file);
         let count = self.fifo.len();
-        let busy = self.card.as_ref().is_some_and(|card| card.busy_until_ns() > now.0);
         let list = [
             (flag::CPSMACT, self.command.is_some()),
-            (flag::DPSMACT, !matches!(self.data, Data::Idle)),
-            (flag::BUSYD0, busy),
+            (flag::DPSMACT, self.active()),
+            (flag::BUSYD0, self.busy.is_some()),
             (flag::RXFIFOHF, receiving && count >= HALF_FIFO),
             (flag::RXFIFOF, receiving && count == FIFO_WORDS),
-            (flag::RXFIFOE, !receiving || count == 0),
+            (flag::RXFIFOE, receiving && count == 0),
             (flag::TXFIFOHE, sending && count <= HALF_FIFO),
             (flag::TXFIFOF, sending && count == FIFO_WORDS),
-            (flag::TXFIFOE, !sending || count == 0),
+            (flag::TXFIFOE, sending && count == 0),
         ];
         list.into_iter().filter(|&(_, set)| set).fold(0, |word, (bit, _)| word | bit)
     }
 
     fn refresh(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        let shown = self.status | self.live_flags(context.now(), file);
+        let shown = self.status | self.live_flags(file);
         file.set(Register::Star, shown);
         file.set(Register::Dcntr, self.remaining);
         let raised = shown & file.get(Register::Maskr) != 0;
@@ -257,78 +268,116 @@ impl Sdmmc {
             context.interrupt(0, Level::from(raised));
         }
     }
+
+    fn write_power(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        // 01 is reserved and changes nothing; 11 is for good.
+        if self.power & POWER_ON == POWER_ON || value & POWER_ON == 0b01 {
+            file.set(Register::Power, value & !POWER_ON | self.power & POWER_ON);
+        } else if value & POWER_ON == POWER_ON {
+            self.powered_ns = context.now().0.saturating_add(self.clocks(POWER_UP_CLOCKS, file));
+        }
+        self.power = file.get(Register::Power);
+    }
+
+    fn write_data_control(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if self.active() {
+            if value & FIFORST != 0 && matches!(self.data, Data::Failed) && !Self::dma(file) {
+                self.fifo.clear();
+            }
+        } else {
+            file.set(Register::Dctrl, value & !FIFORST);
+            self.keep(file);
+            if value & DTEN != 0 {
+                self.enable_data(file, context);
+            }
+        }
+    }
+
+    /// Words move between firmware and the FIFO only while the data path is active and the DMA is off.
+    fn fifo_open(&self, file: &RegisterFile, from_card: bool) -> bool {
+        self.active() && !Self::dma(file) && Self::from_card(file) == from_card
+    }
 }
 
 impl Device for Sdmmc {
     type Register = Register;
 
     fn read(&mut self, register: Register, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> Option<u64> {
-        let value = match register {
-            Register::Fifor => Some(u64::from(self.fifo.pop_front().unwrap_or(0))),
-            _ => None,
-        };
+        if register != Register::Fifor {
+            return None;
+        }
+        if !self.fifo_open(file, true) {
+            return Some(0);
+        }
+        let word = self.fifo.pop_front();
+        self.room_in_fifo(file, context);
         self.refresh(file, context);
-        value
+        Some(u64::from(word.unwrap_or(0)))
     }
 
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        match register {
-            Register::Cmdr if value & CPSMEN != 0 && self.command.is_none() => self.send_command(value, file, context),
-            Register::Dctrl => {
-                if value & FIFORST != 0 {
-                    self.fifo.clear();
-                    file.set(Register::Dctrl, value & !FIFORST);
-                }
-                if value & DTEN != 0 && matches!(self.data, Data::Idle) {
-                    self.enable_data(file, context);
-                }
+        if let Some(place) = LOCKED.iter().position(|&locked| locked == register) {
+            if self.active() {
+                file.set(register, self.kept[place]);
+            } else {
+                self.kept[place] = file.get(register);
             }
+        }
+        match register {
+            Register::Power => self.write_power(value, file, context),
+            Register::Cmdr => self.write_command(value, file, context),
+            Register::Dctrl => self.write_data_control(value, file, context),
             Register::Icr => {
                 self.status &= !(value & flag::CLEARABLE);
                 file.set(Register::Icr, 0);
             }
-            Register::Fifor if self.fifo.len() < FIFO_WORDS => self.fifo.push_back(value as u32),
+            Register::Fifor if self.fifo_open(file, false) && self.fifo.len() < FIFO_WORDS => {
+                self.fifo.push_back(value as u32);
+                self.word_in_fifo(file, context);
+            }
             _ => {}
         }
         self.refresh(file, context);
     }
 
+    /// Two things that fall on one instant share an event, so each looks for itself.
     fn on_event(&mut self, event: EventId, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        if let Some(command) = self.command
-            && command.event == event
-        {
-            self.finish_command(command, file, context);
-        } else if self.busy == Some(event) {
-            self.busy = None;
-            self.status |= flag::BUSYD0END;
-        } else {
-            match std::mem::replace(&mut self.data, Data::Idle) {
-                Data::Waiting { event: Some(mine) } if mine == event => {
-                    self.status |= flag::DTIMEOUT;
-                    self.end_data(file);
-                }
-                Data::Receiving { event: mine, block } if mine == event => self.receive(block, file, context),
-                Data::Sending { event: mine, block } if mine == event => self.send(block, file, context),
-                Data::Busy { event: mine } if mine == event => self.sent(file, context),
-                other => self.data = other,
+        if self.command.as_ref().is_some_and(|command| command.event == event) {
+            self.advance_command(file, context);
+        }
+        if self.busy_timeout == Some(event) {
+            self.busy_timeout = None;
+            if self.busy != Some(event) {
+                self.status |= flag::DTIMEOUT;
             }
+        }
+        if self.busy == Some(event) {
+            self.busy = None;
+            self.busy_timeout = None;
+            self.status |= flag::BUSYD0END;
+        }
+        match std::mem::replace(&mut self.data, Data::Failed) {
+            Data::WaitReceive { timeout, start } => self.wait_is_over(event, timeout, start, file, context),
+            Data::Receive(incoming) => self.receive(event, incoming, file, context),
+            Data::Send(outgoing) => self.send(event, outgoing, file, context),
+            Data::Busy { ready, timeout } => self.busy_is_over(event, ready, timeout, file, context),
+            other => self.data = other,
         }
         self.refresh(file, context);
     }
 
-    fn on_access(&mut self, _token: u64, value: u64, file: &mut RegisterFile, _: &mut DeviceContext<'_>) {
-        if let Data::Sending { block, .. } = &mut self.data
+    fn on_access(&mut self, token: u64, value: u64, file: &mut RegisterFile, _: &mut DeviceContext<'_>) {
+        if let Data::Send(outgoing) = &mut self.data
             && Self::dma(file)
-            && file.get(Register::Dctrl) & DTDIR == 0
+            && token == idma::FETCH
         {
-            block.extend((value as u32).to_le_bytes());
+            outgoing.fetched(value as u32);
         }
     }
 
-    /// The internal DMA met an address it does not reach (the TCMs, for one).
+    /// The internal DMA met an address that answers nothing.
     fn on_refused(&mut self, _token: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.status |= flag::IDMATE;
-        self.end_data(file);
+        self.fail(flag::IDMATE);
         self.refresh(file, context);
     }
 
@@ -336,6 +385,7 @@ impl Device for Sdmmc {
         self.kernel_hz = hz;
     }
 
+    /// A reset of the part or of the block by RCC. The card has its own supply and notices nothing.
     fn reset(&mut self) {
         let kernel_hz = self.kernel_hz;
         *self = Self { kernel_hz, ..Self::new(self.card.take()) };

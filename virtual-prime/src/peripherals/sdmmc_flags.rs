@@ -9,7 +9,6 @@ pub const RXOVERR: u64 = 1 << 5;
 pub const CMDREND: u64 = 1 << 6;
 pub const CMDSENT: u64 = 1 << 7;
 pub const DATAEND: u64 = 1 << 8;
-pub const DHOLD: u64 = 1 << 9;
 pub const DABORT: u64 = 1 << 11;
 pub const DPSMACT: u64 = 1 << 12;
 pub const CPSMACT: u64 = 1 << 13;

@@ -1,0 +1,153 @@
+//! The command path: a command, its response or the wait for one, and the busy signal after it, RM0399 section 58.5.4.
+
+use rigless::device::{DeviceContext, RegisterFile};
+use rigless::soc::stm32h743::generated::sdmmc1::Register;
+use rigless::time::{EventId, VirtualNanos};
+use sim::models::sd_card::{Reply, SdCard, Transfer};
+
+use super::{CMDSTOP, CMDTRANS, CPSMEN, DTEN, Data, POWER_ON, Sdmmc, flag};
+
+/// Bits of a command and of a short response, and of a long one.
+const SHORT_BITS: u64 = 48;
+const LONG_BITS: u64 = 136;
+/// Clocks between a command and its response: 2 to 64 (SD specification, N_CR). Cards take few.
+const RESPONSE_DELAY: u64 = 8;
+/// Clocks after which a response is given up: "a fixed value of 64 SDMMC_CK".
+const RESPONSE_TIMEOUT: u64 = 64;
+/// No response: WAITRESP of CMDR.
+const NO_RESPONSE: u64 = 0;
+/// A long response: WAITRESP of CMDR.
+const LONG_RESPONSE: u64 = 3;
+
+/// A command on the command line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Command {
+    /// The end of what goes on.
+    pub event: EventId,
+    register: u64,
+    argument: u32,
+    /// What the card answers, once it has heard the command.
+    heard: Option<(Reply, Transfer)>,
+}
+
+impl Command {
+    const fn index(&self) -> u8 {
+        (self.register & 0x3F) as u8
+    }
+
+    const fn awaits(&self) -> u64 {
+        self.register >> 8 & 3
+    }
+}
+
+impl Sdmmc {
+    pub(super) fn write_command(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if let Some(command) = &self.command {
+            // Nothing of CMDR changes while a command is under way.
+            file.set(Register::Cmdr, command.register);
+            return;
+        }
+        if value & CPSMEN == 0 {
+            return;
+        }
+        // Power on and a running clock are what puts bits on the line.
+        if self.power & POWER_ON != POWER_ON || self.kernel_hz == 0 {
+            context.tell("CMDR", "RM0399 SDMMC: a command with the card's power off or without a kernel clock");
+            return;
+        }
+        if file.get(Register::Dctrl) & DTEN != 0 {
+            // "If DTEN = 1, no command is transferred": CPSMEN falls.
+            file.set(Register::Cmdr, value & !CPSMEN);
+            return;
+        }
+        let now_ns = context.now().0;
+        if now_ns < self.powered_ns {
+            context.tell("CMDR", "RM0399 SDMMC: a command in the first 74 clocks after power-on");
+        }
+        let sent_ns = now_ns.max(self.powered_ns) + self.clocks(SHORT_BITS, file);
+        let event = context.schedule(VirtualNanos(sent_ns));
+        let argument = file.get(Register::Argr) as u32;
+        self.command = Some(Command { event, register: value, argument, heard: None });
+        if value & CMDTRANS != 0 && !self.active() {
+            self.enable_data(file, context);
+        }
+    }
+
+    /// The end of the command, or of its response.
+    pub(super) fn advance_command(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        let Some(mut command) = self.command.take() else { return };
+        let Some((reply, transfer)) = command.heard else {
+            let answer = match &mut self.card {
+                Some(card) => card.command(context.now().0, command.index(), command.argument),
+                None => (Reply::None, Transfer::None),
+            };
+            if command.awaits() == NO_RESPONSE {
+                self.finish_command(command, answer.0, answer.1, file, context);
+                return;
+            }
+            let length = if command.awaits() == LONG_RESPONSE { LONG_BITS } else { SHORT_BITS };
+            let clocks = if answer.0 == Reply::None { RESPONSE_TIMEOUT } else { RESPONSE_DELAY + length };
+            command.event = self.schedule_clocks(clocks, file, context);
+            command.heard = Some(answer);
+            self.command = Some(command);
+            return;
+        };
+        self.finish_command(command, reply, transfer, file, context);
+    }
+
+    fn finish_command(
+        &mut self,
+        command: Command,
+        reply: Reply,
+        transfer: Transfer,
+        file: &mut RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
+        file.set(Register::Cmdr, command.register & !CPSMEN);
+        self.respond(&command, reply, file);
+        if command.register & CMDSTOP != 0 && self.active() {
+            self.idle(file);
+            self.status |= flag::DABORT;
+        }
+        if transfer != Transfer::None {
+            self.transfer = transfer;
+            self.follow_receive(file, context);
+            self.follow_send(file, context);
+        }
+        self.sample_busy(reply, file, context);
+    }
+
+    fn respond(&mut self, command: &Command, reply: Reply, file: &mut RegisterFile) {
+        if command.awaits() == NO_RESPONSE {
+            self.status |= flag::CMDSENT;
+            return;
+        }
+        let (words, checked) = match reply {
+            Reply::None => {
+                self.status |= flag::CTIMEOUT;
+                return;
+            }
+            Reply::Short(word) => ([word, 0, 0, 0], true),
+            // R3 has no checksum: an error for a controller asked to check one.
+            Reply::Unchecked(word) => ([word, 0, 0, 0], command.awaits() == 2),
+            Reply::Long(words) => (words, true),
+        };
+        let registers = [Register::Resp1r, Register::Resp2r, Register::Resp3r, Register::Resp4r];
+        for (register, word) in registers.into_iter().zip(words) {
+            file.set(register, u64::from(word));
+        }
+        let shown = if matches!(reply, Reply::Short(_)) { u64::from(command.index()) } else { 0x3F };
+        file.set(Register::Respcmdr, shown);
+        self.status |= if checked { flag::CMDREND } else { flag::CCRCFAIL };
+    }
+
+    /// D0 is looked at after a response. Low means busy, unless it is the data path that keeps the card busy.
+    fn sample_busy(&mut self, reply: Reply, file: &RegisterFile, context: &mut DeviceContext<'_>) {
+        let until = self.card.as_ref().map_or(0, SdCard::busy_until_ns);
+        if reply == Reply::None || until <= context.now().0 || matches!(self.data, Data::Busy { .. }) {
+            return;
+        }
+        self.busy = Some(context.schedule(VirtualNanos(until)));
+        self.busy_timeout = Some(self.schedule_timeout(file, context));
+    }
+}

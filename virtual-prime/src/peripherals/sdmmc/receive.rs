@@ -1,0 +1,192 @@
+//! Data from the card, RM0399 section 58.5.5: Wait_R and Receive.
+
+use std::collections::VecDeque;
+
+use rigless::device::{DeviceContext, RegisterFile};
+use rigless::soc::Width;
+use rigless::time::{EventId, VirtualNanos};
+use sim::models::sd_card::Transfer;
+
+use super::{Data, FIFO_WORDS, Sdmmc, flag, idma};
+
+/// Access time of the card before the first and between further blocks, in nanoseconds: SD cards allow up to 100 ms,
+/// good ones take some hundred microseconds for the first.
+const FIRST_BLOCK_NS: u64 = 200_000;
+const NEXT_BLOCK_NS: u64 = 5_000;
+/// Clocks of a block beside its data: a start bit before them, the checksum and an end bit after them.
+const START_CLOCKS: u64 = 1;
+const END_CLOCKS: u64 = 17;
+
+/// A block that comes in.
+#[derive(Clone, Debug)]
+pub(super) struct Incoming {
+    words: VecDeque<u32>,
+    bytes: u64,
+    /// When the first data bit came; later by the time the clock has stood still since.
+    began_ns: u64,
+    /// Words that have come, of which the last may wait for room.
+    came: u64,
+    /// The next word or the end of the block; `None` while flow control holds the clock.
+    event: Option<EventId>,
+    /// The checksum will be right.
+    intact: bool,
+}
+
+impl Incoming {
+    pub(super) fn spoil(&mut self) {
+        self.intact = false;
+    }
+}
+
+impl Sdmmc {
+    /// Enters Wait_R; with an access time when the card has another block to send.
+    pub(super) fn wait_receive(
+        &mut self,
+        access_ns: Option<u64>,
+        file: &RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
+        let timeout = self.schedule_timeout(file, context);
+        let start = access_ns.map(|access| context.schedule(VirtualNanos(context.now().0 + access)));
+        self.data = Data::WaitReceive { timeout, start };
+    }
+
+    /// The card has been told to send.
+    pub(super) fn follow_receive(&mut self, _file: &RegisterFile, context: &mut DeviceContext<'_>) {
+        if self.transfer == Transfer::Read
+            && let Data::WaitReceive { start, .. } = &mut self.data
+        {
+            *start = Some(context.schedule(VirtualNanos(context.now().0 + FIRST_BLOCK_NS)));
+        }
+    }
+
+    pub(super) fn wait_is_over(
+        &mut self,
+        event: EventId,
+        timeout: EventId,
+        start: Option<EventId>,
+        file: &RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
+        self.data = Data::WaitReceive { timeout, start };
+        if start == Some(event) {
+            self.begin_block(file, context);
+        }
+        if timeout == event && matches!(self.data, Data::WaitReceive { .. }) {
+            self.fail(flag::DTIMEOUT);
+        }
+    }
+
+    /// The card's start bit, if it still has something to send.
+    fn begin_block(&mut self, file: &RegisterFile, context: &mut DeviceContext<'_>) {
+        let bytes = Self::block_bytes(file);
+        let intact = self.lines_agree(file);
+        let Some(block) = self.card.as_mut().and_then(|card| card.read(bytes as usize)) else { return };
+        let words = block.chunks(4).map(|chunk| {
+            let mut word = [0; 4];
+            word[..chunk.len()].copy_from_slice(chunk);
+            u32::from_le_bytes(word)
+        });
+        let began_ns = context.now().0 + self.clocks(START_CLOCKS, file);
+        let mut incoming = Incoming { words: words.collect(), bytes, began_ns, came: 0, event: None, intact };
+        if Self::dma(file) {
+            incoming.event = Some(self.schedule_end(&incoming, file, context));
+        } else {
+            incoming.event = Some(self.schedule_word(&incoming, file, context));
+        }
+        self.data = Data::Receive(incoming);
+    }
+
+    /// The next word is complete.
+    fn schedule_word(&self, incoming: &Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
+        let bits = ((incoming.came + 1) * 32).min(incoming.bytes * 8);
+        context.schedule(VirtualNanos(incoming.began_ns + self.clocks(bits / Self::lines(file), file)))
+    }
+
+    /// The end bit.
+    fn schedule_end(&self, incoming: &Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
+        let clocks = incoming.bytes * 8 / Self::lines(file) + END_CLOCKS;
+        context.schedule(VirtualNanos(incoming.began_ns + self.clocks(clocks, file)))
+    }
+
+    /// A word has come in, or with DMA the block.
+    pub(super) fn receive(
+        &mut self,
+        event: EventId,
+        mut incoming: Incoming,
+        file: &mut RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
+        if incoming.event != Some(event) {
+            self.data = Data::Receive(incoming);
+        } else if Self::dma(file) {
+            self.store_block(incoming, file, context);
+        } else if incoming.words.is_empty() {
+            self.end_of_block(incoming.intact, file, context);
+        } else if self.fifo.len() == FIFO_WORDS {
+            if Self::flow_control(file) {
+                // The clock stands still until there is room.
+                incoming.event = None;
+                self.data = Data::Receive(incoming);
+            } else {
+                self.fail(flag::RXOVERR);
+            }
+        } else {
+            self.take_word(&mut incoming, file, context);
+            self.data = Data::Receive(incoming);
+        }
+    }
+
+    fn take_word(&mut self, incoming: &mut Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) {
+        self.fifo.extend(incoming.words.pop_front());
+        self.remaining = self.remaining.saturating_sub(4);
+        incoming.came += 1;
+        incoming.event = Some(if incoming.words.is_empty() {
+            self.schedule_end(incoming, file, context)
+        } else {
+            self.schedule_word(incoming, file, context)
+        });
+    }
+
+    /// Firmware has taken a word: a clock that stood still goes on, or the transfer is complete.
+    pub(super) fn room_in_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        match std::mem::replace(&mut self.data, Data::Failed) {
+            Data::Receive(mut incoming) if incoming.event.is_none() => {
+                let bits = (incoming.came + 1) * 32;
+                let due_ns = incoming.began_ns + self.clocks(bits / Self::lines(file), file);
+                incoming.began_ns += context.now().0.saturating_sub(due_ns);
+                self.take_word(&mut incoming, file, context);
+                self.data = Data::Receive(incoming);
+            }
+            Data::Emptying if self.fifo.is_empty() => self.complete(file),
+            other => self.data = other,
+        }
+    }
+
+    fn store_block(&mut self, incoming: Incoming, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        for word in incoming.words {
+            let Some(address) = self.next_dma_address(file) else {
+                self.fail(flag::IDMATE);
+                return;
+            };
+            context.write_to(address, Width::W32, u64::from(word), idma::STORE);
+            self.remaining = self.remaining.saturating_sub(4);
+        }
+        self.end_of_block(incoming.intact, file, context);
+    }
+
+    fn end_of_block(&mut self, intact: bool, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if let Some(card) = &mut self.card {
+            card.block_sent();
+        }
+        if !intact {
+            self.fail(flag::DCRCFAIL);
+        } else if self.remaining > 0 {
+            self.wait_receive(Some(NEXT_BLOCK_NS), file, context);
+        } else if self.fifo.is_empty() {
+            self.complete(file);
+        } else {
+            self.data = Data::Emptying;
+        }
+    }
+}
