@@ -11,6 +11,7 @@
 //! | flags of the FIFO only while the data path is active | 58.5.5, FIFO; 58.10.14 resets to zero |
 //! | DATAEND once the receive FIFO is empty | 58.5.5, Wait_R with DATACOUNT = 0 |
 //! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; drivers of other projects for this block |
+//! | a command goes out while DTEN is set, and is a complaint | drivers of others, against 58.10.4 |
 //! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
 //! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |
 //!
@@ -98,6 +99,8 @@ pub struct Sdmmc {
     data: Data,
     transfer: Transfer,
     fifo: VecDeque<u32>,
+    /// Words read from the receive FIFO before they came.
+    overdrawn: u32,
     status: u64,
     remaining: u64,
     dma_address: u64,
@@ -123,6 +126,7 @@ impl Sdmmc {
             data: Data::Idle,
             transfer: Transfer::None,
             fifo: VecDeque::new(),
+            overdrawn: 0,
             status: 0,
             remaining: 0,
             dma_address: 0,
@@ -197,6 +201,7 @@ impl Sdmmc {
         let block = Self::block_bytes(file);
         self.remaining = (file.get(Register::Dlenr) & 0x1FF_FFFF) / block * block;
         self.fifo.clear();
+        self.overdrawn = 0;
         self.dma_address = file.get(Register::Idmabase0r);
         self.dma_room = idma::buffer_bytes(file);
         if self.remaining == 0 {
@@ -309,10 +314,9 @@ impl Device for Sdmmc {
         if !self.fifo_open(file, true) {
             return Some(0);
         }
-        let word = self.fifo.pop_front();
-        self.room_in_fifo(file, context);
+        let word = self.read_fifo(file, context);
         self.refresh(file, context);
-        Some(u64::from(word.unwrap_or(0)))
+        Some(word)
     }
 
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {

@@ -56,9 +56,9 @@ impl Sdmmc {
             return;
         }
         if file.get(Register::Dctrl) & DTEN != 0 {
-            // "If DTEN = 1, no command is transferred": CPSMEN falls.
-            file.set(Register::Cmdr, value & !CPSMEN);
-            return;
+            // Section 58.10.4 says that no command goes out then. On silicon it does: the vendor's driver reads the SCR,
+            // the SD status and CMD6's answer this way.
+            context.tell("DCTRL", "RM0399 SDMMC: DTEN is not for transfers that a command begins");
         }
         let now_ns = context.now().0;
         if now_ns < self.powered_ns {

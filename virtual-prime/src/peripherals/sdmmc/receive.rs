@@ -138,7 +138,12 @@ impl Sdmmc {
     }
 
     fn take_word(&mut self, incoming: &mut Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) {
-        self.fifo.extend(incoming.words.pop_front());
+        let word = incoming.words.pop_front();
+        if self.overdrawn > 0 {
+            self.overdrawn -= 1;
+        } else {
+            self.fifo.extend(word);
+        }
         self.remaining = self.remaining.saturating_sub(4);
         incoming.came += 1;
         incoming.event = Some(if incoming.words.is_empty() {
@@ -148,8 +153,21 @@ impl Sdmmc {
         });
     }
 
+    /// Firmware takes a word. The manual does not say what a read of the empty FIFO does. On silicon DATAEND waits until
+    /// the FIFO is empty, and a driver that reads both words of the SCR as soon as the first is there still sees it: so
+    /// the word that comes next counts as read.
+    pub(super) fn read_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> u64 {
+        let word = self.fifo.pop_front();
+        if word.is_none() && self.remaining > 0 {
+            context.tell("FIFOR", "RM0399 SDMMC: read while the receive FIFO is empty");
+            self.overdrawn += 1;
+        }
+        self.room_in_fifo(file, context);
+        u64::from(word.unwrap_or(0))
+    }
+
     /// Firmware has taken a word: a clock that stood still goes on, or the transfer is complete.
-    pub(super) fn room_in_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+    fn room_in_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         match std::mem::replace(&mut self.data, Data::Failed) {
             Data::Receive(mut incoming) if incoming.event.is_none() => {
                 let bits = (incoming.came + 1) * 32;

@@ -161,6 +161,22 @@ fn the_end_waits_until_the_fifo_is_read() {
 }
 
 #[test]
+fn a_word_read_too_early_counts_as_read() {
+    let mut bench = Bench::new(ONE_LINE);
+    bench.write(Register::Dlenr, 8);
+    bench.write(Register::Dctrl, 3 << 4 | DTDIR);
+    bench.command(55, 0x5A51_0000, SHORT);
+    bench.start(51, 0, SHORT | CMDTRANS);
+    while bench.status() & flag::RXFIFOE != 0 {
+        bench.run(1);
+    }
+    assert_eq!(bench.read(Register::Fifor), 0x0080_3502);
+    assert_eq!(bench.read(Register::Fifor), 0);
+    assert_eq!(bench.run_until(flag::DATAEND | ERRORS), 32 + 17);
+    assert_eq!(bench.status() & ERRORS, 0);
+}
+
+#[test]
 fn a_full_fifo_overruns_and_stays_so_until_the_transfer_is_stopped() {
     let mut bench = Bench::new(FOUR_LINES);
     bench.transfer(17, 0, 1, DTDIR);
