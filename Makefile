@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench velvet virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -50,7 +50,11 @@ firmware: target/toolchain.mk
 velvet: target/toolchain.mk
 	@$(CARGO) build -q --locked -p host --profile native
 
-virtual-prime: target/toolchain.mk
+# The emulator's release with our patches, where virtual-prime/Cargo.toml looks for it.
+emulator: target/toolchain.mk
+	@CARGO_TARGET_DIR=virtual-prime/target $(VP_CARGO) run -q --locked --manifest-path virtual-prime/emulator/Cargo.toml
+
+virtual-prime: emulator
 	@test -x $(VPRIME) || echo "building the virtual board, about three minutes the first time"
 	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) build -q --locked --release --ignore-rust-version
 

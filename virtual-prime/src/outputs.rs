@@ -125,6 +125,10 @@ impl Device for TappedExti {
         self.inner.read(register, file, context)
     }
 
+    fn steady(&self, register: Register, file: &RegisterFile) -> bool {
+        self.inner.steady(register, file)
+    }
+
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.inner.write(register, value, file, context);
     }

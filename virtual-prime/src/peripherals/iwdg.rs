@@ -60,6 +60,10 @@ impl Device for Iwdg {
         (register == Register::Kr).then_some(0).or_else(|| Some(file.get(register)))
     }
 
+    fn steady(&self, _register: Register, _: &RegisterFile) -> bool {
+        true
+    }
+
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         match register {
             Register::Kr => {

@@ -44,6 +44,10 @@ impl Device for PrimePwr {
         })
     }
 
+    fn steady(&self, register: Register, file: &RegisterFile) -> bool {
+        self.inner.steady(register, file)
+    }
+
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if register == Register::Cr3 && self.supply.is_none() {
             let supply = value & SUPPLY_BITS;

@@ -319,6 +319,10 @@ impl Device for Sdmmc {
         Some(word)
     }
 
+    fn steady(&self, register: Register, _: &RegisterFile) -> bool {
+        register != Register::Fifor
+    }
+
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if let Some(place) = LOCKED.iter().position(|&locked| locked == register) {
             if self.active() {
