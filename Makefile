@@ -58,16 +58,17 @@ virtual-prime: emulator
 	@test -x $(VPRIME) || echo "building the virtual board, about three minutes the first time"
 	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) build -q --locked --release --ignore-rust-version
 
-## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [ELF=image] [VERIFY=1]
-##                               a headless job on the virtual board, or on the fast host runner
+## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [VERIFY=1] [ELF=image [START=seconds]]
+##                               a headless job on the virtual board, or on the fast host runner; ELF is another image,
+##                               to which the operator speaks after its first words, or at START
 run: velvet $(if $(filter native,$(BOARD)),,virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware))
 	@test -n "$(GCODE)" || { echo "make run: say which G-code with GCODE=file"; exit 2; }
-	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(OUT)" BOARD="$(BOARD)" UNTIL="$(UNTIL)" ELF="$(ELF)" VERIFY="$(VERIFY)" scripts/run.sh
+	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(OUT)" BOARD="$(BOARD)" UNTIL="$(UNTIL)" ELF="$(ELF)" IMAGE="$(IMAGE)" START="$(START)" VERIFY="$(VERIFY)" scripts/run.sh
 
 ## make compare GCODE=f.gcode [CONFIG=f.ini]    the same job on both boards: every step must be the same (slow)
 compare: velvet virtual-prime firmware
 	@test -n "$(GCODE)" || { echo "make compare: say which G-code with GCODE=file"; exit 2; }
-	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" scripts/compare.sh
+	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" IMAGE="$(IMAGE)" scripts/compare.sh
 
 ## make console [CONFIG=f.ini] [ELF=image]       a live prompt on the virtual board
 console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)

@@ -5,8 +5,8 @@ out=out/demo
 config=config/samples/cartesian.ini
 job=demo/part.gcode
 rm -rf "$out"
-CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY=1 \
-    ELF=target/thumbv7em-none-eabihf/release/firmware scripts/run.sh
+image=target/thumbv7em-none-eabihf/release/firmware
+CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY=1 ELF=$image IMAGE=$image scripts/run.sh
 status=$?
 if [ -f "$out/summary.json" ]; then
     target/native/velvet summary "$out" --config "$config" --gcode "$job" || status=1

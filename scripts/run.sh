@@ -6,7 +6,12 @@ set -- --config "$CONFIG" --gcode "$GCODE"
 mkdir -p "$OUT"
 case $BOARD in
 virtual)
-    virtual-prime/target/release/virtual-prime run --elf "$ELF" "$@" --out "$OUT"
+    # An image that is not ours: the operator lets it boot first, and the board's complaints are listed only.
+    board=
+    [ "$ELF" = "$IMAGE" ] || board=--foreign
+    [ -n "${START:-}" ] && board="$board --start $START"
+    # shellcheck disable=SC2086
+    virtual-prime/target/release/virtual-prime run --elf "$ELF" "$@" $board --out "$OUT"
     status=$?
     # An image gives edges and nothing else: the ideal trajectory comes from the same job on the native runner.
     if [ $status -eq 0 ] && [ -n "${VERIFY:-}" ]; then

@@ -12,9 +12,27 @@ const STATUS_NS: u64 = 200_000_000;
 /// Attempts to reach the board, and to start the job.
 const ATTEMPTS: u32 = 10;
 
+/// How long a booting board may say nothing between two of its first words: an image may wait for the 32 kHz crystal
+/// twice, 2 s each (the data sheet's typical start-up).
+const BOOT_SILENCE_NS: u64 = 5_000_000_000;
+
+/// When the operator speaks for the first time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Opening {
+    /// At once: the board answers when it can.
+    #[default]
+    AtOnce,
+    /// When the board has said something and then nothing for a while. For a board that loses what it is told before.
+    AfterFirstWords,
+    /// At this time since power-on, nanoseconds.
+    At(u64),
+}
+
 /// Where the dialogue stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
+    /// Waiting for the board's first words.
+    Listen,
     /// Waiting for any answer: the board boots.
     Greet,
     /// `M23` was typed: waiting for the file to be selected.
@@ -46,11 +64,16 @@ pub struct Session {
 impl Session {
     /// Will have the board play this file of its card's root directory.
     #[must_use]
-    pub fn new(file: &str) -> Self {
+    pub fn new(file: &str, opening: Opening) -> Self {
+        let (step, speak_ns) = match opening {
+            Opening::AtOnce => (Step::Greet, 0),
+            Opening::AfterFirstWords => (Step::Listen, u64::MAX),
+            Opening::At(ns) => (Step::Greet, ns),
+        };
         Self {
             file: file.to_owned(),
-            step: Step::Greet,
-            speak_ns: 0,
+            step,
+            speak_ns,
             attempts: 0,
             partial: Vec::new(),
             progress: None,
@@ -61,6 +84,9 @@ impl Session {
 
     /// Bytes the board has sent.
     pub fn hear(&mut self, now_ns: u64, bytes: &[u8]) {
+        if self.step == Step::Listen && !bytes.is_empty() {
+            self.speak_ns = now_ns + BOOT_SILENCE_NS;
+        }
         for &byte in bytes {
             if byte == b'\n' {
                 let line = std::mem::take(&mut self.partial);
@@ -126,8 +152,11 @@ impl Session {
         if now_ns < self.speak_ns {
             return None;
         }
+        if self.step == Step::Listen {
+            self.step = Step::Greet;
+        }
         let (words, interval) = match self.step {
-            Step::Greet => ("M21\n".to_owned(), PATIENCE_NS),
+            Step::Listen | Step::Greet => ("M21\n".to_owned(), PATIENCE_NS),
             Step::Select => (format!("M23 {}\n", self.file), PATIENCE_NS),
             Step::Start => ("M24\n".to_owned(), PATIENCE_NS),
             Step::Play => ("M27\n".to_owned(), PROGRESS_NS),
@@ -209,7 +238,7 @@ mod tests {
 
     /// A board that answers what it is told to; the transcript of what it heard.
     fn transcript(answers: &[(&str, &str)], until_s: u64) -> (Session, Vec<String>) {
-        let mut session = Session::new("job.gcode");
+        let mut session = Session::new("job.gcode", Opening::AtOnce);
         let mut heard = Vec::new();
         for now_ns in (0..until_s * S).step_by(100_000_000) {
             if let Some(words) = session.say(now_ns) {
@@ -237,6 +266,19 @@ mod tests {
         assert_eq!(heard, ["M21", "M23 job.gcode", "M24", "M27", "?"]);
         assert!(session.is_over() && session.succeeded());
         assert_eq!(session.progress(), Some(1.0));
+    }
+
+    #[test]
+    fn the_operator_can_wait_until_the_board_has_said_its_first_words() {
+        let mut session = Session::new("job.gcode", Opening::AfterFirstWords);
+        assert_eq!(session.say(100 * S), None);
+        session.hear(S, b"INFO: starting up\n");
+        session.hear(4 * S, b"ready");
+        assert_eq!(session.say(4 * S + BOOT_SILENCE_NS - 1), None);
+        assert_eq!(session.say(4 * S + BOOT_SILENCE_NS).as_deref(), Some("M21\n"));
+        let mut session = Session::new("job.gcode", Opening::At(7 * S));
+        assert_eq!(session.say(7 * S - 1), None);
+        assert_eq!(session.say(7 * S).as_deref(), Some("M21\n"));
     }
 
     #[test]

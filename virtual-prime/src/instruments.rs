@@ -30,6 +30,9 @@ const RTT_SIZE: u64 = 32;
 const RTT_WRITE: u64 = 36;
 const RTT_READ: u64 = 40;
 
+/// The hard fault handler, as cortex-m-rt and CMSIS name it.
+const HARD_FAULT: [&str; 2] = ["HardFault", "HardFault_Handler"];
+
 /// What the instruments have recorded, shared with whoever set them up.
 #[derive(Clone, Debug, Default)]
 pub struct Records(Arc<Mutex<Recorded>>);
@@ -109,7 +112,7 @@ impl Instruments {
         if let Some(block) = rtt {
             points.entry(block + RTT_WRITE).or_default().push(Point::Rtt);
         }
-        if let Some(handler) = symbols.function("HardFault") {
+        for handler in HARD_FAULT.into_iter().filter_map(|name| symbols.function(name)) {
             points.entry(handler.address).or_default().push(Point::Crash);
         }
         let records = Records::default();

@@ -9,7 +9,7 @@ use machine::ports::ConsoleId;
 use super::{FeedPhase, InSearches, Mismatch, Plan, Runner, Setup};
 use crate::models::tmc26x::Chip;
 use crate::output::{Outcome, Recorder, StepError};
-use crate::session::Session;
+use crate::session::{Opening, Session};
 use crate::trace::StepEdge;
 use crate::world::TimedFault;
 
@@ -173,7 +173,7 @@ impl Played {
         fs::copy(&job.config, card.join("config.ini")).map_err(explain(&job.config))?;
         fs::copy(&job.gcode, card.join(FILE)).map_err(explain(&job.gcode))?;
         let setup = Setup { chip: job.chip, faults: job.faults.clone(), ..Setup::new(card) };
-        Ok(Self { runner: Runner::new(&setup)?, session: Session::new(FILE), errors: Vec::new() })
+        Ok(Self { runner: Runner::new(&setup)?, session: Session::new(FILE, Opening::AtOnce), errors: Vec::new() })
     }
 
     /// Has the job played to its end; `each` sees the machine after each slot, and what it has said, and says whether to go on.

@@ -99,7 +99,10 @@ pub fn run(options: &Options) -> Result<(), String> {
     }
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
     let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
-    let table = texts(&options.elf)?;
+    let table = texts(&options.elf).unwrap_or_else(|reason| {
+        eprintln!("{reason}: its log is shown as it is");
+        None
+    });
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let typed = read_standard_input();

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use sim::output::{Outcome, Recorder};
-use sim::session::Session;
+use sim::session::{Opening, Session};
 use virtual_prime::board::{CORE_HZ, SharedWorld};
 use virtual_prime::console::Line;
 use virtual_prime::instruments::{Instruments, Probe, Records};
@@ -40,6 +40,22 @@ pub struct JobOptions {
     /// Directory whose files go onto the SD card as well.
     #[arg(long)]
     pub sd: Option<PathBuf>,
+    /// An image that is not ours: the operator waits for its first words, and complaints of the board are listed only.
+    #[arg(long)]
+    pub foreign: bool,
+    /// Virtual seconds after which the operator speaks, whatever the image has said.
+    #[arg(long)]
+    pub start: Option<f64>,
+}
+
+impl JobOptions {
+    fn opening(&self) -> Opening {
+        match self.start {
+            Some(seconds) => Opening::At((seconds * 1e9) as u64),
+            None if self.foreign => Opening::AfterFirstWords,
+            None => Opening::AtOnce,
+        }
+    }
 }
 
 /// What a job is run for, beside its files.
@@ -95,7 +111,8 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
     let lines = gcode.iter().filter(|&&byte| byte == b'\n').count() as u64;
     let mut running = start(options, &study.probe, out, gcode)?;
     let fail = |error: io::Error| format!("{}: {error}", out.display());
-    let table = texts(&options.elf)?;
+    // Whatever another image logs: it need not be in our format.
+    let table = if options.foreign { texts(&options.elf).unwrap_or_default() } else { texts(&options.elf)? };
     let mut frames = Log::new(table.as_ref());
     let mut log = fs::File::create(out.join("rtt.log")).map_err(fail)?;
     let mut meter = Meter::new();
@@ -128,7 +145,7 @@ fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Res
     let recorder = Recorder::create(out, &world.lock()).map_err(|error| error.to_string())?;
     let (instruments, records) = Instruments::new(&options.elf, probe)?;
     let vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
-    let session = Session::new(JOB);
+    let session = Session::new(JOB, options.opening());
     Ok(Running { vm, console, world, records, session, recorder, moving: None, held_ns: None, resumed: false })
 }
 

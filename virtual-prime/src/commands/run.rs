@@ -19,12 +19,15 @@ pub struct Options {
 /// Runs the job; progress goes to standard error.
 ///
 /// # Errors
-/// Why the job did not go through.
+/// Why the job did not go through, or that the board has something to complain about our own image.
 pub fn run(options: &Options) -> Result<(), String> {
     let outcome = play(&options.job, &Study::default(), &options.out)?.outcome;
     outcome.board.iter().for_each(|line| eprintln!("board: {line}"));
-    match outcome.halted.or_else(|| outcome.errors.into_iter().next()) {
-        None => Ok(()),
-        Some(reason) => Err(reason),
+    if let Some(reason) = outcome.halted.or_else(|| outcome.errors.into_iter().next()) {
+        return Err(reason);
+    }
+    match outcome.board.len() {
+        count if count > 0 && !options.job.foreign => Err(format!("{count} complaints of the board")),
+        _ => Ok(()),
     }
 }
