@@ -2,7 +2,9 @@
 
 use rigless::device::{Device, ErasedDevice, ResetCause};
 use rigless::mcu::{Mcu, Operate};
+use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
+use rigless::soc::stm32h743::generated::{gpioa, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::{Bus, Error};
@@ -11,6 +13,7 @@ use rigless::time::VirtualNanos;
 use sim::world::Pin;
 
 use crate::outputs::{PinChange, SharedWorld, TappedExti};
+use crate::peripherals::ethernet::{EthernetDma, EthernetMac, Surroundings};
 use crate::peripherals::fmc::Fmc;
 use crate::peripherals::iwdg::Iwdg;
 use crate::peripherals::pwr::PrimePwr;
@@ -31,6 +34,8 @@ pub struct PrimeMcu {
     /// EXTI, listening to the pins.
     exti: TappedExti,
     pwr: PrimePwr,
+    ethernet_dma: EthernetDma,
+    ethernet_mac: EthernetMac,
     fmc: Fmc,
     iwdg: Iwdg,
     rtc: Rtc,
@@ -44,6 +49,11 @@ struct Slots {
     exti: usize,
     flash: usize,
     pwr: usize,
+    rcc: usize,
+    syscfg: usize,
+    ethernet_dma: usize,
+    ethernet_mac: usize,
+    ethernet_mtl: usize,
     fmc: usize,
     iwdg: usize,
     rtc: usize,
@@ -70,6 +80,11 @@ impl PrimeMcu {
             exti: slot("EXTI")?,
             flash: slot("Flash")?,
             pwr: slot("PWR")?,
+            rcc: slot("RCC")?,
+            syscfg: slot("SYSCFG")?,
+            ethernet_dma: slot("Ethernet_DMA")?,
+            ethernet_mac: slot("Ethernet_MAC")?,
+            ethernet_mtl: slot("Ethernet_MTL")?,
             fmc: slot("FMC")?,
             iwdg: slot("IWDG")?,
             rtc: slot("RTC")?,
@@ -78,6 +93,8 @@ impl PrimeMcu {
         let mut mcu = Self {
             exti: TappedExti::new(wiring, world),
             pwr: PrimePwr::default(),
+            ethernet_dma: EthernetDma::default(),
+            ethernet_mac: EthernetMac::default(),
             fmc: Fmc,
             iwdg: Iwdg::default(),
             rtc: Rtc::default(),
@@ -105,6 +122,43 @@ impl PrimeMcu {
         let mut flash = std::mem::replace(&mut self.part.flash, Flash::new());
         flash.keep_options(options, self.part.bus_mut().slot_mut(self.slots.flash).registers_mut());
         self.part.flash = flash;
+    }
+
+    fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {
+        Mcu::bus(&self.part).slots()[slot].registers().get(register)
+    }
+
+    /// Whether one of the first eight pins of a port is the Ethernet controller's: alternate function 11.
+    fn is_ethernet(&self, port: usize, number: usize) -> bool {
+        let slot = self.slots.ports[port];
+        let mode = self.register(slot, gpioa::Register::Moder) >> (2 * number) & 3;
+        mode == 2 && self.register(slot, gpioa::Register::Afrl) >> (4 * number) & 0xF == 11
+    }
+
+    /// Tells the Ethernet controller what it depends on outside of its own registers, and holds the registers of all its
+    /// blocks in reset while the DMA's software reset lasts (RM0399, ETH_DMAMR).
+    fn look_around_ethernet(&mut self, slot: usize) {
+        let clocks = rcc::ahb1enr::ETH1MACEN.mask() | rcc::ahb1enr::ETH1TXEN.mask() | rcc::ahb1enr::ETH1RXEN.mask();
+        let enabled = self.register(self.slots.rcc, rcc::Register::Ahb1enr) & clocks == clocks;
+        // EPIS = 100: RMII.
+        let rmii = self.register(self.slots.syscfg, syscfg::Register::Pmcr) >> 21 & 7 == 4;
+        let around = Surroundings {
+            clocked: enabled && rmii && self.is_ethernet(0, 1),
+            managed: self.is_ethernet(0, 2) && self.is_ethernet(2, 1),
+            hclk_hz: self.part.rcc.hclk(Mcu::bus(&self.part).slots()[self.slots.rcc].registers()),
+        };
+        self.ethernet_dma.around = around;
+        self.ethernet_mac.around = around;
+        let held = EthernetDma::resetting(Mcu::bus(&self.part).slots()[self.slots.ethernet_dma].registers());
+        let stale = if slot == self.slots.ethernet_mac {
+            std::mem::take(&mut self.ethernet_dma.mac_is_stale)
+        } else {
+            slot == self.slots.ethernet_mtl && std::mem::take(&mut self.ethernet_dma.mtl_is_stale)
+        };
+        if stale || held && slot != self.slots.ethernet_dma {
+            self.part.bus_mut().slot_mut(slot).registers_mut().reset();
+            self.ethernet_mac.abort();
+        }
     }
 
     /// Tells the machine the level of a pin that the emulator does not announce.
@@ -153,6 +207,8 @@ impl Mcu for PrimeMcu {
         self.part.reset(at, cause);
         Device::reset(&mut self.exti);
         Device::reset(&mut self.pwr);
+        Device::reset(&mut self.ethernet_dma);
+        Device::reset(&mut self.ethernet_mac);
         Device::reset(&mut self.fmc);
         Device::reset(&mut self.iwdg);
         Device::reset(&mut self.rtc);
@@ -171,9 +227,14 @@ impl Mcu for PrimeMcu {
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        if [self.slots.ethernet_dma, self.slots.ethernet_mac, self.slots.ethernet_mtl].contains(&slot) {
+            self.look_around_ethernet(slot);
+        }
         let ours: &mut dyn ErasedDevice = match slot {
             slot if slot == self.slots.exti => &mut self.exti,
             slot if slot == self.slots.pwr => &mut self.pwr,
+            slot if slot == self.slots.ethernet_dma => &mut self.ethernet_dma,
+            slot if slot == self.slots.ethernet_mac => &mut self.ethernet_mac,
             slot if slot == self.slots.fmc => &mut self.fmc,
             slot if slot == self.slots.iwdg => &mut self.iwdg,
             slot if slot == self.slots.rtc => &mut self.rtc,

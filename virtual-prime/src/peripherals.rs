@@ -1,7 +1,9 @@
 //! Peripherals of the STM32H745 that the emulator lacks or models for another part.
 
+pub mod ethernet;
 pub mod fmc;
 pub mod iwdg;
+pub mod phy;
 pub mod pwr;
 pub mod rtc;
 pub mod sdmmc;

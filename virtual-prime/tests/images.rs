@@ -109,3 +109,13 @@ fn a_card_can_be_pulled_out_and_another_one_put_in() {
     assert_eq!(said, "0x11110001\ngone\n0x22220002\ngone\n0x33330003\ngone\n");
     assert_eq!(bench.vm.complaints(), Vec::<String>::new());
 }
+
+#[test]
+fn the_ethernet_reset_ends_with_the_clock_of_the_phy_which_answers() {
+    let mut bench = boot("ethernet");
+    assert_eq!(bench.expect_pass(200), "reset\nphy 0007 c0f1\nstatus 7809\n");
+    // A reset without the clock is worth a word.
+    let complaints = bench.vm.complaints();
+    assert_eq!(complaints.len(), 1, "{complaints:?}");
+    assert!(complaints[0].contains("SWR"), "{complaints:?}");
+}
