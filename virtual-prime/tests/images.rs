@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{MS, boot, boot_on};
+use common::{Bench, MS, boot, boot_on};
 use sim::world::WorldConfig;
 use units::Actuator;
 use virtual_prime::board::PrimeBoard;
@@ -107,6 +107,41 @@ fn a_card_can_be_pulled_out_and_another_one_put_in() {
     change(None);
     let said = bench.expect_pass(100);
     assert_eq!(said, "0x11110001\ngone\n0x22220002\ngone\n0x33330003\ngone\n");
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
+}
+
+/// Types a line and waits for its echo.
+#[track_caller]
+fn expect_echo(bench: &mut Bench, typed: &str) {
+    bench.console.send(typed.as_bytes());
+    let mut said = Vec::new();
+    for _ in 0..20 {
+        let span = bench.vm.run_for(MS);
+        said.extend(bench.console.receive());
+        assert_eq!(span, Span::Reached, "{}", bench.words(&said));
+    }
+    assert_eq!(String::from_utf8_lossy(&said), typed.to_uppercase());
+}
+
+#[test]
+fn a_serial_port_works_polled_by_interrupt_and_by_dma_to_the_idle_line() {
+    let mut bench = boot("serial");
+    assert_eq!(bench.vm.run_for(10 * MS), Span::Reached);
+    bench.console.send(b"12");
+    assert_eq!(bench.vm.run_for(10 * MS), Span::Reached);
+    expect_echo(&mut bench, "polled\n");
+    expect_echo(&mut bench, "by interrupts, asleep in between\n");
+    // Messages end where the line falls idle, not at a character.
+    expect_echo(&mut bench, "a message by dma");
+    bench.console.send(b"more");
+    assert_eq!(bench.expect_pass(20), "MORE16 4\n");
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn an_image_with_one_mpu_region_polls_at_speed_and_is_guarded() {
+    let mut bench = boot("mpu");
+    bench.expect_pass(200);
     assert_eq!(bench.vm.complaints(), Vec::<String>::new());
 }
 

@@ -98,7 +98,8 @@ impl Bench {
         panic!("no end after {deadline_ms} ms: {}", self.words(&said));
     }
 
-    fn words(&self, said: &[u8]) -> String {
+    /// What the image said, on the console and to the debugger.
+    pub fn words(&self, said: &[u8]) -> String {
         String::from_utf8_lossy(&[said, &self.records.lock().semihosting].concat()).into_owned()
     }
 
