@@ -70,9 +70,9 @@ compare: velvet virtual-prime firmware
 	@test -n "$(GCODE)" || { echo "make compare: say which G-code with GCODE=file"; exit 2; }
 	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" IMAGE="$(IMAGE)" scripts/compare.sh
 
-## make console [CONFIG=f.ini] [ELF=image]       a live prompt on the virtual board
+## make console [CONFIG=f.ini] [ELF=image [START=seconds]]       a live prompt on the virtual board
 console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
-	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)"
+	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)" $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START))
 
 ## make check CONFIG=f.ini [JSON=1]              the configuration checker
 check: velvet

@@ -14,7 +14,13 @@ const ATTEMPTS: u32 = 10;
 
 /// How long a booting board may say nothing between two of its first words: an image may wait for the 32 kHz crystal
 /// twice, 2 s each (the data sheet's typical start-up).
-const BOOT_SILENCE_NS: u64 = 5_000_000_000;
+pub const BOOT_SILENCE_NS: u64 = 5_000_000_000;
+
+/// A heater this far below its target is still on its way, kelvins.
+const WARM_K: f64 = 0.5;
+/// Standstills in a row that end a job on a board that is not ours: it may have read the file far ahead of what it does, be
+/// idle while it waits for a heater, and for a moment before it goes on.
+const FOREIGN_IDLE: u32 = 25;
 
 /// When the operator speaks for the first time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +61,9 @@ pub struct Session {
     /// When to speak next.
     speak_ns: u64,
     attempts: u32,
+    /// Standstills seen in a row after the file, and how many of them end the job.
+    idle: u32,
+    idle_needed: u32,
     partial: Vec<u8>,
     progress: Option<(u64, u64)>,
     halted: Option<String>,
@@ -75,6 +84,8 @@ impl Session {
             step,
             speak_ns,
             attempts: 0,
+            idle: 0,
+            idle_needed: if opening == Opening::AtOnce { 1 } else { FOREIGN_IDLE },
             partial: Vec::new(),
             progress: None,
             halted: None,
@@ -128,7 +139,13 @@ impl Session {
                 self.give_up(now_ns, "the file stopped playing before its end");
             }
             Step::Start | Step::Play if line.starts_with(PAUSED) => self.go(now_ns, Step::Over),
-            Step::Settle if line.starts_with("<Idle") => self.go(now_ns, Step::Over),
+            Step::Settle if line.starts_with("<Idle") => {
+                self.idle = if self.idle_needed > 1 && warms_up(line) { 0 } else { self.idle + 1 };
+                if self.idle >= self.idle_needed {
+                    self.go(now_ns, Step::Over);
+                }
+            }
+            Step::Settle if line.starts_with("<Run") => self.idle = 0,
             Step::Settle if line.starts_with("<Alarm") => self.give_up(now_ns, "the machine is in alarm after the job"),
             _ => {}
         }
@@ -220,6 +237,16 @@ fn halt_reason(line: &str) -> Option<&str> {
     halted.then_some(line)
 }
 
+/// Whether a status line shows a heater well below its target: a field of two temperatures, present and wanted.
+fn warms_up(status: &str) -> bool {
+    status.trim_end_matches('>').split('|').any(|field| {
+        let Some((name, values)) = field.split_once(':') else { return false };
+        let Some((present, wanted)) = values.split_once(',') else { return false };
+        let (Ok(present), Ok(wanted)) = (present.parse::<f64>(), wanted.parse::<f64>()) else { return false };
+        name != "F" && name != "FS" && wanted - present > WARM_K
+    })
+}
+
 /// A line of the job that could not be read; what is wrong with it.
 const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
@@ -266,6 +293,23 @@ mod tests {
         assert_eq!(heard, ["M21", "M23 job.gcode", "M24", "M27", "?"]);
         assert!(session.is_over() && session.succeeded());
         assert_eq!(session.progress(), Some(1.0));
+    }
+
+    #[test]
+    fn a_board_that_reads_ahead_is_watched_until_its_heaters_are_warm_and_it_stays_idle() {
+        let mut session = Session::new("job.gcode", Opening::At(0));
+        session.step = Step::Settle;
+        let mut hear = |status: &str| {
+            session.hear(0, format!("<{status}>\n").as_bytes());
+            session.is_over()
+        };
+        for _ in 0..10 {
+            assert!(!hear("Idle|MPos:5.0,5.0,5.0|F:4000.0,100.0|B:22.0,0.0|T:41.5,60.0"));
+        }
+        assert!((1..FOREIGN_IDLE).all(|_| !hear("Idle|MPos:5.0,5.0,5.0|T:59.5,60.0")));
+        assert!(!hear("Run|MPos:7.0,5.0,5.0|T:59.5,60.0"));
+        assert!((1..FOREIGN_IDLE).all(|_| !hear("Idle|MPos:9.0,5.0,5.0|F:4000.0,9000.0|T:59.5,0.0")));
+        assert!(hear("Idle|MPos:9.0,5.0,5.0|F:4000.0,9000.0|T:59.5,0.0"));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use sim::session::{BOOT_SILENCE_NS, Opening};
 use virtual_prime::console::Line;
 use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::sd_image;
@@ -37,6 +38,22 @@ pub struct Options {
     /// End after this many seconds.
     #[arg(long)]
     until: Option<f64>,
+    /// An image that is not ours, which may lose what it is told while it boots: what is typed waits for its first words.
+    #[arg(long)]
+    foreign: bool,
+    /// Virtual seconds until which what is typed waits, whatever the image has said.
+    #[arg(long)]
+    start: Option<f64>,
+}
+
+impl Options {
+    fn opening(&self) -> Opening {
+        match self.start {
+            Some(seconds) => Opening::At((seconds * 1e9) as u64),
+            None if self.foreign => Opening::AfterFirstWords,
+            None => Opening::AtOnce,
+        }
+    }
 }
 
 /// A serial port on TCP: the latest client to connect has the wire.
@@ -106,6 +123,12 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let typed = read_standard_input();
+    // When the board may be spoken to, as far as is known.
+    let mut open_ns = match options.opening() {
+        Opening::AtOnce => 0,
+        Opening::AfterFirstWords => u64::MAX,
+        Opening::At(ns) => ns,
+    };
     let began = Instant::now();
     loop {
         let span = vm.run_for(SLICE.as_nanos() as u64);
@@ -113,6 +136,9 @@ pub fn run(options: &Options) -> Result<(), String> {
             let said = socket.line.receive();
             socket.say(&said);
             if index == 0 {
+                if !said.is_empty() && vm.now_ns() < open_ns && options.opening() == Opening::AfterFirstWords {
+                    open_ns = vm.now_ns() + BOOT_SILENCE_NS;
+                }
                 let mut out = io::stdout().lock();
                 let _ = out.write_all(&said).and_then(|()| out.flush());
             }
@@ -127,7 +153,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         if options.until.is_some_and(|until| vm.now_ns() as f64 * 1e-9 >= until) {
             return Ok(());
         }
-        loop {
+        while vm.now_ns() >= open_ns {
             match typed.try_recv() {
                 Ok(Some(bytes)) => sockets[0].line.send(&bytes),
                 // With a time to end at, the end of the input is not the end of the session.
