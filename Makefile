@@ -34,7 +34,8 @@ target/toolchain.mk: scripts/toolchain.sh Cargo.toml
 	@scripts/toolchain.sh $@
 
 ## make demo                     print a real part on the virtual board, and a report to look at
-demo: firmware velvet virtual-prime
+demo: target/toolchain.mk
+	@$(MAKE) -j2 virtual-prime firmware velvet
 	@scripts/demo.sh
 
 ## make test                     every test: host crates, scenarios, the image on the virtual board
@@ -55,7 +56,7 @@ emulator: target/toolchain.mk
 	@CARGO_TARGET_DIR=virtual-prime/target $(VP_CARGO) run -q --locked --manifest-path virtual-prime/emulator/Cargo.toml
 
 virtual-prime: emulator
-	@test -x $(VPRIME) || echo "building the virtual board, about three minutes the first time"
+	@test -x $(VPRIME) || echo "building the virtual board, about four minutes the first time"
 	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) build -q --locked --release --ignore-rust-version
 
 ## make run CONFIG=f.ini GCODE=f.gcode OUT=dir [BOARD=virtual|native] [UNTIL=seconds] [VERIFY=1] [ELF=image [START=seconds]]
