@@ -1,5 +1,5 @@
-//! Sensors and inputs: what their datasheets say, as pure functions and small state machines. No bus and no pin in
-//! here; the caller reads the converter or the SPI frame and hands over the number.
+//! Sensors, inputs and cards: what their datasheets say, as pure functions and small state machines. No bus and no pin in
+//! here; the caller reads the converter or the SPI frame and hands over the number, or moves the card's blocks.
 //!
 //! ```
 //! use drivers::thermistor::{AdcCode, Thermistor};
@@ -12,5 +12,6 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod debounce;
+pub mod fat;
 pub mod max31855;
 pub mod thermistor;

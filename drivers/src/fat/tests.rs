@@ -1,0 +1,10 @@
+//! Volumes in memory: made by one foreign tool (`fatfs`), changed here, read back by that tool and by a checker of its own.
+
+mod card;
+mod changes;
+mod checker;
+mod cuts;
+mod damaged;
+mod limits;
+mod names;
+mod operations;
