@@ -21,7 +21,10 @@ pub use inbox::{INBOX_BYTES, Inbox, Received};
 pub use io::{
     Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
 };
-pub use storage::{DirectoryEntry, FileHandle, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage, StorageError};
+pub use storage::{
+    DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage,
+    StorageError,
+};
 
 /// Most consoles a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network sessions.
 pub const MAX_CONSOLES: usize = 8;

@@ -1,11 +1,11 @@
 //! Files, as the machine needs them. Paths are absolute (`/sd/config.ini`) and at most [`PATH_BYTES`] long.
 
-/// Longest path.
-pub const PATH_BYTES: usize = 128;
-/// Longest name in a directory.
-pub const NAME_BYTES: usize = 64;
-/// How many directory entries one [`Storage::list`] call returns.
-pub const LIST_CHUNK: usize = 8;
+/// Longest path: as long as the longest line.
+pub const PATH_BYTES: usize = 256;
+/// Longest name in a directory: FAT allows 255 UTF-16 units, each at most three bytes of UTF-8.
+pub const NAME_BYTES: usize = 765;
+/// How many directory entries one [`Storage::list`] call returns. Each takes 800 bytes.
+pub const LIST_CHUNK: usize = 4;
 
 /// An open file. The board decides how many can be open at once; four suffice for this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,10 +37,18 @@ pub enum StorageError {
     Exists,
     /// A directory where a file was expected, or the other way round, or not empty.
     WrongKind,
-    /// The path is too long or has an illegal character.
+    /// The path is too long or has an illegal character, or a directory would be moved into itself.
     BadPath,
     /// The card is full.
     Full,
+    /// The card's root directory is full: on a FAT16 card it has a fixed size.
+    DirectoryFull,
+    /// The file is open: it is being played, written or read.
+    Busy,
+    /// The file is marked read-only.
+    ReadOnly,
+    /// The file system contradicts itself.
+    Damaged,
     /// More files are open than the board allows.
     TooManyOpen,
     /// This storage cannot do that.
@@ -62,6 +70,12 @@ impl StorageError {
             Self::WrongKind => "is a directory, is not one, or is not empty",
             Self::BadPath => "the path is too long or not legal",
             Self::Full => "the SD card is full",
+            Self::DirectoryFull => {
+                "the directory is full: put files into other directories, or format the card as FAT32"
+            }
+            Self::Busy => "the file is in use: wait until it is closed, or end the job",
+            Self::ReadOnly => "the file is marked read-only",
+            Self::Damaged => "the SD card's file system is damaged: check the card on a computer",
             Self::TooManyOpen => "too many files are open",
             Self::Unsupported => "not supported by this storage",
             Self::Device => "the SD card reports a read or write error",
@@ -69,18 +83,56 @@ impl StorageError {
     }
 }
 
+/// What a file is marked with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FileAttributes {
+    /// Not to be written or removed.
+    pub read_only: bool,
+    /// Not listed by DOS.
+    pub hidden: bool,
+    /// Part of an operating system.
+    pub system: bool,
+    /// Changed since the last backup.
+    pub archive: bool,
+}
+
+/// When a file was written, by the clock of whoever wrote it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileTime {
+    /// Year, 1980 to 2107.
+    pub year: u16,
+    /// Month, 1 to 12; 0 if there is no date.
+    pub month: u8,
+    /// Day, 1 to 31; 0 if there is no date.
+    pub day: u8,
+    /// Hour, 0 to 23.
+    pub hour: u8,
+    /// Minute, 0 to 59.
+    pub minute: u8,
+}
+
+impl FileTime {
+    /// What files written here are dated, as the board keeps no time while it is off (the coin cell is not fitted).
+    pub const NO_CLOCK: Self = Self { year: 2021, month: 5, day: 18, hour: 18, minute: 20 };
+}
+
 /// One entry of a directory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DirectoryEntry {
-    /// Name, cut to [`NAME_BYTES`].
+    /// Its long name, or the short one if it has no other.
     pub name: heapless::String<NAME_BYTES>,
     /// Size in bytes; 0 for a directory.
     pub size_bytes: u32,
     /// Is it a directory?
     pub is_directory: bool,
+    /// What it is marked with.
+    pub attributes: FileAttributes,
+    /// When it was written last.
+    pub written: FileTime,
 }
 
-/// A file system.
+/// A file system. Names are the same without regard to case, and keep the case they were made with. A file is open once at
+/// a time.
 pub trait Storage {
     /// Finds the card and its file system. Called at boot; may be called again after a card change.
     fn mount(&mut self) -> Result<(), StorageError>;
@@ -117,6 +169,7 @@ pub trait Storage {
     /// Makes a directory.
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError>;
 
-    /// Renames or moves.
+    /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power cut, once
+    /// mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
 }
