@@ -24,9 +24,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("machine", &["units", "gcode", "config", "motion", "drivers"]),
     // The machine's port over the chips: `machine` never sees a chip, `tmc` never sees a machine.
     ("driver-bank", &["units", "config", "machine", "tmc"]),
+    // The machine's port over a card's file system.
+    ("storage", &["machine", "drivers"]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
     ("bsp-prime", &["units", "motion"]),
-    ("firmware", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "bsp-prime"]),
+    ("firmware", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "storage", "bsp-prime"]),
     ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
     ("scenarios", &["units", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
@@ -44,7 +46,7 @@ const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
 const PURE: &[&str] =
-    &["units", "board-facts", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank"];
+    &["units", "board-facts", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank", "storage"];
 
 /// Crates that never wait: whoever calls them does.
 const SYNCHRONOUS: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers"];

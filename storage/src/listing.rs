@@ -1,0 +1,33 @@
+//! A directory's entries as the machine wants them.
+
+use drivers::fat::{Attributes, Entry, Name};
+use heapless::String;
+use machine::ports::{DirectoryEntry, FileAttributes, FileTime};
+
+/// The entry with this name.
+pub(crate) fn listed(entry: &Entry, name: &Name) -> DirectoryEntry {
+    let mut text = String::new();
+    for letter in name.chars() {
+        // The longest name fits.
+        let _fits = text.push(letter);
+    }
+    let (attributes, written) = (entry.attributes(), entry.written());
+    DirectoryEntry {
+        name: text,
+        size_bytes: if entry.is_directory() { 0 } else { entry.size_bytes() },
+        is_directory: entry.is_directory(),
+        attributes: FileAttributes {
+            read_only: attributes.has(Attributes::READ_ONLY),
+            hidden: attributes.has(Attributes::HIDDEN),
+            system: attributes.has(Attributes::SYSTEM),
+            archive: attributes.has(Attributes::ARCHIVE),
+        },
+        written: FileTime {
+            year: written.year(),
+            month: written.month(),
+            day: written.day(),
+            hour: written.hour(),
+            minute: written.minute(),
+        },
+    }
+}

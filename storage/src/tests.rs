@@ -1,0 +1,11 @@
+//! The storage port on volumes in memory, judged by a foreign tool (`fatfs`) and by the checker of `drivers::fat`'s tests.
+
+mod card;
+#[path = "../../drivers/src/fat/tests/checker.rs"]
+mod checker;
+mod contents;
+mod costs;
+mod cuts;
+mod damaged;
+mod full;
+mod sequences;
