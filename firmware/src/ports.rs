@@ -22,7 +22,7 @@ use units::{Celsius, Micros, Ticks, Volts};
 use crate::drivers::DriverBank;
 use crate::heat_io::Heat;
 use crate::slow::Slow;
-use crate::storage::CardStorage;
+use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{INBOXES, LATCH, REPORTS};
@@ -78,7 +78,7 @@ where
     /// `plan` wakes the planner task.
     pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let pwm_switches = [None; machine::ports::MAX_SWITCHES];
-        let storage = CardStorage::new(card);
+        let storage = card_storage(card);
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), pwm_switches, reset_at: None, plan }
     }
 
@@ -343,8 +343,8 @@ impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
         self.storage.make_directory(path)
     }
 
-    fn rename(&mut self, _from: &str, _to: &str) -> Result<(), StorageError> {
-        Err(StorageError::Unsupported)
+    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        self.storage.rename(from, to)
     }
 }
 
