@@ -192,7 +192,7 @@ impl Ports for HostPorts {
 
 impl Storage for HostPorts {
     fn mount(&mut self) -> Result<(), StorageError> {
-        self.shared.card.borrow().mount()
+        self.shared.card.borrow_mut().mount()
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
@@ -237,6 +237,6 @@ impl Storage for HostPorts {
     }
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        self.shared.card.borrow().rename(from, to)
+        self.shared.card.borrow_mut().rename(from, to)
     }
 }

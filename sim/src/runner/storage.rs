@@ -1,10 +1,12 @@
-//! A folder of the host as the machine's card.
+//! A folder of the host as the machine's card. Names and errors are those of the board's card (crate `storage`): the same
+//! without regard to case, legal as on FAT, and nothing is done to a file that is open. Short names it has none.
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use machine::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, StorageError};
+use drivers::fat::{is_legal_name, same_name, stripped};
+use machine::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
 
 /// How many files can be open at once, as on the board.
 const OPEN_FILES: usize = 4;
@@ -23,12 +25,20 @@ pub enum CardState {
     Unreadable,
 }
 
+/// An open file.
+#[derive(Debug)]
+struct Open {
+    place: PathBuf,
+    mode: OpenMode,
+    file: File,
+}
+
 /// The card.
 #[derive(Debug)]
 pub struct Card {
     root: PathBuf,
     state: CardState,
-    open: [Option<File>; OPEN_FILES],
+    open: [Option<Open>; OPEN_FILES],
 }
 
 fn translate(error: &Error) -> StorageError {
@@ -55,42 +65,100 @@ impl Card {
         }
     }
 
-    /// The host's path of `/sd/...`; nothing outside the folder can be named.
-    fn place(&self, path: &str) -> Result<PathBuf, StorageError> {
+    /// What a path says behind the card's name.
+    fn inside<'p>(&self, path: &'p str) -> Result<&'p str, StorageError> {
         self.usable()?;
-        let inside = path.strip_prefix("/sd").ok_or(StorageError::NotFound)?;
-        let parts = inside.split('/').filter(|part| !part.is_empty());
+        let path = path.trim_start_matches('/');
+        let (first, rest) = path.split_once('/').unwrap_or((path, ""));
+        if first.eq_ignore_ascii_case("sd") { Ok(rest.trim_end_matches('/')) } else { Err(StorageError::NotFound) }
+    }
+
+    /// The host's path of something on the card, but not of what is in `moved`; nothing outside the folder can be named.
+    fn place(&self, inside: &str, moved: Option<&Path>) -> Result<PathBuf, StorageError> {
         let mut place = self.root.clone();
-        for part in parts {
-            if part == ".." || part == "." {
+        for part in inside.split('/').filter(|part| !part.is_empty()) {
+            if place.is_file() {
+                return Err(StorageError::WrongKind);
+            }
+            let names = fs::read_dir(&place).map_err(|error| translate(&error))?;
+            let mut names: Vec<_> = names.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+            names.sort();
+            let exactly = names.iter().find(|name| stripped(name) == stripped(part));
+            let found = exactly.or_else(|| names.iter().find(|name| same_name(name, part)));
+            place.push(found.filter(|_| !stripped(part).is_empty()).ok_or(StorageError::NotFound)?);
+            if moved == Some(&*place) {
                 return Err(StorageError::BadPath);
             }
-            place.push(part);
         }
         Ok(place)
     }
 
-    pub fn mount(&self) -> Result<(), StorageError> {
+    /// The host's path of a file or directory; the card itself is neither.
+    fn entry(&self, path: &str) -> Result<PathBuf, StorageError> {
+        match self.inside(path)? {
+            "" => Err(StorageError::BadPath),
+            inside => self.place(inside, None),
+        }
+    }
+
+    /// The same, of what is not open.
+    fn closed(&self, path: &str) -> Result<PathBuf, StorageError> {
+        let place = self.entry(path)?;
+        if self.open.iter().flatten().any(|open| open.place == place) { Err(StorageError::Busy) } else { Ok(place) }
+    }
+
+    /// The host's path of something new, which nothing but `moved` may have.
+    fn new_place(&self, path: &str, moved: Option<&Path>) -> Result<PathBuf, StorageError> {
+        let inside = self.inside(path)?;
+        let (directory, name) = inside.rsplit_once('/').unwrap_or(("", inside));
+        if name.is_empty() {
+            return Err(StorageError::BadPath);
+        }
+        let directory = self.place(directory, moved.filter(|moved| moved.is_dir()))?;
+        if directory.is_file() {
+            return Err(StorageError::WrongKind);
+        }
+        if !is_legal_name(name) {
+            return Err(StorageError::BadPath);
+        }
+        match self.place(inside, None) {
+            Ok(taken) if Some(&*taken) != moved => Err(StorageError::Exists),
+            _ => Ok(directory.join(stripped(name))),
+        }
+    }
+
+    pub fn mount(&mut self) -> Result<(), StorageError> {
+        self.open = Default::default();
         self.usable()
     }
 
     pub fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        let place = self.place(path)?;
+        self.usable()?;
+        let slot = self.open.iter().position(Option::is_none).ok_or(StorageError::TooManyOpen)?;
+        let place = match self.closed(path) {
+            Err(StorageError::NotFound) if mode != OpenMode::Read => self.new_place(path, None)?,
+            found => found?,
+        };
         if place.is_dir() {
             return Err(StorageError::WrongKind);
         }
-        let slot = self.open.iter().position(Option::is_none).ok_or(StorageError::TooManyOpen)?;
-        let file = match mode {
-            OpenMode::Read => File::open(&place),
-            OpenMode::Write => File::create(&place),
-            OpenMode::Append => File::options().append(true).create(true).open(&place),
-        };
-        self.open[slot] = Some(file.map_err(|error| translate(&error))?);
+        let mut options = File::options();
+        options.read(true).write(mode != OpenMode::Read);
+        options.create(mode != OpenMode::Read).truncate(mode == OpenMode::Write);
+        let mut file = options.open(&place).map_err(|error| translate(&error))?;
+        if mode == OpenMode::Append {
+            file.seek(SeekFrom::End(0)).map_err(|error| translate(&error))?;
+        }
+        self.open[slot] = Some(Open { place, mode, file });
         Ok(FileHandle(slot as u8))
     }
 
-    fn file(&mut self, file: FileHandle) -> Result<&mut File, StorageError> {
+    fn opened(&mut self, file: FileHandle) -> Result<&mut Open, StorageError> {
         self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
+    }
+
+    fn file(&mut self, file: FileHandle) -> Result<&mut File, StorageError> {
+        Ok(&mut self.opened(file)?.file)
     }
 
     pub fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
@@ -101,10 +169,17 @@ impl Card {
     }
 
     pub fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
+        let open = self.opened(file)?;
+        if open.mode == OpenMode::Read && !bytes.is_empty() {
+            return Err(StorageError::ReadOnly);
+        }
+        open.file.write_all(bytes).map_err(|error| translate(&error))
     }
 
     pub fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+        if offset_bytes > self.size(file)? {
+            return Err(StorageError::BadPath);
+        }
         let moved = self.file(file)?.seek(SeekFrom::Start(u64::from(offset_bytes)));
         moved.map(drop).map_err(|error| translate(&error))
     }
@@ -125,7 +200,8 @@ impl Card {
         skip: usize,
         entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
     ) -> Result<(), StorageError> {
-        let mut found: Vec<_> = fs::read_dir(self.place(path)?)
+        entries.clear();
+        let mut found: Vec<_> = fs::read_dir(self.place(self.inside(path)?, None)?)
             .and_then(|listing| listing.collect::<Result<Vec<_>, _>>())
             .map_err(|error| translate(&error))?;
         // The host lists in no particular order; runs must be repeatable.
@@ -139,27 +215,39 @@ impl Card {
                 }
             }
             let size_bytes = if facts.is_dir() { 0 } else { u32::try_from(facts.len()).unwrap_or(u32::MAX) };
+            // The host's dates would make runs differ.
+            let attributes = FileAttributes { archive: facts.is_file(), ..FileAttributes::default() };
+            let written = FileTime::NO_CLOCK;
             // `take` bounds it.
-            let _fits = entries.push(DirectoryEntry { name, size_bytes, is_directory: facts.is_dir() });
+            let _fits =
+                entries.push(DirectoryEntry { name, size_bytes, is_directory: facts.is_dir(), attributes, written });
         }
         Ok(())
     }
 
     pub fn remove(&self, path: &str) -> Result<(), StorageError> {
-        let place = self.place(path)?;
+        let place = self.closed(path)?;
         let removed = if place.is_dir() { fs::remove_dir(place) } else { fs::remove_file(place) };
         removed.map_err(|error| translate(&error))
     }
 
     pub fn make_directory(&self, path: &str) -> Result<(), StorageError> {
-        fs::create_dir(self.place(path)?).map_err(|error| translate(&error))
+        fs::create_dir(self.new_place(path, None)?).map_err(|error| translate(&error))
     }
 
-    pub fn rename(&self, from: &str, to: &str) -> Result<(), StorageError> {
-        let (from, to) = (self.place(from)?, self.place(to)?);
-        if to.exists() {
-            return Err(StorageError::Exists);
+    pub fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        let from = self.closed(from)?;
+        let to = self.new_place(to, Some(&from))?;
+        fs::rename(&from, &to).map_err(|error| translate(&error))?;
+        // Files that are open in a directory move with it.
+        for open in self.open.iter_mut().flatten() {
+            if let Ok(rest) = open.place.strip_prefix(&from) {
+                open.place = to.join(rest);
+            }
         }
-        fs::rename(from, to).map_err(|error| translate(&error))
+        Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;
