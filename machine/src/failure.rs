@@ -14,6 +14,19 @@ pub fn message(text: Arguments<'_>) -> Message {
     message
 }
 
+/// What is wrong with a file, cut to fit. Of a long path it is the beginning that goes: the reason must be read whole.
+#[must_use]
+pub fn about_file(path: &str, why: &str) -> Message {
+    const CUT: &str = "...";
+    let room = Message::new().capacity().saturating_sub(": ".len() + why.len());
+    if path.len() <= room {
+        return message(format_args!("{path}: {why}"));
+    }
+    let longest = room.saturating_sub(CUT.len());
+    let ends = path.char_indices().map(|(at, _)| path.get(at..).unwrap_or("")).find(|end| end.len() <= longest);
+    message(format_args!("{CUT}{}: {why}", ends.unwrap_or("")))
+}
+
 /// Why a command was not carried out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
@@ -52,3 +65,20 @@ pub enum Answer {
 
 /// What a command returns.
 pub type Outcome = Result<Answer, Failure>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_path_does_not_hide_what_is_wrong() {
+        let why = "the file is in use: wait until it is closed, or end the job";
+        assert_eq!(about_file("/sd/x.g", why), *format!("/sd/x.g: {why}"));
+        for letter in ["x", "\u{e4}"] {
+            let path = format!("/sd/{}.g", letter.repeat(120));
+            let text = about_file(&path, why);
+            assert!(text.starts_with("...") && text.ends_with(&format!("{letter}.g: {why}")), "{text}");
+            assert!(text.len() >= text.capacity() - 1, "{text}");
+        }
+    }
+}

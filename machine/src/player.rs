@@ -11,7 +11,7 @@ use units::Micros;
 
 use crate::console::{LineBytes, Target};
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::ports::{FileHandle, OpenMode, PATH_BYTES, Ports};
 use crate::suspend::Suspended;
 
@@ -201,8 +201,7 @@ impl<P: Ports> Controller<P> {
         if self.player.job.is_some() {
             return Err(Failure::refused("Currently printing, abort print first"));
         }
-        let failed =
-            |error: crate::ports::StorageError| Failure::Refused(message(format_args!("{path}: {}", error.text())));
+        let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(path, error.text()));
         let file = self.ports.open(path, OpenMode::Read).map_err(failed)?;
         let size = self.ports.size(file).map_err(failed)?;
         let path = String::try_from(path).unwrap_or_default();
