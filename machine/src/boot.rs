@@ -11,11 +11,10 @@ use units::{Actuator, Duty, Micros};
 use crate::console::Target;
 use crate::controller::Controller;
 use crate::heat::HeaterSettings;
-use crate::levelling::GRID_TEMPORARY;
 use crate::modal::Modal;
 use crate::motion_config::motion_config;
 use crate::ports::{MotorDrivers, OpenMode, Ports, StorageError};
-use crate::settings_commands::CONFIG_TEMPORARY;
+use crate::safe_file;
 use crate::state::Event;
 use crate::supervisor::DriverTrouble;
 use crate::switches::SwitchBank;
@@ -70,8 +69,7 @@ impl<P: Ports> Controller<P> {
     async fn read_config(&mut self, findings: &mut Vec<Diagnostic, FINDINGS>) -> Result<Summary, StorageError> {
         self.ports.mount()?;
         // A change that a power cut stopped half way.
-        self.settle(CONFIG_TEMPORARY).await?;
-        self.settle(GRID_TEMPORARY).await?;
+        safe_file::settle(&mut self.ports, CONFIG_PATH)?;
         let file = self.ports.open(CONFIG_PATH, OpenMode::Read)?;
         let board = BoardId::from_id(self.ports.board().board_id);
         let mut reader = Reader::new(&mut self.config, board, findings);

@@ -13,8 +13,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use grid_file::TEMPORARY as GRID_TEMPORARY;
-
 use gcode::{Block, Code};
 use motion::compensation::Bed;
 use motion::{CompensationError, Fade, GridShape, Mode, Motion, Plane, Skew};

@@ -1,11 +1,14 @@
 //! M500 to M504: settings changed at run time, kept as G-code in `/sd/config-override`.
 
+use core::fmt::Write as _;
+
+use drivers::fat::{is_legal_name, stripped};
 use gcode::{Block, Gathered, Letter, Line, LineBuffer};
 
 use crate::console::Target;
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, Outcome, message};
-use crate::files::Path;
+use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::files::{CARD, Path};
 use crate::overrides_text::PARTS;
 use crate::ports::{FileHandle, OpenMode, Ports, StorageError};
 use crate::safe_file::{self, Draft};
@@ -13,12 +16,6 @@ use crate::wait::yield_once;
 
 /// Where saved settings are.
 pub const OVERRIDE_PATH: &str = "/sd/config-override";
-/// The same, in the card's root.
-const OVERRIDE_NAME: &str = "config-override";
-/// Saved settings on their way to the card. A short name: the board's FAT cuts long ones, and two must not become one.
-const TEMPORARY: &str = "/sd/override.tmp";
-/// Longest name behind `config-override.`, for the same reason.
-const LONGEST_SUFFIX: usize = 3;
 /// Bytes read at a time.
 const CHUNK: usize = 128;
 
@@ -57,8 +54,7 @@ impl<P: Ports> Controller<P> {
             502 => self.forget_settings(),
             503 => self.show_settings().await,
             _ => {
-                let name = override_name(block.text)?;
-                let path = message(format_args!("/sd/{name}"));
+                let path = override_path(block.text)?;
                 match self.begin_load(&path) {
                     Ok(()) => Ok(Answer::Said),
                     Err(error) => {
@@ -71,19 +67,18 @@ impl<P: Ports> Controller<P> {
     }
 
     async fn save_command(&mut self, name: Option<&str>) -> Outcome {
-        let name = override_name(name)?;
-        self.save_settings(&name).await.map_err(|error| failed(&name, error))?;
-        if name == OVERRIDE_NAME && !self.config.general.config_override {
+        let path = override_path(name)?;
+        self.save_settings(&path).await.map_err(|error| failed(&path, error))?;
+        if path == OVERRIDE_PATH && !self.config.general.config_override {
             self.say(format_args!("WARNING: override will NOT be loaded on boot\n"));
         }
-        self.say(format_args!("Settings Stored to /sd/{name}\n"));
+        self.say(format_args!("Settings Stored to {path}\n"));
         Ok(Answer::Ok)
     }
 
     /// Whatever moment the power goes, the file is the old one or the new one.
-    async fn save_settings(&mut self, name: &str) -> Result<(), StorageError> {
-        self.settle(TEMPORARY).await?;
-        let mut draft = Draft::begin(&mut self.ports, TEMPORARY)?;
+    async fn save_settings(&mut self, path: &str) -> Result<(), StorageError> {
+        let mut draft = Draft::begin(&mut self.ports, path)?;
         for part in 0..PARTS {
             let written = match self.override_part(part) {
                 Ok(text) => draft.write(&mut self.ports, text.as_bytes()),
@@ -96,29 +91,11 @@ impl<P: Ports> Controller<P> {
             self.serve();
             yield_once().await;
         }
-        draft.finish(&mut self.ports, name)?;
-        self.settle(TEMPORARY).await
-    }
-
-    /// Copies a decided change into place, block by block.
-    pub(crate) async fn settle(&mut self, temporary: &'static str) -> Result<(), StorageError> {
-        if let Some(mut install) = safe_file::unfinished(&mut self.ports, temporary)? {
-            while !install.step(&mut self.ports)? {
-                self.serve();
-                yield_once().await;
-            }
-        }
-        Ok(())
+        draft.finish(&mut self.ports)
     }
 
     fn forget_settings(&mut self) -> Outcome {
-        // In this order: as long as the temporary file is there, what it holds counts.
-        for path in [OVERRIDE_PATH, TEMPORARY] {
-            match self.ports.remove(path) {
-                Ok(()) | Err(StorageError::NotFound) => {}
-                Err(error) => return Err(failed(OVERRIDE_NAME, error)),
-            }
-        }
+        safe_file::remove(&mut self.ports, OVERRIDE_PATH).map_err(|error| failed(OVERRIDE_PATH, error))?;
         self.say(format_args!("{OVERRIDE_PATH} deleted\n"));
         Ok(Answer::Ok)
     }
@@ -136,11 +113,10 @@ impl<P: Ports> Controller<P> {
 
     /// Saved settings are replayed once the machine listens. There need not be any.
     pub(crate) async fn load_at_boot(&mut self) {
-        let settled = self.settle(TEMPORARY).await;
         if !self.config.general.config_override {
             return;
         }
-        match settled.and_then(|()| self.begin_load(OVERRIDE_PATH)) {
+        match self.begin_load(OVERRIDE_PATH) {
             Ok(()) | Err(StorageError::NotFound) => {}
             Err(error) => self.say(format_args!("ERROR: {OVERRIDE_PATH}: {}\n", error.text())),
         }
@@ -148,6 +124,7 @@ impl<P: Ports> Controller<P> {
 
     /// Opens a file of settings; the main loop replays it before it does anything else.
     pub(crate) fn begin_load(&mut self, path: &str) -> Result<(), StorageError> {
+        safe_file::settle(&mut self.ports, path)?;
         let file = self.ports.open(path, OpenMode::Read)?;
         let path = Path::try_from(path).unwrap_or_default();
         let (asked, inches) = (self.target, core::mem::take(&mut self.modal.inches));
@@ -243,22 +220,19 @@ impl<P: Ports> Controller<P> {
     }
 }
 
-fn failed(name: &str, error: StorageError) -> Failure {
-    Failure::Refused(message(format_args!("/sd/{name}: {}", error.text())))
+fn failed(path: &str, error: StorageError) -> Failure {
+    Failure::Refused(about_file(path, error.text()))
 }
 
-/// `config-override`, or `config-override.abc` for a set of settings with a name.
-fn override_name(suffix: Option<&str>) -> Result<heapless::String<24>, Failure> {
-    let mut name = heapless::String::new();
-    let suffix = suffix.map_or("", str::trim);
-    if suffix.len() > LONGEST_SUFFIX || !suffix.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
-        return Err(Failure::refused("a set of settings is named with up to three letters or digits"));
+/// `/sd/config-override`, or `/sd/config-override.abc` for a set of settings with a name.
+fn override_path(set: Option<&str>) -> Result<Path, Failure> {
+    let set = set.map_or("", str::trim);
+    // Periods at the end do not count in a name: with them, one set would be another.
+    if !set.is_empty() && (!is_legal_name(set) || stripped(set) != set) {
+        return Err(Failure::refused("a set of settings cannot have this name: no file can"));
     }
-    // Nineteen characters at most.
-    let _ = name.push_str(OVERRIDE_NAME);
-    if !suffix.is_empty() {
-        let _ = name.push('.');
-        let _ = name.push_str(suffix);
-    }
-    Ok(name)
+    let mut path = Path::new();
+    let point = if set.is_empty() { "" } else { "." };
+    write!(path, "{OVERRIDE_PATH}{point}{set}").map_err(|_| failed(CARD, StorageError::BadPath))?;
+    Ok(path)
 }

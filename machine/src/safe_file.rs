@@ -1,74 +1,77 @@
-//! Replaces a file such that a power cut at any moment leaves its old content or its new, never a part of either.
+//! Replaces a file such that a power cut at any moment leaves its old content or its new, never a part of either, and keeps
+//! the old one.
 //!
-//! The new content is first written under a temporary name and ends with a mark: its length, its checksum and the name
-//! it is meant for. Only when that file is closed is the real one overwritten from it, and then the temporary one is
-//! removed. A temporary file with a valid mark is therefore a change that was decided and may be half copied: it is
-//! copied again, at boot and before the next change. Without a valid mark the real file has not been touched.
+//! For `config.ini`, in its directory:
 //!
-//! Renaming would be shorter, but not every storage can (the board's FAT cannot).
+//! 1. the new content is written to `draft-config.ini`, which counts for nothing;
+//! 2. when that is whole and closed, it is renamed to `new-config.ini`: the change is decided;
+//! 3. `config.ini` is renamed to `previous-config.ini`;
+//! 4. `new-config.ini` is renamed to `config.ini`.
+//!
+//! A file `new-...` is therefore a whole file that waits for the last two steps. Whoever wants to read or replace the real
+//! one takes them first: [`settle`]. That renaming itself is not torn by a power cut is the storage's part
+//! ([`Storage::rename`]).
 
 use core::fmt::Write as _;
 use core::marker::PhantomData;
 
 use heapless::{String, Vec};
 
-use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+use crate::ports::{FileHandle, OpenMode, PATH_BYTES, Storage, StorageError};
 
 /// Bytes moved in one step: a block of the card.
 const BLOCK: usize = 512;
-/// Longest name of a file, without its directory.
-const NAME: usize = 24;
-/// `; complete 0000001234 89ABCDEF config-override         ` and a line end.
-const MARK: usize = 11 + 10 + 1 + 8 + 1 + NAME + 1;
-const CARD: &str = "/sd/";
 
-/// CRC-32 as of Ethernet and ZIP (IEEE 802.3), bit by bit: settings are small.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Sum(u32);
+type Path = String<PATH_BYTES>;
 
-impl Sum {
-    const EMPTY: Self = Self(u32::MAX);
+/// The file's companions, by what their names begin with.
+const DRAFT: &str = "draft-";
+const NEW: &str = "new-";
+const PREVIOUS: &str = "previous-";
 
-    fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 ^= u32::from(*byte);
-            for _ in 0..8 {
-                self.0 = (self.0 >> 1) ^ if self.0 & 1 == 1 { 0xEDB8_8320 } else { 0 };
-            }
-        }
+/// The path of a companion.
+fn beside(path: &str, beginning: &str) -> Result<Path, StorageError> {
+    let (directory, name) = path.rsplit_once('/').ok_or(StorageError::BadPath)?;
+    let mut companion = Path::new();
+    write!(companion, "{directory}/{beginning}{name}").map_err(|_| StorageError::BadPath)?;
+    Ok(companion)
+}
+
+/// Opens a file and closes it again; false if there is none.
+fn can_open<S: Storage>(storage: &mut S, path: &str, mode: OpenMode) -> Result<bool, StorageError> {
+    match storage.open(path, mode) {
+        Err(StorageError::NotFound) => Ok(false),
+        opened => storage.close(opened?).map(|()| true),
     }
+}
 
-    const fn value(self) -> u32 {
-        !self.0
+fn remove_if_there<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    match storage.remove(path) {
+        Err(StorageError::NotFound) => Ok(()),
+        removed => removed,
     }
 }
 
 /// New content on its way to the card.
 #[derive(Debug)]
 pub struct Draft<S> {
-    temporary: &'static str,
+    path: Path,
     file: FileHandle,
     block: Vec<u8, BLOCK>,
-    length: u32,
-    sum: Sum,
     storage: PhantomData<fn(&mut S)>,
 }
 
 impl<S: Storage> Draft<S> {
-    /// Begins a file under its temporary name. Finish what an earlier one may have left first: see [`unfinished`].
-    pub fn begin(storage: &mut S, temporary: &'static str) -> Result<Self, StorageError> {
-        let file = storage.open(temporary, OpenMode::Write)?;
-        Ok(Self { temporary, file, block: Vec::new(), length: 0, sum: Sum::EMPTY, storage: PhantomData })
+    /// Begins new content for the file of this path, which need not be there.
+    pub fn begin(storage: &mut S, path: &str) -> Result<Self, StorageError> {
+        settle(storage, path)?;
+        let file = storage.open(&beside(path, DRAFT)?, OpenMode::Write)?;
+        let path = Path::try_from(path).map_err(|_| StorageError::BadPath)?;
+        Ok(Self { path, file, block: Vec::new(), storage: PhantomData })
     }
 
     /// Takes the next bytes; true when a block went to the card, so that the caller can let others have a turn.
     pub fn write(&mut self, storage: &mut S, bytes: &[u8]) -> Result<bool, StorageError> {
-        self.sum.add(bytes);
-        self.length = self.length.saturating_add(u32::try_from(bytes.len()).map_err(|_| StorageError::Full)?);
-        self.push(storage, bytes)
-    }
-
-    fn push(&mut self, storage: &mut S, bytes: &[u8]) -> Result<bool, StorageError> {
         let mut written = false;
         for byte in bytes {
             if self.block.push(*byte).is_err() {
@@ -82,117 +85,63 @@ impl<S: Storage> Draft<S> {
         Ok(written)
     }
 
-    /// The content is complete: marks it for `/sd/<name>`. From here on the change is decided.
-    pub fn finish(mut self, storage: &mut S, name: &str) -> Result<(), StorageError> {
-        let mut mark: String<MARK> = String::new();
-        let written = writeln!(mark, "; complete {:010} {:08X} {name:<NAME$}", self.length, self.sum.value());
-        if written.is_err() || name.is_empty() {
-            return Err(StorageError::BadPath);
+    /// The content is complete: it becomes the file's. When that is refused, the file is as it was.
+    pub fn finish(self, storage: &mut S) -> Result<(), StorageError> {
+        let written = storage.write(self.file, &self.block);
+        let closed = storage.close(self.file);
+        let replaced = written.and(closed).and_then(|()| replace(storage, &self.path));
+        if replaced.is_err() {
+            discard(storage, &self.path);
         }
-        self.push(storage, mark.as_bytes())?;
-        storage.write(self.file, &self.block)?;
-        storage.close(self.file)
+        replaced
     }
 
     /// Something went wrong: nothing has changed and nothing stays behind, if the storage still answers.
     pub fn give_up(self, storage: &mut S) {
+        // What it holds is not wanted.
         let _ = storage.close(self.file);
-        let _ = storage.remove(self.temporary);
+        discard(storage, &self.path);
     }
 }
 
-/// A decided change that is being copied into place.
-#[derive(Debug)]
-pub struct Install<S> {
-    temporary: &'static str,
-    from: FileHandle,
-    to: FileHandle,
-    left: u32,
-    storage: PhantomData<fn(&mut S)>,
+/// The closed draft becomes the file. What would refuse that, refuses before the change is decided.
+fn replace<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    if can_open(storage, path, OpenMode::Read)? {
+        // Not if it is marked read-only, nor if somebody has it open.
+        can_open(storage, path, OpenMode::Append)?;
+        remove_if_there(storage, &beside(path, PREVIOUS)?)?;
+    }
+    storage.rename(&beside(path, DRAFT)?, &beside(path, NEW)?)?;
+    settle(storage, path)
 }
 
-/// The change that this temporary file holds, when it is whole; `None` when there is no such file or it is a part.
-pub fn unfinished<S: Storage>(storage: &mut S, temporary: &'static str) -> Result<Option<Install<S>>, StorageError> {
-    let from = match storage.open(temporary, OpenMode::Read) {
-        Err(StorageError::NotFound) => return Ok(None),
-        opened => opened?,
-    };
-    let found = decided(storage, from);
-    let to = match found {
-        Ok(Some((left, path))) => storage.open(&path, OpenMode::Write).map(|to| Some((left, to))),
-        Ok(None) => Ok(None),
-        Err(error) => Err(error),
-    };
-    match to {
-        Ok(Some((left, to))) => Ok(Some(Install { temporary, from, to, left, storage: PhantomData })),
-        other => {
-            storage.close(from)?;
-            other.map(|_| None)
-        }
+/// Removes what has not become the file, unless the file is not there without it.
+fn discard<S: Storage>(storage: &mut S, path: &str) {
+    let is_there = can_open(storage, path, OpenMode::Read) == Ok(true);
+    for companion in [Some(DRAFT), is_there.then_some(NEW)].into_iter().flatten() {
+        // An error is under way already, and what stays counts for nothing, or for what was to be saved.
+        let _ = beside(path, companion).and_then(|companion| storage.remove(&companion));
     }
 }
 
-/// Length and destination of a whole draft; the file is then at its start again.
-fn decided<S: Storage>(storage: &mut S, file: FileHandle) -> Result<Option<(u32, String<48>)>, StorageError> {
-    let Some(length) = storage.size(file)?.checked_sub(MARK as u32) else { return Ok(None) };
-    let (mut sum, mut left, mut block) = (Sum::EMPTY, length, [0; BLOCK]);
-    while left > 0 {
-        let piece = block.get_mut(..BLOCK.min(left as usize)).unwrap_or(&mut []);
-        read_all(storage, file, piece)?;
-        sum.add(piece);
-        left -= piece.len() as u32;
+/// Puts a decided change of this file in place, if a power cut has left one. Before the file is read or replaced.
+pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    let new = beside(path, NEW)?;
+    if !can_open(storage, &new, OpenMode::Read)? {
+        return Ok(());
     }
-    let mut mark = [0; MARK];
-    read_all(storage, file, &mut mark)?;
-    storage.seek(file, 0)?;
-    let Ok(mark) = core::str::from_utf8(&mark) else { return Ok(None) };
-    let mut words = mark.strip_prefix("; complete ").unwrap_or("").split_ascii_whitespace();
-    let same_length = words.next().and_then(|word| word.parse().ok()) == Some(length);
-    let same_sum = words.next().and_then(|word| u32::from_str_radix(word, 16).ok()) == Some(sum.value());
-    let (true, true, Some(name)) = (same_length, same_sum, words.next()) else { return Ok(None) };
-    let mut path = String::new();
-    // Four characters and a name fit.
-    let fits = path.push_str(CARD).is_ok() && path.push_str(name).is_ok();
-    Ok(fits.then_some((length, path)))
+    if can_open(storage, path, OpenMode::Read)? {
+        let previous = beside(path, PREVIOUS)?;
+        remove_if_there(storage, &previous)?;
+        storage.rename(path, &previous)?;
+    }
+    storage.rename(&new, path)
 }
 
-/// Fills the buffer; a file that ends before is damaged.
-fn read_all<S: Storage>(storage: &mut S, file: FileHandle, mut buffer: &mut [u8]) -> Result<(), StorageError> {
-    while !buffer.is_empty() {
-        match storage.read(file, buffer)? {
-            0 => return Err(StorageError::Device),
-            count => buffer = buffer.get_mut(count..).unwrap_or(&mut []),
-        }
-    }
-    Ok(())
-}
-
-impl<S: Storage> Install<S> {
-    /// Copies one block; true when the change is in place and its temporary file gone.
-    pub fn step(&mut self, storage: &mut S) -> Result<bool, StorageError> {
-        let stepped = self.copy_block(storage);
-        if stepped.is_err() {
-            // The mark stays valid: the next boot or change copies again.
-            let _ = storage.close(self.from);
-            let _ = storage.close(self.to);
-        }
-        stepped
-    }
-
-    fn copy_block(&mut self, storage: &mut S) -> Result<bool, StorageError> {
-        if self.left > 0 {
-            let mut block = [0; BLOCK];
-            let piece = block.get_mut(..BLOCK.min(self.left as usize)).unwrap_or(&mut []);
-            read_all(storage, self.from, piece)?;
-            storage.write(self.to, piece)?;
-            self.left -= piece.len() as u32;
-            return Ok(false);
-        }
-        storage.close(self.to)?;
-        storage.close(self.from)?;
-        storage.remove(self.temporary)?;
-        Ok(true)
-    }
+/// Removes the file, and a change of it that waits. The previous one stays.
+pub fn remove<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    settle(storage, path)?;
+    remove_if_there(storage, path)
 }
 
 #[cfg(test)]

@@ -5,16 +5,11 @@ use heapless::Vec;
 
 use crate::boot::CONFIG_PATH;
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, message};
+use crate::failure::{Answer, Failure, about_file};
 use crate::ports::{FileHandle, OpenMode, Ports, StorageError};
 use crate::safe_file::Draft;
 use crate::wait::yield_once;
 
-/// The changed file on its way to the card.
-pub const CONFIG_TEMPORARY: &str = "/sd/config.tmp";
-/// The file before the last change.
-const CONFIG_BACKUP: &str = "/sd/config.bak";
-const CONFIG_NAME: &str = "config.ini";
 const CHUNK: usize = 512;
 /// Settings are shorter than this; what a line has more is comment.
 const LINE: usize = 320;
@@ -80,7 +75,7 @@ impl<P: Ports> Controller<P> {
             _ => {
                 let path = self.absolute(arguments);
                 if let Err(error) = self.begin_load(&path) {
-                    return Err(Failure::Refused(message(format_args!("{path}: {}", error.text()))));
+                    return Err(Failure::Refused(about_file(&path, error.text())));
                 }
             }
         }
@@ -134,28 +129,22 @@ impl<P: Ports> Controller<P> {
         Ok(())
     }
 
-    /// Keeps the old file as `config.bak`, and replaces it such that no power cut loses both.
+    /// Keeps the old file as `previous-config.ini`, and replaces it such that no power cut loses both.
     async fn change_config(&mut self, edit: Edit<'_>) -> Result<(), StorageError> {
-        self.settle(CONFIG_TEMPORARY).await?;
-        self.back_up().await?;
-        let file = self.ports.open(CONFIG_PATH, OpenMode::Read)?;
-        let mut draft = match Draft::begin(&mut self.ports, CONFIG_TEMPORARY) {
-            Ok(draft) => draft,
-            Err(error) => {
-                self.ports.close(file)?;
-                return Err(error);
-            }
-        };
-        let edited = self.edit_into(file, &mut draft, edit).await;
-        let closed = self.ports.close(file);
-        match edited.and(closed) {
-            Ok(()) => draft.finish(&mut self.ports, CONFIG_NAME)?,
+        let mut draft = Draft::begin(&mut self.ports, CONFIG_PATH)?;
+        match self.edited_into(&mut draft, edit).await {
+            Ok(()) => draft.finish(&mut self.ports),
             Err(error) => {
                 draft.give_up(&mut self.ports);
-                return Err(error);
+                Err(error)
             }
         }
-        self.settle(CONFIG_TEMPORARY).await
+    }
+
+    async fn edited_into(&mut self, draft: &mut Draft<P>, edit: Edit<'_>) -> Result<(), StorageError> {
+        let file = self.ports.open(CONFIG_PATH, OpenMode::Read)?;
+        let edited = self.edit_into(file, draft, edit).await;
+        edited.and(self.ports.close(file))
     }
 
     async fn edit_into(&mut self, file: FileHandle, draft: &mut Draft<P>, edit: Edit<'_>) -> Result<(), StorageError> {
@@ -230,36 +219,10 @@ impl<P: Ports> Controller<P> {
         }
         Ok(())
     }
-
-    async fn back_up(&mut self) -> Result<(), StorageError> {
-        let from = self.ports.open(CONFIG_PATH, OpenMode::Read)?;
-        let copied = match self.ports.open(CONFIG_BACKUP, OpenMode::Write) {
-            Ok(to) => {
-                let copied = self.copy(from, to).await;
-                copied.and(self.ports.close(to))
-            }
-            Err(error) => Err(error),
-        };
-        self.ports.close(from)?;
-        copied
-    }
-
-    async fn copy(&mut self, from: FileHandle, to: FileHandle) -> Result<(), StorageError> {
-        let mut block = [0; CHUNK];
-        loop {
-            let count = self.ports.read(from, &mut block)?;
-            if count == 0 {
-                return Ok(());
-            }
-            self.ports.write(to, block.get(..count).unwrap_or(&[]))?;
-            self.serve();
-            yield_once().await;
-        }
-    }
 }
 
 fn failed(error: StorageError) -> Failure {
-    Failure::Refused(message(format_args!("{CONFIG_PATH}: {}", error.text())))
+    Failure::Refused(about_file(CONFIG_PATH, error.text()))
 }
 
 /// `"motion control" rest` or `planner rest`.

@@ -4,6 +4,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::Alpha;
 
 const SAVED: &str = "config-override";
+const PREVIOUS: &str = "previous-config-override";
 
 /// Everything that M500 can save is set to something of its own.
 const CHANGES: [&str; 12] = [
@@ -38,7 +39,7 @@ fn what_m500_saves_is_what_m503_shows_and_what_the_next_boot_has() {
     assert_eq!(bench.say("M500"), "Settings Stored to /sd/config-override\nok\n");
     let saved = bench.read_card(SAVED).unwrap();
     assert_eq!(saved.lines().collect::<Vec<_>>(), changed[..changed.len() - 1], "all but the ok");
-    assert_eq!(bench.read_card("override.tmp"), None);
+    assert_eq!(bench.read_card(PREVIOUS), None);
     let mut next =
         Plan::new(CARTESIAN).with("config-override = false", "config-override = true").file(SAVED, &saved).start();
     assert_eq!(lines(&mut next), changed);
@@ -88,7 +89,17 @@ fn sets_of_settings_have_names() {
     assert!(bench.read_card("config-override.pla").unwrap().contains("M92 X70.0"));
     bench.say("M501 pla");
     assert!(bench.say("M92").starts_with("X:70.000000 "));
-    assert!(bench.say("M504 petg").contains("three letters"), "the card would cut it");
+    for line in ["M92 X65", "M504 petg with a 0.6 mm nozzle", "M92 X60", "M504 petg with a 0.8 mm nozzle"] {
+        bench.say(line);
+    }
+    bench.say("M501 PETG with a 0.6 mm nozzle");
+    assert!(bench.say("M92").starts_with("X:65.000000 "), "they differ late, and case is none");
+    // Periods at the end do not count: it would be the file of M500. And sets are files, not paths.
+    for name in [".", "pla.", "a/b", "a|b", &"x".repeat(240)] {
+        let said = bench.say(&format!("M504 {name}"));
+        assert!(said.contains("no file can") || said.contains("too long"), "{name}: {said}");
+    }
+    assert!(bench.read_card("config-override.pla").unwrap().contains("M92 X70.0"));
     assert_eq!(bench.read_card(SAVED), None);
 }
 
@@ -115,19 +126,19 @@ fn a_change_that_a_power_cut_stopped_is_finished_at_boot() {
         bench.say(line);
     }
     let content = bench.read_card(SAVED).unwrap();
-    let sum = crc32(content.as_bytes());
-    let draft = format!("{content}; complete {:010} {sum:08X} {SAVED:<24}\n", content.len());
     let on = |plan: Plan| plan.with("config-override = false", "config-override = true");
-    let mut next = on(Plan::new(CARTESIAN)).file(SAVED, "M92 X8").file("override.tmp", &draft).start();
-    assert!(next.say("M92").starts_with("X:85.000000 "), "half a file counts for nothing");
-    assert_eq!(next.read_card(SAVED), Some(content));
-    assert_eq!(next.read_card("override.tmp"), None);
-}
-
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ if sum & 1 == 1 { 0xEDB8_8320 } else { 0 })
-    })
+    let on_card = [("new-config-override", content.as_str()), (SAVED, "M92 X8\n"), (PREVIOUS, "M92 X7\n")];
+    // The power went before the old file had its new name, and after.
+    for left in [&on_card[..], &[on_card[0], (PREVIOUS, "M92 X8\n")]] {
+        let mut next = left.iter().fold(on(Plan::new(CARTESIAN)), |plan, (name, text)| plan.file(name, text)).start();
+        assert!(next.say("M92").starts_with("X:85.000000 "), "{left:?}");
+        assert_eq!(next.read_card(SAVED).as_deref(), Some(content.as_str()));
+        assert_eq!(next.read_card(PREVIOUS).as_deref(), Some("M92 X8\n"));
+        assert_eq!(next.read_card("new-config-override"), None);
+    }
+    // A draft is nothing yet.
+    let mut next = on(Plan::new(CARTESIAN)).file("draft-config-override", &content).start();
+    assert!(next.say("M92").starts_with("X:80.000000 "));
 }
 
 #[test]
@@ -138,8 +149,8 @@ fn config_set_changes_one_line_and_keeps_the_rest() {
     let changed =
         CARTESIAN.replace("default_feed_rate = 3000               # mm/min", "default_feed_rate = 2500  # mm/min");
     assert_eq!(bench.read_card("config.ini").as_deref(), Some(changed.as_str()));
-    assert_eq!(bench.read_card("config.bak").as_deref(), Some(CARTESIAN));
-    assert_eq!(bench.read_card("config.tmp"), None);
+    assert_eq!(bench.read_card("previous-config.ini").as_deref(), Some(CARTESIAN));
+    assert_eq!(bench.read_card("draft-config.ini"), None);
     bench.ask("config-set conveyor queue_delay_time_ms");
     bench.ask("config-set planner z_junction_deviation 0.01");
     bench.ask("config-set \"kill button\" enable false");

@@ -9,24 +9,22 @@ use motion::GridShape;
 
 use super::grid;
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::ports::{FileHandle, OpenMode, Ports, StorageError};
-use crate::safe_file::Draft;
+use crate::safe_file::{self, Draft};
 use crate::wait::yield_once;
 use config::Leveling;
 
-/// A grid on its way to the card.
-pub(crate) const TEMPORARY: &str = "/sd/grid.tmp";
 /// Sizes in a file are those of the configuration when they differ by less, mm: they are rounded to single precision.
 const SAME_SIZE: f64 = 1e-3;
 /// Heights read or written at a time.
 const CHUNK: usize = 32;
 
-/// The file of a strategy, without its directory.
-const fn file_name(strategy: Leveling) -> Option<&'static str> {
+/// The file of a strategy.
+const fn file_path(strategy: Leveling) -> Option<&'static str> {
     match strategy {
-        Leveling::CartesianGrid => Some("cartesian.grid"),
-        Leveling::DeltaGrid => Some("delta.grid"),
+        Leveling::CartesianGrid => Some("/sd/cartesian.grid"),
+        Leveling::DeltaGrid => Some("/sd/delta.grid"),
         Leveling::ThreePoint => None,
     }
 }
@@ -120,19 +118,19 @@ impl Header {
 impl<P: Ports> Controller<P> {
     fn grid_wanted(&self) -> Result<(Leveling, &'static str, GridShape), Failure> {
         let leveling = &self.config.leveling;
-        let named = leveling.strategy.and_then(|strategy| file_name(strategy).map(|name| (strategy, name)));
-        let (strategy, name) = named.ok_or_else(|| {
+        let named = leveling.strategy.and_then(|strategy| file_path(strategy).map(|path| (strategy, path)));
+        let (strategy, path) = named.ok_or_else(|| {
             Failure::refused("no grid strategy is configured: write leveling = cartesian grid in [zprobe]")
         })?;
         let shape = grid::configured(leveling).ok_or_else(|| {
             Failure::refused("with only_by_two_corners a grid belongs to its probing: it is neither saved nor loaded")
         })?;
-        Ok((strategy, name, shape))
+        Ok((strategy, path, shape))
     }
 
     /// M374.
     pub(super) async fn save_grid(&mut self) -> Outcome {
-        let (strategy, name, wanted) = self.grid_wanted()?;
+        let (strategy, path, wanted) = self.grid_wanted()?;
         let shape = self.ports.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
         let shape = shape.ok_or_else(|| Failure::refused("no grid to save"))?;
         if strategy == Leveling::CartesianGrid && shape != wanted {
@@ -140,16 +138,15 @@ impl<P: Ports> Controller<P> {
                 "the grid in force is not of the configured size and counts: it is not saved",
             ));
         }
-        let written = self.write_grid(strategy, name, &shape).await;
-        written.map_err(|error| Failure::Refused(message(format_args!("/sd/{name}: {}", error.text()))))?;
-        self.say(format_args!("grid saved to /sd/{name}\n"));
+        let written = self.write_grid(strategy, path, &shape).await;
+        written.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
+        self.say(format_args!("grid saved to {path}\n"));
         Ok(Answer::Ok)
     }
 
     /// Whatever moment the power goes, the file is the old one or the new one.
-    async fn write_grid(&mut self, strategy: Leveling, name: &str, shape: &GridShape) -> Result<(), StorageError> {
-        self.settle(TEMPORARY).await?;
-        let mut draft = Draft::begin(&mut self.ports, TEMPORARY)?;
+    async fn write_grid(&mut self, strategy: Leveling, path: &str, shape: &GridShape) -> Result<(), StorageError> {
+        let mut draft = Draft::begin(&mut self.ports, path)?;
         let mut written = draft.write(&mut self.ports, Header::of(strategy, shape).as_slice()).map(|_| ());
         let mut done = 0;
         while written.is_ok() && done < shape.points() {
@@ -170,36 +167,30 @@ impl<P: Ports> Controller<P> {
             draft.give_up(&mut self.ports);
             return Err(error);
         }
-        draft.finish(&mut self.ports, name)?;
-        self.settle(TEMPORARY).await
+        draft.finish(&mut self.ports)
     }
 
     /// M374.1.
     pub(super) fn delete_grid(&mut self) -> Outcome {
-        let (_, name, _) = self.grid_wanted()?;
-        let path = message(format_args!("/sd/{name}"));
-        for path in [path.as_str(), TEMPORARY] {
-            match self.ports.remove(path) {
-                Ok(()) | Err(StorageError::NotFound) => {}
-                Err(error) => return Err(Failure::Refused(message(format_args!("{path}: {}", error.text())))),
-            }
-        }
+        let (_, path, _) = self.grid_wanted()?;
+        let removed = safe_file::remove(&mut self.ports, path);
+        removed.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
         self.say(format_args!("{path} deleted\n"));
         Ok(Answer::Ok)
     }
 
     /// M375.
     pub(super) async fn load_grid(&mut self) -> Outcome {
-        let (strategy, name, wanted) = self.grid_wanted()?;
+        let (strategy, path, wanted) = self.grid_wanted()?;
         // The draft belongs to whoever fills it: nothing may be on its way.
         self.wait_idle().await?;
-        let path = message(format_args!("/sd/{name}"));
         let about = |failure: Failure| match failure {
             Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
             other => other,
         };
-        let told = |error: StorageError| Failure::Refused(message(format_args!("{path}: {}", error.text())));
-        let file = self.ports.open(&path, OpenMode::Read).map_err(told)?;
+        let told = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+        safe_file::settle(&mut self.ports, path).map_err(told)?;
+        let file = self.ports.open(path, OpenMode::Read).map_err(told)?;
         let read = self.read_grid(file, strategy, &wanted).await;
         // It was only read: a failing close loses nothing.
         let _ = self.ports.close(file);

@@ -6,12 +6,17 @@ use std::collections::BTreeMap;
 use std::string::{String as Text, ToString};
 use std::vec::Vec as List;
 
-const TEMPORARY: &str = "/sd/settings.tmp";
-const FILE: &str = "/sd/settings";
+const FILE: &str = "/sd/settings of a machine.ini";
+const DRAFT_FILE: &str = "/sd/draft-settings of a machine.ini";
+const NEW_FILE: &str = "/sd/new-settings of a machine.ini";
+const PREVIOUS_FILE: &str = "/sd/previous-settings of a machine.ini";
 
 /// Files in memory. Every change of the card costs a write; after the last one nothing reaches the card any more.
 #[derive(Clone, Default)]
 struct Card {
+    read_only: Option<&'static str>,
+    /// Whoever gets this name is refused.
+    no_room_for: Option<&'static str>,
     files: BTreeMap<Text, List<u8>>,
     open: List<Option<(Text, usize)>>,
     writes_left: Option<usize>,
@@ -47,6 +52,8 @@ impl Storage for Card {
         match mode {
             OpenMode::Read if !self.files.contains_key(path) => return Err(StorageError::NotFound),
             OpenMode::Read => {}
+            _ if self.read_only == Some(path) => return Err(StorageError::ReadOnly),
+            OpenMode::Append if self.files.contains_key(path) => {}
             _ => {
                 self.spend()?;
                 self.files.insert(path.to_string(), List::new());
@@ -107,76 +114,85 @@ impl Storage for Card {
         Err(StorageError::Unsupported)
     }
 
-    fn rename(&mut self, _: &str, _: &str) -> Result<(), StorageError> {
-        Err(StorageError::Unsupported)
+    /// Neither name is lost on the way: that is the storage's promise.
+    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        if self.no_room_for == Some(to) {
+            return Err(StorageError::Full);
+        }
+        if self.files.contains_key(to) {
+            return Err(StorageError::Exists);
+        }
+        if !self.files.contains_key(from) {
+            return Err(StorageError::NotFound);
+        }
+        self.spend()?;
+        let content = self.files.remove(from).unwrap_or_default();
+        self.files.insert(to.to_string(), content);
+        Ok(())
     }
 }
 
-fn settle(card: &mut Card) -> Result<(), StorageError> {
-    if let Some(mut install) = unfinished(card, TEMPORARY)? {
-        while !install.step(card)? {}
-    }
-    Ok(())
-}
-
-fn replace(card: &mut Card, content: &[u8]) -> Result<(), StorageError> {
-    settle(card)?;
-    let mut draft = Draft::begin(card, TEMPORARY)?;
+fn save(card: &mut Card, content: &[u8]) -> Result<(), StorageError> {
+    let mut draft = Draft::begin(card, FILE)?;
     for piece in content.chunks(100) {
-        draft.write(card, piece)?;
+        if let Err(error) = draft.write(card, piece) {
+            draft.give_up(card);
+            return Err(error);
+        }
     }
-    draft.finish(card, "settings")?;
-    settle(card)
+    draft.finish(card)
 }
 
 fn content(seed: u8, length: usize) -> List<u8> {
     (0..length).map(|i| seed.wrapping_mul(31).wrapping_add(i as u8)).collect()
 }
 
-#[test]
-fn the_sum_is_the_common_one() {
-    let mut sum = Sum::EMPTY;
-    sum.add(b"123456789");
-    assert_eq!(sum.value(), 0xCBF4_3926);
+/// A card with these files.
+fn card<const N: usize>(files: [(&str, &[u8]); N]) -> Card {
+    Card { files: files.map(|(name, content)| (name.to_string(), content.to_vec())).into(), ..Card::default() }
 }
 
 #[test]
 fn a_power_cut_at_any_write_leaves_the_old_file_or_the_new() {
     for (old, new) in [(700, 1_500), (1_500, 40), (0, 600), (512, 512)] {
-        let (old, new) = (content(1, old), content(2, new));
-        let mut before = Card::default();
-        before.files.insert(FILE.into(), old.clone());
+        let (older, old, new) = (content(0, 30), content(1, old), content(2, new));
+        let before = card([(FILE, &old), (PREVIOUS_FILE, &older)]);
         let mut whole = before.clone();
-        replace(&mut whole, &new).unwrap();
-        assert_eq!(whole.files, BTreeMap::from([(FILE.to_string(), new.clone())]), "nothing else stays");
+        save(&mut whole, &new).unwrap();
+        assert_eq!(whole.files, card([(FILE, &new), (PREVIOUS_FILE, &old)]).files, "nothing else stays");
         let (mut olds, mut news) = (0, 0);
         for writes in 0..whole.writes {
             let mut card = Card { writes_left: Some(writes), ..before.clone() };
-            assert!(replace(&mut card, &new).is_err());
+            assert!(save(&mut card, &new).is_err());
             let mut card = card.rebooted();
-            settle(&mut card).unwrap();
+            settle(&mut card, FILE).unwrap();
             let found = &card.files[FILE];
             assert!(*found == old || *found == new, "after {writes} writes: {} bytes", found.len());
-            if *found == old { olds += 1 } else { news += 1 }
+            if *found == new {
+                assert_eq!(card.files.get(PREVIOUS_FILE), Some(&old), "after {writes} writes");
+                news += 1;
+            } else {
+                olds += 1;
+            }
+            assert!(!card.files.contains_key(NEW_FILE));
         }
-        assert!(olds > 2 && news > 2, "{olds} {news}");
+        assert!(olds > 2 && news > 1, "{olds} {news}");
     }
 }
 
-/// The power may go again while the change is finished at boot.
+/// The power may go again while the change is put in place at boot.
 #[test]
 fn a_second_power_cut_while_recovering_changes_nothing_about_it() {
     let (old, new) = (content(3, 900), content(4, 1_300));
-    let mut before = Card::default();
-    before.files.insert(FILE.into(), old.clone());
+    let before = card([(FILE, &old)]);
     for first in 0..40 {
         let mut card = Card { writes_left: Some(first), ..before.clone() };
-        let done = replace(&mut card, &new).is_ok();
+        let done = save(&mut card, &new).is_ok();
         for second in 0..20 {
             let mut again = Card { writes_left: Some(second), ..card.rebooted() };
-            let _ = settle(&mut again);
+            let _ = settle(&mut again, FILE);
             let mut last = again.rebooted();
-            settle(&mut last).unwrap();
+            settle(&mut last, FILE).unwrap();
             let found = &last.files[FILE];
             assert!(*found == new || (!done && *found == old), "after {first} and {second} writes");
         }
@@ -184,17 +200,46 @@ fn a_second_power_cut_while_recovering_changes_nothing_about_it() {
 }
 
 #[test]
-fn a_damaged_or_foreign_temporary_file_is_left_alone() {
-    let mut card = Card::default();
-    card.files.insert(FILE.into(), content(1, 10));
-    card.files.insert(TEMPORARY.into(), content(9, 700));
-    settle(&mut card).unwrap();
+fn the_first_save_needs_no_file() {
+    let mut fresh = Card::default();
+    save(&mut fresh, &content(1, 600)).unwrap();
+    assert_eq!(fresh.files, card([(FILE, &content(1, 600))]).files);
+}
+
+/// A draft that a power cut has left is no file, whatever it holds.
+#[test]
+fn a_draft_counts_for_nothing() {
+    let mut card = card([(FILE, &content(1, 10)), (DRAFT_FILE, &content(9, 700))]);
+    settle(&mut card, FILE).unwrap();
     assert_eq!(card.files[FILE], content(1, 10));
-    replace(&mut card, &content(2, 600)).unwrap();
-    let mut draft = Draft::begin(&mut card, TEMPORARY).unwrap();
-    draft.write(&mut card, b"M92 X80\n").unwrap();
-    draft.finish(&mut card, "settings").unwrap();
-    card.files.get_mut(TEMPORARY).unwrap()[4] ^= 1;
-    settle(&mut card).unwrap();
-    assert_eq!(card.files[FILE], content(2, 600), "one wrong bit is no valid mark");
+    save(&mut card, &content(2, 600)).unwrap();
+    assert!(!card.files.contains_key(DRAFT_FILE));
+}
+
+#[test]
+fn who_is_refused_has_changed_nothing() {
+    let before = card([(FILE, &content(1, 10)), (PREVIOUS_FILE, &content(2, 10))]);
+    for (no_room_for, read_only, error) in [
+        (Some(NEW_FILE), None, StorageError::Full),
+        (Some(PREVIOUS_FILE), None, StorageError::Full),
+        (None, Some(FILE), StorageError::ReadOnly),
+    ] {
+        let mut card = Card { no_room_for, read_only, ..before.clone() };
+        assert_eq!(save(&mut card, &content(3, 600)), Err(error));
+        let mut card = card.rebooted();
+        settle(&mut card, FILE).unwrap();
+        assert_eq!(card.files[FILE], content(1, 10), "{no_room_for:?} {read_only:?}");
+        assert!(!card.files.contains_key(DRAFT_FILE));
+        assert!(!card.files.contains_key(NEW_FILE));
+    }
+}
+
+#[test]
+fn a_removed_file_does_not_come_back() {
+    let mut card = card([(FILE, &content(1, 10)), (NEW_FILE, &content(2, 10))]);
+    remove(&mut card, FILE).unwrap();
+    settle(&mut card, FILE).unwrap();
+    assert!(!card.files.contains_key(FILE));
+    assert_eq!(card.files[PREVIOUS_FILE], content(1, 10));
+    assert_eq!(remove(&mut card, FILE), Ok(()), "there need not be one");
 }
