@@ -5,7 +5,7 @@ use heapless::{String, Vec};
 
 use crate::console::Target;
 use crate::controller::Controller;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Ports, StorageError};
 
 /// An absolute path.
@@ -51,6 +51,21 @@ fn absolute(directory: &str, name: &str) -> Path {
         let _ = path.push_str(CARD);
     }
     path
+}
+
+/// The words of a command, divided by blanks. What stands in quotes is one word: names may have blanks.
+fn words(arguments: &str) -> impl Iterator<Item = &str> {
+    let mut rest = arguments;
+    core::iter::from_fn(move || {
+        rest = rest.trim_ascii_start();
+        let (word, behind) = match rest.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
+            None => rest.split_once([' ', '\t']).unwrap_or((rest, "")),
+        };
+        let is_word = !rest.is_empty();
+        rest = behind;
+        is_word.then_some(word)
+    })
 }
 
 impl<P: Ports> Controller<P> {
@@ -148,8 +163,8 @@ impl<P: Ports> Controller<P> {
 
     /// `ls [-1] [path]`
     pub(crate) async fn list_command(&mut self, arguments: &str) {
-        let names_only = arguments.split_ascii_whitespace().any(|word| word == "-1");
-        let place = arguments.split_ascii_whitespace().find(|word| !word.starts_with('-')).unwrap_or("");
+        let names_only = words(arguments).any(|word| word == "-1");
+        let place = words(arguments).find(|word| !word.starts_with('-')).unwrap_or("");
         let path = self.absolute(place);
         if let Err(Failure::Refused(why)) = self.list(&path, names_only).await {
             self.say(format_args!("Could not open directory {path} ({why})\n"));
@@ -193,7 +208,7 @@ impl<P: Ports> Controller<P> {
 
     /// `cat file [lines]`
     pub(crate) async fn cat_command(&mut self, arguments: &str) {
-        let mut words = arguments.split_ascii_whitespace();
+        let mut words = words(arguments);
         let path = self.absolute(words.next().unwrap_or(""));
         let mut lines = words.next().and_then(|word| word.parse::<u32>().ok()).unwrap_or(u32::MAX);
         if let Err(error) = self.cat(&path, &mut lines).await {
@@ -241,7 +256,7 @@ impl<P: Ports> Controller<P> {
 
     /// `rm a b ...`
     pub(crate) fn remove_command(&mut self, arguments: &str) {
-        for name in arguments.split_ascii_whitespace() {
+        for name in words(arguments) {
             // It says itself whether it worked.
             let _ = self.remove_file(name);
         }
@@ -249,7 +264,7 @@ impl<P: Ports> Controller<P> {
 
     /// `mv from to`, `mkdir name`, `cd name`
     pub(crate) fn directory_command(&mut self, command: &str, arguments: &str) {
-        let mut words = arguments.split_ascii_whitespace();
+        let mut words = words(arguments);
         let first = match words.next() {
             None if command == "cd" => self.absolute("/"),
             name => self.absolute(name.unwrap_or("")),
@@ -263,8 +278,7 @@ impl<P: Ports> Controller<P> {
             _ => self.change_directory(first.clone()),
         };
         if let Err(error) = done {
-            let text = message(format_args!("{command}: {first}: {}", error.text()));
-            self.say(format_args!("error:{text}\n"));
+            self.say(format_args!("error:{command}: {first}: {}\n", error.text()));
         }
     }
 
@@ -290,6 +304,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn quotes_hold_a_name_together() {
+        let of = |text| words(text).collect::<std::vec::Vec<_>>();
+        assert_eq!(of(" a.g  \"with space.g\" b.g "), ["a.g", "with space.g", "b.g"]);
+        assert_eq!(of("\"never closed.g"), ["never closed.g"]);
+        assert_eq!(of("\"\" x"), ["", "x"]);
+        assert!(of("  ").is_empty());
+    }
+
+    #[test]
     fn every_path_is_on_the_card() {
         for (directory, name, expected) in [
             ("/sd", "x.g", "/sd/x.g"),
@@ -306,6 +329,7 @@ mod tests {
         ] {
             assert_eq!(absolute(directory, name), expected, "{name} in {directory}");
         }
-        assert_eq!(absolute("/sd", &"x".repeat(200)), "");
+        assert_eq!(absolute("/sd", &"x".repeat(PATH_BYTES - 4)).len(), PATH_BYTES);
+        assert_eq!(absolute("/sd", &"x".repeat(PATH_BYTES - 3)), "", "cut, it would be another file's name");
     }
 }
