@@ -20,7 +20,7 @@ use super::machine::BoardOptions;
 const MS: u64 = 1_000_000;
 /// The console is served on this grid; a coarser one would delay answers, a finer one the run.
 const SLICE_NS: u64 = 10 * MS;
-/// The job's name on the card. Short, so that any FAT reader finds it.
+/// The job's name on the card.
 const JOB: &str = "job.gcode";
 
 /// A job and what it runs on.

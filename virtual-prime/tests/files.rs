@@ -1,0 +1,117 @@
+//! Files on the SD card under long names, as the image writes them and as a PC then sees them.
+
+mod common;
+
+use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use virtual_prime::sd_image;
+
+const ONE: &str = "benchy_part_one.gcode";
+const TWO: &str = "benchy_part_two.gcode";
+
+/// Sends a file over the console.
+#[track_caller]
+fn upload(velvet: &mut Velvet, name: &str, lines: &[&str]) {
+    assert_eq!(velvet.ask(&format!("M28 {name}"), SECOND), format!("Writing to file: {name}\nok\n"));
+    for line in lines {
+        velvet.ask(line, SECOND);
+    }
+    assert_eq!(velvet.ask("M29", SECOND), "Done saving file.\nok\n");
+}
+
+/// The names that `ls -1` lists.
+fn listed(velvet: &mut Velvet) -> Vec<String> {
+    velvet.type_in("ls -1");
+    let mut names: Vec<_> = velvet.hear(SECOND).lines().filter(|line| *line != "ok").map(str::to_owned).collect();
+    names.sort();
+    names
+}
+
+/// The card's bytes, as if it were taken out.
+fn card(velvet: &mut Velvet) -> Vec<u8> {
+    let card = velvet.bench.vm.with(|stopped| {
+        let card = stopped.session.board().mcu.sdmmc.card();
+        card.map(|card| card.content().to_vec())
+    });
+    card.flatten().expect("a card in the slot")
+}
+
+/// What a PC reads in a file of it.
+#[track_caller]
+fn read(card: &[u8], name: &str) -> String {
+    String::from_utf8(sd_image::read(card, name).expect("a file on the card")).expect("text")
+}
+
+#[test]
+fn no_name_falls_on_the_file_of_another() {
+    let mut velvet = Plan::new().start();
+    upload(&mut velvet, "config.initial", &["; not the configuration"]);
+    upload(&mut velvet, ONE, &["G1 X1"]);
+    upload(&mut velvet, TWO, &["G1 X2"]);
+    // The same name in another case is the same file.
+    upload(&mut velvet, &TWO.to_uppercase(), &["G1 X3"]);
+    assert_eq!(listed(&mut velvet), [ONE, TWO, "config.ini", "config.initial"]);
+    let bytes = card(&mut velvet);
+    assert_eq!(read(&bytes, "config.ini"), CONFIG);
+    assert_eq!(read(&bytes, "config.initial"), "; not the configuration\n");
+    assert_eq!(read(&bytes, ONE), "G1 X1\n");
+    assert_eq!(read(&bytes, TWO), "G1 X3\n");
+    velvet.type_in("rm config.inia");
+    velvet.hear_until("Could not delete config.inia: no such file\n", SECOND);
+    velvet.type_in("rm config.initial");
+    velvet.hear_until("deleted config.initial\n", SECOND);
+    assert_eq!(listed(&mut velvet), [ONE, TWO, "config.ini"]);
+    // What is on the card, the next boot reads.
+    let bytes = card(&mut velvet);
+    assert!(sd_image::read(&bytes, "config.initial").is_err());
+    let mut next = Plan::new().with_card(move |_| bytes.clone()).start();
+    next.type_in(&format!("cat {TWO}"));
+    next.hear_until("G1 X3\n", SECOND);
+}
+
+#[test]
+fn a_file_is_renamed_and_moved() {
+    let mut velvet = Plan::new().file(ONE, "G1 X1\n").file(TWO, "G1 X2\n").start();
+    for (line, answer) in [
+        (format!("mv {ONE} {TWO}"), "error:mv: /sd/benchy_part_one.gcode: the name is already in use\n"),
+        ("mkdir finished_parts".into(), ""),
+        (format!("mv {ONE} finished_parts/{ONE}"), ""),
+        (format!("mv {TWO} a_name_that_is_longer_than_any_of_the_others.gcode"), ""),
+    ] {
+        velvet.type_in(&line);
+        assert_eq!(velvet.hear(SECOND).replace("ok\n", ""), answer, "{line}");
+    }
+    assert_eq!(
+        listed(&mut velvet),
+        ["a_name_that_is_longer_than_any_of_the_others.gcode", "config.ini", "finished_parts/"]
+    );
+    let bytes = card(&mut velvet);
+    assert_eq!(read(&bytes, &format!("finished_parts/{ONE}")), "G1 X1\n");
+    assert_eq!(read(&bytes, "a_name_that_is_longer_than_any_of_the_others.gcode"), "G1 X2\n");
+}
+
+#[test]
+fn saved_settings_have_their_long_name_and_the_previous_ones_stay() {
+    let mut velvet = Plan::new().set("[general] config-override = true").start();
+    velvet.ask("M92 X81", SECOND);
+    assert_eq!(velvet.ask("M500", SECOND), "Settings Stored to /sd/config-override\nok\n");
+    velvet.ask("M92 X82", SECOND);
+    assert_eq!(velvet.ask("M500", SECOND), "Settings Stored to /sd/config-override\nok\n");
+    velvet.ask("M504 pla at 60 mm per second", SECOND);
+    let bytes = card(&mut velvet);
+    assert!(read(&bytes, "config-override").contains("M92 X82.0"));
+    assert!(read(&bytes, "previous-config-override").contains("M92 X81.0"));
+    assert!(read(&bytes, "config-override.pla at 60 mm per second").contains("M92 X82.0"));
+    assert_eq!(
+        listed(&mut velvet),
+        ["config-override", "config-override.pla at 60 mm per second", "config.ini", "previous-config-override"]
+    );
+    // After a power cut between the last two steps of the replacement, the next boot takes the last one.
+    let mut next = Plan::new()
+        .set("[general] config-override = true")
+        .file("new-config-override", &read(&bytes, "config-override"))
+        .file("previous-config-override", &read(&bytes, "previous-config-override"))
+        .start();
+    let loaded = next.ask("M92", SECOND);
+    assert!(loaded.contains("X:82.000000 "), "{loaded}");
+    assert_eq!(listed(&mut next), ["config-override", "config.ini", "previous-config-override"]);
+}
