@@ -56,19 +56,54 @@ fn a_card_without_configuration_is_named() {
     velvet.assert_card_listed("part.g");
 }
 
-/// Has the directory say that config.ini lies where the card ends: reading it is an error of the card.
-fn misplace_config(mut card: Vec<u8>) -> Vec<u8> {
+/// Has the directory say that config.ini begins at this cluster.
+fn misplace_config(card: &mut [u8], cluster: u32) {
     let entry = card.chunks(32).position(|entry| entry.starts_with(b"CONFIG  INI")).expect("a directory entry") * 32;
+    let [a, b, c, d] = cluster.to_le_bytes();
     // The first cluster's number: high half at 20, low half at 26.
-    card[entry + 20..entry + 22].copy_from_slice(&0x00F0_u16.to_le_bytes());
-    card[entry + 26..entry + 28].copy_from_slice(&0x0000_u16.to_le_bytes());
+    card[entry + 20..entry + 22].copy_from_slice(&[c, d]);
+    card[entry + 26..entry + 28].copy_from_slice(&[a, b]);
+}
+
+#[test]
+fn a_damaged_file_system_is_told() {
+    let misplaced = |mut card: Vec<u8>| {
+        // The volume has no such cluster.
+        misplace_config(&mut card, 0x00F0_0000);
+        card
+    };
+    let mut velvet = stays_off(
+        Plan::new().with_card(misplaced),
+        "ERROR: cannot read /sd/config.ini: the SD card's file system is damaged: check the card on a computer\n",
+    );
+    velvet.assert_card_listed("config.ini");
+}
+
+/// A card with fewer blocks than its volume, and config.ini in the missing ones: reading it is an error of the card.
+fn cut_off_config(mut card: Vec<u8>) -> Vec<u8> {
+    const FIRST: u32 = 100_000;
+    misplace_config(&mut card, FIRST);
+    // Reserved blocks; blocks of a table at 36, of which there are two.
+    let reserved = usize::from(u16::from_le_bytes([card[14], card[15]]));
+    let table = u32::from_le_bytes([card[36], card[37], card[38], card[39]]) as usize;
+    // A cluster is a block. The chain is longer than the file.
+    assert_eq!(card[13], 1);
+    for (cluster, next) in (FIRST..FIRST + 32).map(|cluster| (cluster as usize, cluster + 1)) {
+        for copy in [reserved, reserved + table] {
+            card[copy * 512 + cluster * 4..][..4].copy_from_slice(&next.to_le_bytes());
+        }
+    }
+    for copy in [reserved, reserved + table] {
+        card[copy * 512 + (FIRST as usize + 32) * 4..][..4].copy_from_slice(&0x0FFF_FFFF_u32.to_le_bytes());
+    }
+    card.truncate(32 << 20);
     card
 }
 
 #[test]
 fn a_configuration_that_cannot_be_read_is_told() {
     let mut velvet = stays_off(
-        Plan::new().with_card(misplace_config),
+        Plan::new().with_card(cut_off_config),
         "ERROR: cannot read /sd/config.ini: the SD card reports a read or write error\n",
     );
     velvet.assert_card_listed("config.ini");
