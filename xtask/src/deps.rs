@@ -45,8 +45,19 @@ const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"]
 const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
-const PURE: &[&str] =
-    &["units", "board-facts", "gcode", "program", "config", "motion", "tmc", "drivers", "machine", "driver-bank", "storage"];
+const PURE: &[&str] = &[
+    "units",
+    "board-facts",
+    "gcode",
+    "program",
+    "config",
+    "motion",
+    "tmc",
+    "drivers",
+    "machine",
+    "driver-bank",
+    "storage",
+];
 
 /// Crates that never wait: whoever calls them does.
 const SYNCHRONOUS: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers"];
