@@ -40,6 +40,20 @@ pub fn build(directory: Option<&Path>, files: &[File]) -> Result<Vec<u8>, String
     Ok(image.into_inner())
 }
 
+/// The names in a card's root directory, sorted: long ones where there are such.
+///
+/// # Errors
+/// When the volume is damaged.
+pub fn names(image: &[u8]) -> Result<Vec<String>, String> {
+    let fail = |error: io::Error| format!("the root directory: {error}");
+    let mut disk = Cursor::new(image.to_vec());
+    let volume = FileSystem::new(&mut disk, FsOptions::new()).map_err(fail)?;
+    let names: io::Result<Vec<String>> = volume.root_dir().iter().map(|entry| Ok(entry?.file_name())).collect();
+    let mut names = names.map_err(fail)?;
+    names.sort();
+    Ok(names)
+}
+
 /// The file of this name in a card's root directory, as the run left it.
 ///
 /// # Errors
