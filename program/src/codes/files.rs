@@ -15,9 +15,13 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(25), Function::PauseJob, "pause the file; what is queued still runs"),
     CodeInfo::asks(Code::m(26), Function::RestartJob, "play the file from its beginning"),
     CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is").waits(Waits::Question),
-    CodeInfo::asks(Code::m(28), Function::Upload, "store the lines that follow in a file, up to M29")
-        .states(FILES)
-        .differs("when the file cannot be opened, what follows is carried out"),
+    CodeInfo::asks(
+        Code::m(28),
+        Function::Upload,
+        "store the lines that follow in a file, up to M29; discard them when it cannot be opened",
+    )
+    .states(FILES)
+    .differs("when the file cannot be opened, what follows is carried out"),
     CodeInfo::asks(Code::m(29), Function::EndUpload, "the file is complete").states(FILES),
     CodeInfo::either(
         Code::m(30),
