@@ -340,10 +340,10 @@
         stroke: css("--quiet"), grid: { stroke: css("--line"), width: 1 }, ticks: { show: false }, font: "12px system-ui, sans-serif", ...more,
       });
       const options = {
-        width: box.clientWidth, height, padding: [8, axes.length > 1 ? 0 : 62, 0, 0], cursor: { sync: { key: "velvet" }, y: false, points: { size: 6 } },
+        width: box.clientWidth, height, padding: [8, axes.length > 1 ? 0 : 72, 0, 0], cursor: { sync: { key: "velvet" }, y: false, points: { size: 6 } },
         legend: { live: true }, scales: { x: { time: false, range: () => [0, Math.max(data.seconds, end)] }, ...Object.fromEntries(axes.map((a) => [a.scale, { range: a.range }])) },
         axes: [axis({ size: 30, values: (_, ticks) => ticks.map((t) => `${t} s`) }),
-          ...axes.map((a, n) => axis({ scale: a.scale, side: n ? 1 : 3, size: 62, space: 26, grid: { show: n === 0, stroke: css("--line"), width: 1 }, values: (_, ticks) => ticks.map((t) => `${t} ${a.unit}`) }))],
+          ...axes.map((a, n) => axis({ scale: a.scale, side: n ? 1 : 3, size: 72, space: 26, grid: { show: n === 0, stroke: css("--line"), width: 1 }, values: (_, ticks) => ticks.map((t) => `${t} ${a.unit}`) }))],
         series: [{ label: "time", value: (_, v) => (v === null ? "" : clock(v)) }, ...series.map((s) => ({
           label: s.label, scale: s.scale, width: s.width ?? 1.6, stroke: css(s.colour), dash: s.dash, points: { show: false },
           fill: s.fill ? `${css(s.colour)}${s.fill}` : undefined, value: (_, v) => (v === null ? "" : `${fixed(v, s.digits)} ${s.unit}`),
