@@ -1,8 +1,12 @@
-//! Bytes that act at once, wherever they stand in a line, and are never part of it.
+//! Bytes that act at once, wherever they stand in a line, and are never part of it; and the emergency stop that is a line.
 //!
-//! Only consoles look for them; a file being played or uploaded keeps its bytes.
+//! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number, which has a checksum
+//! over all its bytes, nor the text of a code that takes one (M117): there `!` is a letter. Ctrl-X and Ctrl-Y are no letters, and act
+//! everywhere but in an upload. A byte of 0x80 or more is part of some letter, or a command of GRBL's: then it acts outside comments.
 
-/// A request that does not wait for the end of the line.
+use crate::scanner::TEXT_M_CODES;
+
+/// A request that does not wait for its turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Realtime {
     /// `?`: report the status.
@@ -15,28 +19,325 @@ pub enum Realtime {
     Abort,
     /// Ctrl-Y: clear a halt, else stop what this console started (jog, listing).
     Stop,
+    /// 0x84: the safety door is open (GRBL).
+    Door,
+    /// 0x85: stop jogging (GRBL).
+    JogCancel,
+    /// A line `M112`: emergency stop. The line itself is carried out in its turn, too, and does no more.
+    Emergency,
 }
 
-/// The request a byte makes, if it makes one.
-#[must_use]
-pub const fn classify(byte: u8) -> Option<Realtime> {
+impl Realtime {
+    /// Every request, the most urgent first.
+    pub const ALL: [Self; 8] =
+        [Self::Emergency, Self::Abort, Self::Door, Self::Hold, Self::Resume, Self::JogCancel, Self::Stop, Self::Status];
+}
+
+/// The request that a control character or a sign makes.
+const fn classify(byte: u8) -> Option<Realtime> {
     Some(match byte {
         b'?' => Realtime::Status,
         b'!' => Realtime::Hold,
         b'~' => Realtime::Resume,
-        0x18 => Realtime::Abort,
-        0x19 => Realtime::Stop,
+        ABORT => Realtime::Abort,
+        STOP => Realtime::Stop,
         _ => return None,
     })
+}
+
+/// The request that a byte of GRBL 1.1's makes.
+const fn classify_extended(byte: u8) -> Option<Realtime> {
+    Some(match byte {
+        0x84 => Realtime::Door,
+        0x85 => Realtime::JogCancel,
+        _ => return None,
+    })
+}
+
+const ABORT: u8 = 0x18;
+const STOP: u8 = 0x19;
+
+/// Where in a line the receiver is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Place {
+    /// Before the first word.
+    #[default]
+    Start,
+    /// In the digits of N.
+    LineNumber,
+    /// In the digits of the first code, an M.
+    Code,
+    /// Behind the checksum's star.
+    Checksum,
+    /// Somewhere else.
+    Rest,
+}
+
+/// What a byte is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// Part of the line.
+    Byte,
+    /// Part of the line, which it ends, and which is an emergency stop.
+    Emergency,
+    /// A request, and no part of any line.
+    Request(Realtime),
+}
+
+/// Listens to the bytes of one console. Small and without loops: it runs in the interrupt that receives them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Receiver {
+    place: Place,
+    /// The line has a number.
+    numbered: bool,
+    /// The line is text, or its rest is.
+    text: bool,
+    /// In a comment: up to this byte, or to the end of the line.
+    comment: Option<u8>,
+    /// What comes is stored in a file.
+    uploading: bool,
+    /// Digits read so far; of the first code when it is an M.
+    number: u16,
+    /// The number of the line's first code, an M without subcode.
+    code: Option<u16>,
+    /// XOR of the bytes before the star.
+    xor: u8,
+    /// The number behind the star.
+    checksum: Option<u16>,
+}
+
+impl Receiver {
+    /// At the beginning of a line.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            place: Place::Start,
+            numbered: false,
+            text: false,
+            comment: None,
+            uploading: false,
+            number: 0,
+            code: None,
+            xor: 0,
+            checksum: None,
+        }
+    }
+
+    /// Takes the next byte. `extended`: this console speaks GRBL's dialect.
+    pub fn hear(&mut self, byte: u8, extended: bool) -> Heard {
+        if matches!(byte, b'\n' | b'\r') {
+            return self.end_line();
+        }
+        if let Some(request) = self.request(byte, extended) {
+            return Heard::Request(request);
+        }
+        self.read(byte);
+        Heard::Byte
+    }
+
+    fn request(&self, byte: u8, extended: bool) -> Option<Realtime> {
+        if self.uploading {
+            return None;
+        }
+        if matches!(byte, ABORT | STOP) {
+            return classify(byte);
+        }
+        if self.numbered || self.text {
+            return None;
+        }
+        let by_grbl = extended && self.comment.is_none();
+        classify(byte).or(if by_grbl { classify_extended(byte) } else { None })
+    }
+
+    fn read(&mut self, byte: u8) {
+        match (self.place, byte) {
+            (Place::Checksum, b'0'..=b'9') => {
+                let digit = u16::from(byte - b'0');
+                self.checksum = Some(self.checksum.unwrap_or(0).saturating_mul(10).saturating_add(digit));
+            }
+            (Place::Checksum, _) => {}
+            (_, b'*') if self.numbered || !self.text => self.place = Place::Checksum,
+            _ => {
+                self.xor ^= byte;
+                self.read_word(byte);
+            }
+        }
+    }
+
+    fn read_word(&mut self, byte: u8) {
+        if let Some(end) = self.comment {
+            if byte == end {
+                self.comment = None;
+            }
+            return;
+        }
+        self.place = match (self.place, byte) {
+            (Place::Start, b' ' | b'\t') => Place::Start,
+            (Place::Start, b'N' | b'n') if !self.numbered => Place::LineNumber,
+            (Place::Start, b'M' | b'm') => {
+                self.number = 0;
+                Place::Code
+            }
+            (Place::LineNumber, b'0'..=b'9') => {
+                self.numbered = true;
+                Place::LineNumber
+            }
+            (Place::LineNumber, b' ' | b'\t') if self.numbered => Place::Start,
+            (Place::LineNumber, b' ' | b'\t') => Place::LineNumber,
+            (Place::LineNumber, b'M' | b'm') if self.numbered => {
+                self.number = 0;
+                Place::Code
+            }
+            (Place::Code, b'0'..=b'9') => {
+                self.number = self.number.saturating_mul(10).saturating_add(u16::from(byte - b'0'));
+                Place::Code
+            }
+            // A subcode: another code.
+            (Place::Code, b'.') => Place::Rest,
+            (Place::Code, _) => {
+                self.know_code();
+                Place::Rest
+            }
+            _ => Place::Rest,
+        };
+        match byte {
+            b'(' if !self.text => self.comment = Some(b')'),
+            b';' => self.comment = Some(b'\n'),
+            _ => {}
+        }
+    }
+
+    /// The digits of the line's first code are over.
+    fn know_code(&mut self) {
+        self.code = Some(self.number);
+        self.text = TEXT_M_CODES.contains(&self.number);
+    }
+
+    fn end_line(&mut self) -> Heard {
+        if self.place == Place::Code || self.place == Place::Checksum && self.code.is_none() && self.number > 0 {
+            self.know_code();
+        }
+        let is_whole = self.checksum.is_none_or(|sum| sum == u16::from(self.xor));
+        let code = self.code.filter(|_| is_whole);
+        let uploading = match (self.uploading, code) {
+            (false, Some(28)) => true,
+            (true, Some(29)) => false,
+            (uploading, _) => uploading,
+        };
+        let stops = code == Some(112) && !self.uploading;
+        *self = Self { uploading, ..Self::new() };
+        if stops { Heard::Emergency } else { Heard::Byte }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checksum_of;
+    use proptest::prelude::*;
+
+    /// What leaves the stream, and the lines that remain.
+    fn heard(bytes: &[u8], extended: bool) -> (Vec<Realtime>, Vec<String>) {
+        let (mut receiver, mut requests, mut text) = (Receiver::new(), Vec::new(), Vec::new());
+        for byte in bytes {
+            match receiver.hear(*byte, extended) {
+                Heard::Byte => text.push(*byte),
+                Heard::Emergency => {
+                    text.push(*byte);
+                    requests.push(Realtime::Emergency);
+                }
+                Heard::Request(request) => requests.push(request),
+            }
+        }
+        (requests, String::from_utf8_lossy(&text).lines().map(str::to_owned).collect())
+    }
+
+    fn requests(bytes: &[u8]) -> Vec<Realtime> {
+        heard(bytes, false).0
+    }
+
+    fn numbered(line: &str) -> Vec<u8> {
+        format!("{line}*{}\n", checksum_of(line.as_bytes())).into_bytes()
+    }
 
     #[test]
-    fn exactly_five_bytes_leave_the_stream() {
-        let taken: Vec<u8> = (0..=255).filter(|&byte| classify(byte).is_some()).collect();
-        assert_eq!(taken, [0x18, 0x19, b'!', b'?', b'~']);
+    fn requests_leave_a_line_wherever_they_stand() {
+        let (requests, lines) = heard(b"G1 ?X1!0 Y~2\x18\x19\n", false);
+        let expected = [Realtime::Status, Realtime::Hold, Realtime::Resume, Realtime::Abort, Realtime::Stop];
+        assert_eq!((&requests[..], &lines[..]), (&expected[..], &["G1 X10 Y2".to_owned()][..]));
+    }
+
+    #[test]
+    fn a_line_with_a_number_keeps_its_signs() {
+        for line in ["N5 M117 Hi!", "N6 G1 X1 (what?)", "  N7 ~", "n8 m117 ?!~"] {
+            let (requests, lines) = heard(&numbered(line), false);
+            assert!(requests.is_empty(), "{line}: {requests:?}");
+            assert!(lines[0].starts_with(line), "{lines:?}");
+        }
+        assert_eq!(requests(b"N5 G1\n!"), [Realtime::Hold], "behind the line it acts");
+        assert_eq!(requests(b"N5 M117 \x18"), [Realtime::Abort], "no letter, and the operator's last resort");
+    }
+
+    #[test]
+    fn text_keeps_its_signs() {
+        assert_eq!(requests(b"M117 Done? Yes!\nm23 what?.g\n"), []);
+        assert_eq!(requests(b"M1170?\n"), [Realtime::Status]);
+        assert_eq!(requests(b"M118?\n"), [Realtime::Status]);
+    }
+
+    #[test]
+    fn an_upload_keeps_everything() {
+        let upload = b"M28 a.g\nG1 ?\nM112\n\x18!~\xC3\x84\n M29 \n?";
+        assert_eq!(requests(upload), [Realtime::Status]);
+        let mut checked = numbered("N1 M28 a.g");
+        checked.extend(b"N2 M112*0\nM112\n");
+        checked.extend(numbered("N3 M29"));
+        checked.extend(b"?");
+        assert_eq!(requests(&checked), [Realtime::Status]);
+    }
+
+    #[test]
+    fn a_garbled_line_begins_and_ends_no_upload() {
+        assert_eq!(requests(b"N1 M28 a.g*1\n?"), [Realtime::Status]);
+        assert_eq!(requests(b"M28 a.g\nN9 M29*1\n?\n"), []);
+    }
+
+    #[test]
+    fn an_emergency_stop_acts_when_its_line_is_whole() {
+        for line in ["M112\n", "m112\r\n", "  M112 ; stop\n", "N7 M112\n", "M112 (now)\n", "M0112\n"] {
+            assert_eq!(requests(line.as_bytes()), [Realtime::Emergency], "{line:?}");
+        }
+        assert_eq!(requests(&numbered("N7 M112")), [Realtime::Emergency]);
+        assert_eq!(requests(&numbered("M112")), [Realtime::Emergency]);
+        for line in ["M1120\n", "M112.1\n", "M11\n", "; M112\n", "(M112)\n", "G1 M112\n", "N7 M112*1\n", "M117 M112\n"]
+        {
+            assert_eq!(requests(line.as_bytes()), [], "{line:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_beyond_ascii_are_letters_but_for_grbl_outside_comments() {
+        let (requests, lines) = heard("G1 X1 (Ä)\n; \u{85}\n".as_bytes(), true);
+        assert_eq!((requests, lines.len()), (vec![], 2));
+        assert_eq!(heard(b"G1\x84 X1\x85\n", true), (vec![Realtime::Door, Realtime::JogCancel], vec!["G1 X1".into()]));
+        assert!(heard(b"G1\x84\n", false).0.is_empty());
+    }
+
+    proptest! {
+        /// Whatever comes, no byte of a line is lost but those that act.
+        #[test]
+        fn every_byte_stays_or_acts(bytes: Vec<u8>, extended: bool) {
+            let mut receiver = Receiver::new();
+            for byte in bytes {
+                match receiver.hear(byte, extended) {
+                    Heard::Byte => {}
+                    Heard::Emergency => prop_assert!(matches!(byte, b'\n' | b'\r')),
+                    Heard::Request(request) => {
+                        let known = classify(byte).or(classify_extended(byte).filter(|_| extended));
+                        prop_assert_eq!(known, Some(request));
+                    }
+                }
+            }
+        }
     }
 }

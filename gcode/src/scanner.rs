@@ -5,7 +5,7 @@ use crate::error::{Problem, SyntaxError};
 use crate::number::{self, Flaw};
 
 /// M-codes whose argument is text, kept as it stands.
-const TEXT_M_CODES: [u16; 7] = [23, 28, 30, 32, 117, 501, 504];
+pub(crate) const TEXT_M_CODES: [u16; 7] = [23, 28, 30, 32, 117, 501, 504];
 /// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
 const NUMBERED_G_CODES: [u16; 16] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 81, 82, 83, 92, 93];
 
@@ -23,8 +23,16 @@ impl<'a> Blocks<'a> {
         Self { line, at: 0 }
     }
 
-    pub(crate) const fn starting_at(line: &'a [u8], at: usize) -> Self {
+    /// The same, from a place of the line on: see [`Self::place`].
+    #[must_use]
+    pub const fn starting_at(line: &'a [u8], at: usize) -> Self {
         Self { line, at }
+    }
+
+    /// The line, and where in it the next command is looked for: enough to go on later.
+    #[must_use]
+    pub const fn place(&self) -> (&'a [u8], usize) {
+        (self.line, self.at)
     }
 
     fn peek(&self) -> Option<u8> {
