@@ -52,8 +52,10 @@ pub enum Action<'b> {
     },
     /// Go on with the suspended job.
     Resume,
-    /// Tell the operator.
+    /// Show the operator a text of the program.
     Message(&'b str),
+    /// Tell whoever sent the line something about it.
+    Note(&'static str),
     /// Everything else, with its words.
     Function(Function, Words<'b>),
 }
@@ -356,6 +358,7 @@ impl fmt::Display for Described<'_, '_> {
             }
             Action::Resume => f.write_str("resume"),
             Action::Message(text) => write!(f, "message: {text}"),
+            Action::Note(text) => write!(f, "note: {text}"),
             Action::Function(function, words) => write!(f, "{function}{words}"),
         }
     }

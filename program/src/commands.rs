@@ -49,7 +49,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("abort", "", "stop the file being played; heaters stay as they are"),
     command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),
     command("resume", "", "go on with the suspended job").working(),
-    command("get", "pos|wcs|state|status|steps|temp [name|chip]|volts [name]", "say what is").question(),
+    command("get", "pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]", "say what is").question(),
     command("config-get", "\"section\"", "show a section of config.ini"),
     command(
         "config-set",

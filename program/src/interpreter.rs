@@ -131,6 +131,16 @@ impl Interpreter {
         known
     }
 
+    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out. `None` when the
+    /// block is no question, or a word of it is wrong.
+    #[must_use]
+    pub fn question<'b>(&self, block: &'b Block<'b>) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
+        let row = self.row(block).filter(|row| row.waits == codes::Waits::Question)?;
+        let (Handler::Function(function) | Handler::Both(_, function)) = row.handler else { return None };
+        let words = Words::new(block, row, self.modal.inches);
+        words.check().is_ok().then_some((row, function, words))
+    }
+
     /// What a block means, read as its row says.
     ///
     /// # Errors

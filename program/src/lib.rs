@@ -43,5 +43,5 @@ pub use modal::{COORDINATE_SYSTEMS, Modal, MotionMode, write_system_name};
 pub use park::ParkPosition;
 pub use setup::{HeaterSetup, Setup, ToolSettings};
 pub use state::{State, States};
-pub use tools::{Tool, Tools};
+pub use tools::{MAX_TOOLS, Tool, Tools};
 pub use words::Words;

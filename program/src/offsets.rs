@@ -58,6 +58,9 @@ impl Interpreter {
                 Corner::Rounded(tolerance)
             }
         };
+        if (code.number, words.has('Q')) == (64, true) {
+            return Ok(Meaning::Action(Action::Note("// NOTE: Q is not needed, short lines are kept")));
+        }
         NOTHING
     }
 

@@ -52,14 +52,14 @@ impl Interpreter {
             }
             let z = homes_z.then_some(self.position[Axis::Z]);
             self.park = ParkPosition { x: self.position[Axis::X], y: self.position[Axis::Y], z };
-            return Ok(Meaning::Action(Action::Message("position saved, use M500 to make permanent")));
+            return Ok(Meaning::Action(Action::Note("position saved, use M500 to make permanent")));
         }
         let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
         let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
         let z = words.axis(Axis::Z).filter(|_| homes_z);
         self.park = ParkPosition { x, y, z };
         if words.has('Z') && z.is_none() {
-            return Ok(Meaning::Action(Action::Message("warning:cannot save Z as the z axis cannot be homed")));
+            return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
         }
         NOTHING
     }
