@@ -31,6 +31,12 @@ pub enum Law {
 }
 
 impl BuiltIn {
+    /// The sensor of this name; the Steinhart-Hart entry, which comes first, unless only beta is wanted.
+    #[must_use]
+    pub fn named(name: &str, only_beta: bool) -> Option<&'static Self> {
+        BUILT_IN.iter().find(|entry| entry.name == name && (entry.is_beta() || !only_beta))
+    }
+
     /// Whether the sensor is given by its beta.
     #[must_use]
     pub const fn is_beta(&self) -> bool {
@@ -121,6 +127,14 @@ mod tests {
             let celsius = entry.curve().celsius(entry.r0);
             assert!((celsius.0 - 25.0).abs() < 1.0, "{} reads {celsius}", entry.name);
         }
+    }
+
+    #[test]
+    fn a_name_in_both_tables_means_the_precise_entry_unless_beta_is_asked_for() {
+        let law = |name, only_beta| BuiltIn::named(name, only_beta).map(|entry| entry.law);
+        assert!(matches!(law("Semitec", false), Some(Law::SteinhartHart(_))));
+        assert_eq!(law("Semitec", true), Some(Law::Beta(4_267.0)));
+        assert_eq!(law("semitec", false), None);
     }
 
     #[test]
