@@ -187,7 +187,7 @@ impl Filters {
         for age in (0..=oldest).rev() {
             let number = newest.wrapping_sub(age);
             let stretch = self.history.stretch(number);
-            let Some(source) = stretch.source else { continue };
+            let Some(source) = stretch.source() else { continue };
             let within = is_before(stretch.start, time);
             let begin = later(stretch.start, time);
             // What is begun at its beginning leaves nothing of the stretch; the very first must stay.

@@ -61,8 +61,11 @@ pub(crate) struct Stretch {
     curves: u32,
     /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
-    /// `None`: a rest, or a chord in place of several pieces.
-    pub source: Option<Source>,
+    /// It is a part of one piece of the program: neither a rest, nor a chord in place of several pieces.
+    has_source: bool,
+    /// Of that piece. No `Option`, for an empty stretch must be all zero: then the history lies in memory that start-up clears,
+    /// and not in flash.
+    source: Source,
 }
 
 impl Stretch {
@@ -76,7 +79,8 @@ impl Stretch {
         curved: None,
         curves: 0,
         sums: [[0.0; 2]; MAX_EXTRUDERS],
-        source: None,
+        has_source: false,
+        source: Source { block: 0, origin: PerAxis([0.0; MAX_AXES]), base: 0.0, ramp: None },
     };
 
     pub fn of(piece: &Piece) -> (Self, Curve) {
@@ -107,7 +111,12 @@ impl Stretch {
 
     /// What of the program it is.
     pub fn from(self, source: Option<Source>) -> Self {
-        Self { source, ..self }
+        Self { has_source: source.is_some(), source: source.unwrap_or(Self::EMPTY.source), ..self }
+    }
+
+    /// What of the program it is a part of.
+    pub fn source(&self) -> Option<Source> {
+        self.has_source.then_some(self.source)
     }
 
     pub fn is_rest(&self) -> bool {
