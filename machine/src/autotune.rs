@@ -1,13 +1,16 @@
 //! M303: finds the PID gains of a heater, uses them and says them.
 
-use config::HeaterId;
-use gcode::Block;
+use config::{HeaterId, MachineConfig};
+use program::{Part, Words};
 use units::{Celsius, Micros};
 
-use crate::controller::Controller;
+use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::heat::{Heater, LawSettings};
+use crate::heat::{Heater, LawSettings, Relay};
+use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, temperature_text};
+use crate::needs::needs;
 use crate::ports::Ports;
+use crate::sessions::Reply;
 
 /// How often progress is said.
 const REPORT_PERIOD: Micros = Micros::from_seconds(1);
@@ -16,83 +19,98 @@ const TIMEOUT: Micros = Micros::from_seconds(2 * 3_600);
 /// Target and swings when the words are left out.
 const DEFAULT: (f64, f64) = (150.0, 8.0);
 
-impl<P: Ports> Controller<P> {
-    /// `M303 P<tool_id> [S<target>] [C<swings>]`; without P it says which there are.
-    pub(crate) async fn autotune_code(&mut self, block: &Block<'_>) -> Outcome {
-        let Some(word) = block.get('P') else {
-            for (_, heater) in self.config.heaters().filter(|(_, heater)| heater.heater_pin.is_some()) {
-                let (label, name, id) = (&heater.designator, &heater.name, heater.tool_id);
-                self.consoles.write(
-                    self.target,
-                    format_args!(
-                        "To run autopid for ({label}) {name}, select tool id with P{id}, use control X to abort\n"
-                    ),
-                );
-            }
-            return Ok(Answer::Ok);
-        };
-        let id = self.heater_named(303, 'P', word)?;
-        let swings = block.get('C').unwrap_or(DEFAULT.1).clamp(3.0, 50.0) as u8;
-        let target = Celsius(block.get('S').unwrap_or(DEFAULT.0) as f32);
-        self.needs_heater(id)?;
-        self.check_target(id, target)?;
-        if !self.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
-            return Err(Failure::alarm("heater supply is off (vfet below 6 V): switch it on, then M999"));
-        }
-        self.wait_idle().await?;
-        let tunable = self.ports.heat(|heat| {
-            let heater = heat.heater_mut(id)?;
-            let is_pid = heater.settings.heats && matches!(heater.settings.law, LawSettings::Pid(_));
-            is_pid.then(|| heater.start_tuning(swings))
-        });
-        if tunable.is_none() {
-            return Err(Failure::Refused(message(format_args!("M303: P{word} is no heater with PID control"))));
-        }
-        let tuned = match self.set_temperature(id, target) {
-            Ok(()) => self.watch_tuning(id).await,
-            Err(refused) => Err(refused),
-        };
-        self.switch_heater_off(id);
-        // Whatever happened, the heater gets a law that holds a temperature; a failure leaves the old gains.
-        self.ports.heat(|heat| {
-            if let Some(heater) = heat.heater_mut(id) {
-                adopt(heater);
-            }
-        });
-        tuned
+/// `M303 P<tool_id> [S<target>] [C<swings>]`; without P it says which there are.
+///
+/// # Errors
+/// When that is no heater with PID control, its target is not allowed, there is no supply, or it does not
+/// swing.
+pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let config = hands.config();
+    let Some(word) = words.get('P') else {
+        say_choice(config, &mut hands.reply());
+        return Ok(Answer::Ok);
+    };
+    let heater = heater_named(config, 303, 'P', word)?;
+    let swings = words.get('C').unwrap_or(DEFAULT.1) as u8;
+    let target = Celsius(words.get('S').unwrap_or(DEFAULT.0) as f32);
+    needs(config, Part::Heater(heater), hands.is_playing())?;
+    let target = meant(config, heater, target);
+    hands.heat(|heat| allow_target(heat, config, heater, target))?;
+    check_supply(hands, target)?;
+    hands.standstill().await?;
+    let tunable = hands.heat(|heat| {
+        let heater = heat.heater_mut(heater)?;
+        let is_pid = heater.settings.heats && matches!(heater.settings.law, LawSettings::Pid(_));
+        is_pid.then(|| heater.start_tuning(swings))
+    });
+    if tunable.is_none() {
+        return Err(Failure::Refused(message(format_args!("M303: P{word} is no heater with PID control"))));
     }
-
-    async fn watch_tuning(&mut self, id: HeaterId) -> Outcome {
-        let (since, mut report_due) = (self.ports.now(), self.ports.now());
-        loop {
-            let now = self.ports.now();
-            let relay = self.ports.heat(|heat| heat.heater(id).and_then(|heater| heater.tuning().copied()));
-            let relay = relay.ok_or_else(|| Failure::refused("M303: tuning was ended by another command"))?;
-            if let Some(gains) = relay.gains() {
-                let (p, i, d) = (gains.p, gains.i, gains.d);
-                self.say(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
-                self.say(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
-                return Ok(Answer::Ok);
-            }
-            if now.since(since) > TIMEOUT {
-                return Err(Failure::refused("M303: the temperature does not swing, heater left as it was"));
-            }
-            if now >= report_due {
-                report_due = now.plus(REPORT_PERIOD);
-                let (counted, wanted) = relay.progress();
-                self.say(format_args!("// Autopid Status - {counted}/{wanted} "));
-                let target = self.target;
-                self.write_temperature(target, id);
-                self.say(format_args!("\n"));
-            }
-            self.pause().await?;
+    let now = hands.now();
+    let tuned = match hands.heat(|heat| change_target(heat, config, heater, target, now)) {
+        Ok(()) => watch_tuning(hands, heater).await,
+        Err(refused) => Err(refused),
+    };
+    let now = hands.now();
+    // Whatever happened, the heater gets a law that holds a temperature; a failure leaves the old gains.
+    hands.heat(|heat| {
+        // Off is never refused.
+        let _ = heat.set_target(heater, Celsius(0.0), now);
+        if let Some(heater) = heat.heater_mut(heater) {
+            adopt(heater);
         }
+    });
+    tuned
+}
+
+/// What a target means: 1 and 2 stand for the presets.
+fn meant(config: &MachineConfig, heater: HeaterId, target: Celsius) -> Celsius {
+    match (target.0, config.heater(heater).map(|heater| heater.presets)) {
+        (1.0, Some([first, _])) => first,
+        (2.0, Some([_, second])) => second,
+        _ => target,
+    }
+}
+
+fn say_choice(config: &MachineConfig, reply: &mut Reply<'_>) {
+    for (_, heater) in config.heaters().filter(|(_, heater)| heater.heater_pin.is_some()) {
+        let (label, name, id) = (&heater.designator, &heater.name, heater.tool_id);
+        reply.say(format_args!(
+            "To run autopid for ({label}) {name}, select tool id with P{id}, use control X to abort\n"
+        ));
+    }
+}
+
+async fn watch_tuning<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Outcome {
+    let config = hands.config();
+    let (since, mut report_due) = (hands.now(), hands.now());
+    loop {
+        let now = hands.now();
+        let relay = hands.heat(|heat| heat.heater(heater).and_then(|heater| heater.tuning().copied()));
+        let relay = relay.ok_or_else(|| Failure::refused("M303: tuning was ended by another command"))?;
+        if let Some(gains) = relay.gains() {
+            let (p, i, d) = (gains.p, gains.i, gains.d);
+            hands.say(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
+            hands.say(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
+            return Ok(Answer::Ok);
+        }
+        if now.since(since) > TIMEOUT {
+            return Err(Failure::refused("M303: the temperature does not swing, heater left as it was"));
+        }
+        if now >= report_due {
+            report_due = now.plus(REPORT_PERIOD);
+            let (counted, wanted) = relay.progress();
+            if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
+                hands.say(format_args!("// Autopid Status - {counted}/{wanted} {text}\n"));
+            }
+        }
+        hands.pause().await?;
     }
 }
 
 /// Puts found gains into force, or the old ones back.
 fn adopt(heater: &mut Heater) {
-    let found = heater.tuning().and_then(crate::heat::Relay::gains);
+    let found = heater.tuning().and_then(Relay::gains);
     let mut law = heater.settings.law;
     if let (LawSettings::Pid(gains), Some(found)) = (&mut law, found) {
         (gains.p, gains.i, gains.d) = (found.p, found.i, found.d);

@@ -57,7 +57,7 @@ impl Failure {
 pub enum Answer {
     /// With `ok`.
     Ok,
-    /// It has answered completely.
+    /// It has answered completely, or will.
     Said,
     /// Nobody knows this code.
     Unknown,

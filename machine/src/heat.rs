@@ -8,28 +8,30 @@
 //! guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that reported within
 //! [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the message follows later.
 
+mod effects;
 mod guard;
 mod law;
 mod modulator;
 mod sensor;
 mod settings;
 mod stuck_on;
-pub mod thermistors;
 mod tuning;
 
 use config::HeaterId;
 use heapless::Vec;
+use motion::Mark;
 use units::{Celsius, Duty, Micros};
 
+pub use effects::{Effects, Full, Output};
 pub use guard::{Guard, GuardSettings};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use modulator::{MODULATION_HZ, Modulators};
-pub use sensor::{Curve, Sensor, Thermistor};
+pub use sensor::Sensor;
 pub use settings::{HeaterSettings, LawSettings};
 pub use stuck_on::StuckOnWatch;
 pub use tuning::{Gains, Relay};
 
-use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
+use crate::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings};
 use stuck_on::Look;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
@@ -226,6 +228,12 @@ pub struct HeatControl {
     dispatcher_seen: Micros,
     modulation_ticks_since_control: u32,
     fault: Option<HeatFault>,
+    effects: Effects,
+    /// A target that was refused when its place on the path was reached.
+    refused: Option<(HeaterId, Celsius, TargetRefused)>,
+    /// Duty of each switch on a hardware timer, 0 to 1, and which have changed.
+    pwm: [f32; MAX_SWITCHES],
+    pwm_changed: u16,
 }
 
 impl Default for HeatControl {
@@ -246,6 +254,10 @@ impl HeatControl {
             dispatcher_seen: Micros(0),
             modulation_ticks_since_control: 0,
             fault: None,
+            effects: Effects::new(),
+            refused: None,
+            pwm: [0.0; MAX_SWITCHES],
+            pwm_changed: 0,
         }
     }
 
@@ -302,8 +314,76 @@ impl HeatControl {
         self.modulators.set_switch(switch, duty);
     }
 
-    /// Everything that heats off, at once; the output stage closed until [`Self::release`].
+    /// Sets a switch on a hardware timer, 0 to 1.
+    pub fn set_pwm(&mut self, switch: usize, duty: f32) {
+        if let Some(place) = self.pwm.get_mut(switch) {
+            *place = duty;
+            self.pwm_changed |= 1 << switch;
+        }
+    }
+
+    /// The next switch on a hardware timer that is to be set: its place, and its duty.
+    #[inline]
+    pub fn take_pwm_change(&mut self) -> Option<(usize, f32)> {
+        if self.pwm_changed == 0 {
+            return None;
+        }
+        let switch = self.pwm_changed.trailing_zeros() as usize;
+        self.pwm_changed &= self.pwm_changed - 1;
+        self.pwm.get(switch).map(|duty| (switch, *duty))
+    }
+
+    /// Changes an output.
+    ///
+    /// # Errors
+    /// When a target is refused; see [`Self::set_target`].
+    pub fn apply(&mut self, output: Output, now: Micros) -> Result<(), TargetRefused> {
+        match output {
+            Output::Target(heater, target) => self.set_target(heater, target, now)?,
+            Output::Switch(switch, duty) => self.set_switch(usize::from(switch), duty),
+            Output::Pwm(switch, duty) => self.set_pwm(usize::from(switch), duty),
+        }
+        Ok(())
+    }
+
+    /// Has an output change when the motors reach a mark.
+    ///
+    /// # Errors
+    /// When too many changes wait: ask again later.
+    pub fn ride(&mut self, mark: Mark, output: Output) -> Result<(), Full> {
+        self.effects.wait(mark, output)
+    }
+
+    /// The motors have reached this mark: outputs that wait for it change.
+    #[inline]
+    pub fn reach(&mut self, mark: Mark, now: Micros) {
+        while let Some(output) = self.effects.reached(mark) {
+            if let (Err(why), Output::Target(heater, target)) = (self.apply(output, now), output) {
+                self.refused = Some((heater, target, why));
+            }
+        }
+    }
+
+    /// Whether changes wait for their places on the path.
+    #[must_use]
+    pub fn has_effects(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
+    /// What waits for marks does not happen: the path it belongs to was dropped.
+    pub fn drop_effects(&mut self) {
+        self.effects.clear();
+    }
+
+    /// A target that was refused when its place on the path was reached, once.
+    pub fn take_refusal(&mut self) -> Option<(HeaterId, Celsius, TargetRefused)> {
+        self.refused.take()
+    }
+
+    /// Everything that heats off, at once, and what waits for its place on the path with it; the output stage closed until
+    /// [`Self::release`].
     pub fn halt(&mut self) {
+        self.effects.clear();
         self.halted = true;
         self.fets_enabled = false;
         for heater in &mut self.heaters {

@@ -1,13 +1,15 @@
 //! `$J`: moves by hand.
 
-use motion::Mode;
+use motion::{Mode, Motion};
+use program::State;
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use crate::controller::Controller;
+use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::motion_config::slowest_rate;
 use crate::ports::Ports;
-use crate::state::State;
+use crate::safety::Event;
+use crate::safety::travel::Travel;
 
 /// Least length of one piece of a continuous jog, mm.
 const LEAST_PIECE: f64 = 1.0 / 3.0;
@@ -32,107 +34,166 @@ enum Rate {
     Absolute(f64),
 }
 
+impl Request {
+    /// Axes that it moves.
+    fn axes(&self) -> impl Iterator<Item = Axis> {
+        Axis::ALL.into_iter().filter(|axis| self.by[*axis] != 0.0)
+    }
+}
+
 /// Reads `-c -r X10 Y-1 S0.5 F600`. `e_axis` is the axis that E stands for.
 fn parse(text: &str, e_axis: Option<Axis>) -> Result<Request, Failure> {
     let mut request =
         Request { by: PerAxis([0.0; units::MAX_AXES]), rate: Rate::Scale(1.0), continuous: false, replies: false };
-    let refuse = |what: &str, word: &str| Failure::Refused(message(format_args!("{what} {word}")));
-    let mut any = false;
     for word in text.split(';').next().unwrap_or("").split_ascii_whitespace() {
         match word {
             "-c" => request.continuous = true,
             "-r" => request.replies = true,
-            option if option.starts_with('-') => return Err(refuse("illegal option", option.trim_start_matches('-'))),
-            _ => {
-                let mut characters = word.chars();
-                let letter = characters.next().unwrap_or(' ').to_ascii_uppercase();
-                let number = characters.as_str().parse::<f64>().ok().filter(|number| number.is_finite());
-                let number = number.ok_or_else(|| refuse("no number after", word))?;
-                match letter {
-                    'S' => request.rate = Rate::Scale(number),
-                    'F' => request.rate = Rate::Absolute(number / 60.0),
-                    letter => {
-                        let axis = if letter == 'E' { e_axis } else { Axis::from_letter(letter) };
-                        let axis = axis.ok_or_else(|| refuse("bad axis", word))?;
-                        request.by[axis] = number;
-                        any |= number != 0.0;
-                    }
-                }
-            }
+            option if option.starts_with('-') => return Err(refused("illegal option", option.trim_start_matches('-'))),
+            _ => parse_word(word, e_axis, &mut request)?,
         }
     }
-    if any { Ok(request) } else { Err(Failure::refused("no delta jog specified")) }
+    if request.axes().next().is_none() {
+        return Err(Failure::refused("no delta jog specified"));
+    }
+    Ok(request)
 }
 
-impl<P: Ports> Controller<P> {
-    /// `$J [-c] [-r] words`
-    pub(crate) async fn jog_command(&mut self, text: &str) -> Outcome {
-        if self.state == State::Halt || self.crippled {
-            return Err(Failure::Halted);
+fn parse_word(word: &str, e_axis: Option<Axis>, request: &mut Request) -> Result<(), Failure> {
+    let mut characters = word.chars();
+    let letter = characters.next().unwrap_or(' ').to_ascii_uppercase();
+    let number = characters.as_str().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = number.ok_or_else(|| refused("no number after", word))?;
+    match letter {
+        'S' => request.rate = Rate::Scale(number),
+        'F' => request.rate = Rate::Absolute(number / 60.0),
+        letter => {
+            let axis = if letter == 'E' { e_axis } else { Axis::from_letter(letter) };
+            request.by[axis.ok_or_else(|| refused("bad axis", word))?] = number;
         }
-        let e_axis = self.tools.active().map(|tool| tool.axis);
-        let request = parse(text, e_axis)?;
-        let moved = || Axis::ALL.into_iter().filter(|axis| request.by[*axis] != 0.0);
-        for axis in moved() {
-            if !self.config.actuators.0.get(axis as usize).is_some_and(|motor| motor.present) {
-                return Err(Failure::Refused(message(format_args!("axis out of range {}", axis.letter()))));
-            }
-        }
-        if self.config.motion.must_be_homed && !self.all_homed() {
-            return Err(Failure::alarm("Must be homed before moving"));
-        }
-        let motors = moved().filter_map(|axis| Actuator::from_index(axis as usize));
-        let top = slowest_rate(&self.config, motors).0;
-        let rate = match request.rate {
-            Rate::Scale(scale) => top * scale,
-            Rate::Absolute(rate) => rate,
-        };
-        if rate <= 0.0 {
-            return Err(Failure::refused("the jog rate must be above zero"));
-        }
-        let rate = if rate > top { top } else { rate };
-        if request.continuous {
-            return self.jog_continuously(&request.by, rate).await;
-        }
-        let mut target = self.position;
-        moved().for_each(|axis| target[axis] += request.by[axis]);
-        self.go(target, MmPerSecond(rate), Mode::Rapid).await?;
-        self.ports.motion(motion::Motion::flush);
-        Ok(if request.replies { Answer::Ok } else { Answer::Said })
     }
+    Ok(())
+}
 
-    /// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
-    async fn jog_continuously(&mut self, by: &PerAxis<f64>, rate: f64) -> Outcome {
-        if !self.is_from_a_console() {
-            return Err(Failure::refused("unable to set continuous jog mode"));
-        }
-        self.wait_idle().await?;
-        let braking =
-            self.ports.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
-        let piece = if braking > LEAST_PIECE { braking } else { LEAST_PIECE };
-        self.jog_pieces(by, piece, rate).await?;
-        self.ports.motion(motion::Motion::stop);
-        self.wait_idle().await?;
-        self.resync();
-        Ok(Answer::Ok)
-    }
+fn refused(what: &str, word: &str) -> Failure {
+    Failure::Refused(message(format_args!("{what} {word}")))
+}
 
-    async fn jog_pieces(&mut self, by: &PerAxis<f64>, piece: f64, rate: f64) -> Result<(), Failure> {
-        while !self.stop_requested() {
-            // Two pieces wait beside the one under way: enough to keep the speed, little enough to stop soon.
-            if self.ports.motion(|motion| motion.queue_level().0) >= 2 {
-                self.pause().await?;
-                continue;
-            }
-            let mut target = self.position;
-            for axis in Axis::ALL.into_iter().filter(|axis| by[*axis] != 0.0) {
-                target[axis] += if by[axis] > 0.0 { piece } else { -piece };
-            }
-            self.go(target, MmPerSecond(rate), Mode::Rapid).await?;
-            self.ports.motion(motion::Motion::flush);
-        }
-        Ok(())
+/// `$J [-c] [-r] words`: moves from where the last move ends, cut to the travel. `e_axis` is the axis of the
+/// extruder in use.
+///
+/// # Errors
+/// When it is not understood, the machine must be homed first or is halted, or nothing of the jog is within
+/// the travel.
+pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
+    if matches!(hands.state(), State::Alarm | State::Sleep | State::Invalid) {
+        return Err(Failure::Halted);
     }
+    let request = parse(text, e_axis)?;
+    let config = hands.config();
+    if let Some(axis) = request.axes().find(|axis| !config.actuators.0.get(*axis as usize).is_some_and(|m| m.present)) {
+        return Err(Failure::Refused(message(format_args!("axis out of range {}", axis.letter()))));
+    }
+    if config.motion.must_be_homed && !hands.all_homed() {
+        return Err(Failure::alarm("Must be homed before moving"));
+    }
+    let motors = request.axes().filter_map(|axis| Actuator::from_index(axis as usize));
+    let rate = rate(request.rate, slowest_rate(config, motors).0)?;
+    if hands.state() == State::Check {
+        return Ok(if request.replies || request.continuous { Answer::Ok } else { Answer::Said });
+    }
+    if request.continuous {
+        jog_continuously(hands, &request.by, rate).await?;
+        return Ok(Answer::Ok);
+    }
+    if !move_by(hands, &request.by, rate).await? {
+        return Err(out_of_travel(hands, &request.by));
+    }
+    Ok(if request.replies { Answer::Ok } else { Answer::Said })
+}
+
+/// The rate of a jog, at most the slowest motor's own. mm/s.
+fn rate(asked: Rate, top: f64) -> Result<f64, Failure> {
+    let rate = match asked {
+        Rate::Scale(scale) => top * scale,
+        Rate::Absolute(rate) => rate,
+    };
+    if rate <= 0.0 {
+        return Err(Failure::refused("the jog rate must be above zero"));
+    }
+    Ok(if rate > top { top } else { rate })
+}
+
+fn travel<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Travel {
+    let config = hands.config();
+    Travel::new(config, hands.tuning())
+}
+
+fn moved(from: &PerAxis<f64>, by: &PerAxis<f64>) -> PerAxis<f64> {
+    PerAxis(Axis::ALL.map(|axis| from[axis] + by[axis]))
+}
+
+fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> Failure {
+    let (from, homed) = (hands.position(), hands.axes().homed());
+    match travel(hands).check(&from, &moved(&from, by), homed) {
+        Err(out) => Failure::Refused(message(format_args!("{out}"))),
+        Ok(()) => Failure::refused("no delta jog specified"),
+    }
+}
+
+/// Submits one move, cut to the travel. False when nothing is left of it.
+async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
+    let (from, homed) = (hands.position(), hands.axes().homed());
+    let target = travel(hands).cut(&from, &moved(&from, by), homed);
+    if target == from {
+        return Ok(false);
+    }
+    // From standstill it is a jog; behind other moves it is one of them.
+    let begins = hands.apply(Event::JogBegins);
+    let went = hands.go(target, MmPerSecond(rate), Mode::Rapid).await;
+    if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
+        hands.apply(Event::Drained);
+    }
+    went?;
+    hands.motion(Motion::flush);
+    Ok(true)
+}
+
+/// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
+async fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+    if !hands.is_asked_by_a_session() {
+        return Err(Failure::refused("unable to set continuous jog mode"));
+    }
+    hands.standstill().await?;
+    let braking = hands.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
+    let length = if braking > LEAST_PIECE { braking } else { LEAST_PIECE };
+    let piece = PerAxis(by.0.map(|mm| match mm {
+        0.0 => 0.0,
+        mm => libm::copysign(length, mm),
+    }));
+    jog_pieces(hands, &piece, rate).await?;
+    hands.motion(Motion::stop);
+    hands.standstill().await?;
+    hands.apply(Event::Drained);
+    Ok(())
+}
+
+async fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+    let mut moves = false;
+    while !hands.stop_requested() {
+        // Two pieces wait beside the one under way: enough to keep the speed, little enough to stop soon.
+        if hands.motion(|motion| motion.queue_level().0) >= 2 {
+            hands.pause().await?;
+        } else if move_by(hands, piece, rate).await? {
+            moves = true;
+        } else if moves {
+            // At the end of the travel: whoever jogs says when it is over.
+            hands.pause().await?;
+        } else {
+            return Err(out_of_travel(hands, piece));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

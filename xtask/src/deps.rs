@@ -21,7 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("tmc", &["units"]),
     ("drivers", &["units"]),
     // What a sensor's reading means in degrees is known in one place; `drivers` speaks to no chip.
-    ("machine", &["units", "gcode", "config", "motion", "drivers"]),
+    ("machine", &["units", "gcode", "program", "config", "motion", "drivers"]),
     // The machine's port over the chips: `machine` never sees a chip, `tmc` never sees a machine.
     ("driver-bank", &["units", "config", "machine", "tmc"]),
     // The machine's port over a card's file system.

@@ -1,12 +1,11 @@
 //! What a temperature controller is told once, and how the configuration says it.
 
-use config::{ControlLaw, SensorKind, TemperatureConfig, ThermistorConfig};
+use config::{ControlLaw, TemperatureConfig};
 use units::{Celsius, Duty, Micros};
 
 use super::guard::GuardSettings;
 use super::law::PidGains;
-use super::sensor::{Curve, Sensor, Thermistor};
-use super::thermistors;
+use super::sensor::Sensor;
 
 /// Settings of a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,10 +44,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
     fn from(config: &TemperatureConfig) -> Self {
         Self {
             heats: config.heater_pin.is_some(),
-            sensor: match config.sensor.kind {
-                SensorKind::Thermistor => Sensor::Thermistor((&config.sensor.thermistor).into()),
-                SensorKind::Max31855 => Sensor::Max31855,
-            },
+            sensor: Sensor::from(&config.sensor),
             law: law(config),
             max_duty: config.max_pwm,
             min: config.min_temp,
@@ -75,19 +71,5 @@ fn law(config: &TemperatureConfig) -> LawSettings {
             on_measurement: config.pid.on_measurement,
             conditional_integral: config.pid.windup,
         }),
-    }
-}
-
-impl From<&ThermistorConfig> for Thermistor {
-    /// The strongest rule given wins: three points, coefficients, a table entry, beta.
-    fn from(config: &ThermistorConfig) -> Self {
-        let entry = config.table.and_then(|name| thermistors::find(name, config.use_beta_table));
-        let curve = match (config.rt_curve, config.coefficients, entry) {
-            (Some(points), _, _) => Curve::SteinhartHart(thermistors::coefficients_through(points)),
-            (None, Some(coefficients), _) => Curve::SteinhartHart(coefficients),
-            (None, None, Some(curve)) => curve,
-            (None, None, None) => Curve::Beta(config.beta_k),
-        };
-        Self { curve, r0: config.r0, t0: config.t0, r1_parallel: config.r1, r2_pull_up: config.r2 }
     }
 }

@@ -2,25 +2,22 @@
 
 use super::guard::GuardSettings;
 use super::law::PidGains;
-use super::sensor::{Curve, Thermistor};
 use super::*;
 use crate::ports::{heater_bit, switch_bit};
+use drivers::thermistor::{Curve, Divider, Thermistor};
 use units::Ohms;
 
-const THERMISTOR: Thermistor = Thermistor {
-    curve: Curve::Beta(4_066.0),
-    r0: Ohms(100_000.0),
-    t0: Celsius(25.0),
-    r1_parallel: Ohms(0.0),
-    r2_pull_up: Ohms(4_700.0),
-};
+fn thermistor() -> Thermistor {
+    let r0 = Ohms(100_000.0);
+    Thermistor::new(Curve::from_beta(r0, Celsius(25.0), 4_066.0).unwrap(), Divider::PRIME, r0)
+}
 
 fn settings() -> HeaterSettings {
     let gains =
         PidGains { p: 10.0, i: 0.3, d: 200.0, i_max: 255.0, on_measurement: false, conditional_integral: false };
     HeaterSettings {
         heats: true,
-        sensor: Sensor::Thermistor(THERMISTOR),
+        sensor: Sensor::Thermistor(thermistor()),
         law: LawSettings::Pid(gains),
         max_duty: Duty::FULL,
         min: Celsius(0.0),

@@ -1,14 +1,14 @@
 //! Homing an axis that two motors move, each with a switch of its own.
 //!
-//! A gantry that is racked closes the slave's switch before the master's. Going on would drive the slave into its stop, so it
-//! may go on only as far as past any switch; then the axis is called racked.
+//! A gantry that is racked closes the slave's switch before the master's. Going on would drive the slave into
+//! its stop, so it may go on only as far as past any switch; then the axis is called racked.
 
-use units::{Axis, PerAxis};
+use units::{Axis, AxisSet, PerAxis};
 
-use super::{AxisSet, axes, bit};
-use crate::stopping;
+use super::overtravel::RUN_ON;
 
-/// Axes of which a slave's switch has closed before the master's own: they may go on a little, and no further.
+/// Axes of which a slave's switch has closed before the master's own: they may go on a little, and no
+/// further.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlavesAhead {
     axes: AxisSet,
@@ -23,13 +23,13 @@ impl SlavesAhead {
 
     /// The slave's switch of this axis closed here, on its way `towards` (1 or -1).
     pub(super) fn closed(&mut self, axis: Axis, at: f64, towards: f64) {
-        self.axes |= bit(axis);
-        self.bounds[axis] = (at + towards * stopping::RUN_ON, towards);
+        self.axes = self.axes.with(axis);
+        self.bounds[axis] = (at + towards * RUN_ON, towards);
     }
 
     /// A target that ends at the bounds; where the machine is past one already, it stays.
     pub(super) fn bounded(&self, mut target: PerAxis<f64>, here: &PerAxis<f64>) -> PerAxis<f64> {
-        for axis in axes(self.axes) {
+        for axis in self.axes.axes() {
             let (bound, towards) = self.bounds[axis];
             if (target[axis] - bound) * towards > 0.0 {
                 target[axis] = if (here[axis] - bound) * towards > 0.0 { here[axis] } else { bound };

@@ -1,7 +1,8 @@
 //! What trims and radius a delta must have for the points where it touched the bed to lie at one height.
 //!
-//! A touch tells how far each carriage was from its switch. That does not depend on what is believed about the machine; the
-//! height that follows from it does. Gauss-Newton on these heights, with derivatives by differences.
+//! A touch tells how far each carriage was from its switch. That does not depend on what is believed about
+//! the machine; the height that follows from it does. Gauss-Newton on these heights, with derivatives by
+//! differences.
 
 use motion::Kinematics;
 use units::{Axis, PerActuator, PerAxis};
@@ -85,8 +86,9 @@ pub(super) fn spread(belief: &Belief, touches: &[[f64; 3]]) -> f64 {
     most - least
 }
 
-/// The belief that lets all touches lie at one height. With trims among the unknowns that is their mean height as believed
-/// before, since raising all trims only moves the bed. `None` when the touches do not tell, or tell nonsense.
+/// The belief that lets all touches lie at one height. With trims among the unknowns that is their mean
+/// height as believed before, since raising all trims only moves the bed. `None` when the touches do not
+/// tell, or tell nonsense.
 pub(super) fn fit(belief: &Belief, touches: &[[f64; 3]], trims: bool, radius: bool) -> Option<Belief> {
     let unknowns: &[usize] = match (trims, radius) {
         (true, true) => &[0, 1, 2, RADIUS],

@@ -1,21 +1,28 @@
 //! Leveling by a grid of touches: rectangular, and round on a delta.
 
-use gcode::Block;
 use motion::{GridShape, Motion};
-use units::Axis;
+use program::Words;
+use units::{Axis, AxisSet};
 
-use crate::controller::Controller;
+use super::points::{clear_of, find_bed, nozzle_over, probe_at, probe_point};
+use super::search::check_homed;
+use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::levelling::grid;
+use crate::homing;
+use crate::leveling::{self, grid};
 use crate::ports::Ports;
 
-/// Points along a side of a G29 scan at least, and of a grid.
-const LEAST_SCAN: f64 = 5.0;
+/// Points along a side of a G29 scan at least.
+const LEAST_SCAN: usize = 5;
+/// Points along a side of a delta's G29 at most.
+const MOST_ALONG: f64 = 50.0;
 /// Touches of a spiral without I, and at most.
 const SPIRAL: f64 = 50.0;
 const MOST_SPIRAL: f64 = 1_000.0;
 /// Turn from one touch of a spiral to the next, radians: the golden angle, which spreads them evenly.
 const GOLDEN: f64 = 2.399_963_229_728_653;
+/// A point this little outside of the circle, mm, is in it: it is there by rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// A grid to touch.
 #[derive(Clone, Copy, Debug)]
@@ -29,188 +36,197 @@ struct Plan {
     from: f64,
 }
 
-impl<P: Ports> Controller<P> {
-    /// G31 and G32 with a cartesian grid.
-    pub(super) async fn level_by_cartesian_grid(&mut self, block: &Block<'_>) -> Outcome {
-        let settings = self.config.leveling.grid;
-        let here = block.get('R') == Some(1.0);
-        let two_corners = settings.two_corners && block.get('R') != Some(0.0);
-        if settings.home && !here && !two_corners {
-            self.home(0).await?;
-        }
-        self.wait_idle().await?;
-        self.check_homed()?;
-        let shape = self.cartesian_shape(block, here, two_corners)?;
-        self.run_probe_gcode(0).await?;
-        let plan = Plan { shape, radius: None, reference: shape.place(0), from: settings.initial_height.0 };
-        let leveled = self.level_by_grid(&plan).await;
-        self.run_probe_gcode(1).await?;
-        leveled
+/// Homes as configured, and tells the area of G31 and G32: where the probe is now may be part of it.
+pub(super) async fn prepare_cartesian_grid<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    words: &Words<'_>,
+) -> Result<GridShape, Failure> {
+    let settings = hands.config().leveling.grid;
+    let here = words.get('R') == Some(1.0);
+    let two_corners = settings.two_corners && words.get('R') != Some(0.0);
+    if settings.home && !here && !two_corners {
+        homing::home(hands, AxisSet::NONE).await?;
     }
+    hands.standstill().await?;
+    check_homed(hands)?;
+    cartesian_shape(hands, words, here, two_corners)
+}
 
-    /// G29 with a cartesian grid: the same from where the tool is, of which nothing remains.
-    pub(super) async fn scan_cartesian(&mut self, block: &Block<'_>) -> Outcome {
-        self.wait_idle().await?;
-        self.check_homed()?;
-        let (Some(_), Some(_)) = (block.get('X'), block.get('Y')) else {
-            return Err(Failure::refused("G29 takes the size X and Y of the area to scan"));
+/// G31 and G32 with a cartesian grid, once its area is known.
+pub(crate) async fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
+    let from = hands.config().leveling.grid.initial_height.0;
+    level_by_grid(hands, &Plan { shape: *shape, radius: None, reference: shape.place(0), from }).await
+}
+
+/// G29 with a cartesian grid: the same from where the tool is, of which nothing remains.
+pub(super) async fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    hands.standstill().await?;
+    check_homed(hands)?;
+    let (Some(_), Some(_)) = (words.get('X'), words.get('Y')) else {
+        return Err(Failure::refused("G29 takes the size X and Y of the area to scan"));
+    };
+    let shape = cartesian_shape(hands, words, true, false)?;
+    if shape.count.iter().any(|count| *count < LEAST_SCAN) {
+        return Err(Failure::refused("G29 scans at least 5 x 5 points: I and J"));
+    }
+    let height = hands.position()[Axis::Z];
+    touch_grid(hands, &Plan { shape, radius: None, reference: shape.place(0), from: height }).await?;
+    say_draft(hands, &shape).await;
+    Ok(Answer::Ok)
+}
+
+/// The area and its points: from the configuration, or as the words say.
+fn cartesian_shape<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    words: &Words<'_>,
+    here: bool,
+    two_corners: bool,
+) -> Result<GridShape, Failure> {
+    let settings = hands.config().leveling.grid;
+    let (origin, size) = if two_corners && !here {
+        let (Some(x), Some(y), Some(a), Some(b)) = (words.get('X'), words.get('Y'), words.get('A'), words.get('B'))
+        else {
+            return Err(Failure::refused("two corners: X and Y are the start, A and B the size of the area"));
         };
-        let shape = self.cartesian_shape(block, true, false)?;
-        if shape.count.iter().any(|count| (*count as f64) < LEAST_SCAN) {
-            return Err(Failure::refused("G29 scans at least 5 x 5 points: I and J"));
-        }
-        let height = self.position[Axis::Z];
-        let plan = Plan { shape, radius: None, reference: shape.place(0), from: height };
-        self.touch_grid(&plan).await?;
-        self.say_draft(&shape).await;
-        Ok(Answer::Ok)
+        ([x, y], [a, b])
+    } else {
+        let nozzle = hands.position();
+        let start = if here { probe_at(hands.bed(), &nozzle) } else { [0.0; 2] };
+        let [x, y] = settings.size.map(|size| size.0);
+        (start, [words.get('X').unwrap_or(x), words.get('Y').unwrap_or(y)])
+    };
+    let [nx, ny] = settings.count.map(f64::from);
+    let counts = [words.get('I').unwrap_or(nx), words.get('J').unwrap_or(ny)];
+    let is_count = |count: &f64| *count >= 2.0 && libm::floor(*count) == *count;
+    if !counts.iter().all(is_count) || counts[0] * counts[1] > nx * ny {
+        let text = format_args!("I and J are points along X and Y, 2 or more, together at most {}", nx * ny);
+        return Err(Failure::Refused(message(text)));
     }
+    if size.contains(&0.0) {
+        return Err(Failure::refused("the area to probe has no size: x_size and y_size, or X and Y"));
+    }
+    let step = [size[0] / (counts[0] - 1.0), size[1] / (counts[1] - 1.0)];
+    Ok(GridShape { origin, step, count: counts.map(|count| count as usize) })
+}
 
-    /// The area and its points: from the configuration, or as the words say.
-    fn cartesian_shape(&self, block: &Block<'_>, here: bool, two_corners: bool) -> Result<GridShape, Failure> {
-        let settings = self.config.leveling.grid;
-        let word = |letter| block.get(letter).map(|value| self.modal.to_mm(value));
-        let (origin, size) = if two_corners && !here {
-            let (Some(x), Some(y), Some(a), Some(b)) = (word('X'), word('Y'), word('A'), word('B')) else {
-                return Err(Failure::refused("two corners: X and Y are the start, A and B the size of the area"));
+/// G31 with a delta grid.
+pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let settings = hands.config().leveling.delta;
+    let radius = grid_radius(hands, words)?;
+    if settings.home {
+        homing::home(hands, AxisSet::NONE).await?;
+    }
+    hands.standstill().await?;
+    check_homed(hands)?;
+    level_by_grid(hands, &round_plan(radius, settings.count, settings.initial_height.0)).await
+}
+
+/// The grid around the middle of which a probe reaches what is in the circle.
+fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
+    Plan { shape: grid::around(radius, count), radius: Some(radius + ROUNDING), reference: [0.0; 2], from }
+}
+
+/// G29 with a delta grid: a map of I points along each side; G29.1: I points along a spiral. Nothing of it
+/// remains.
+pub(super) async fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
+    let settings = hands.config().leveling.delta;
+    let radius = grid_radius(hands, words)?;
+    let usual = if spiral { SPIRAL } else { f64::from(settings.count) };
+    let (count, most) = (words.get('I').unwrap_or(usual), if spiral { MOST_SPIRAL } else { MOST_ALONG });
+    if !(2.0..=most).contains(&count) {
+        return Err(Failure::Refused(message(format_args!("I is the number of points, 2 to {most}"))));
+    }
+    hands.standstill().await?;
+    check_homed(hands)?;
+    let from = settings.initial_height.0;
+    if spiral {
+        return scan_spiral(hands, radius, count, from).await;
+    }
+    let plan = round_plan(radius, count as u8, from);
+    touch_grid(hands, &plan).await?;
+    say_draft(hands, &plan.shape).await;
+    Ok(Answer::Ok)
+}
+
+/// Touches so many points along a spiral out to the radius.
+async fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, from: f64) -> Outcome {
+    let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
+    let bed = find_bed(hands, nozzle_over(&offsets, [0.0; 2]), from).await?[Axis::Z];
+    for n in 0..count as u32 {
+        let (distance, angle) = (radius * libm::sqrt(f64::from(n) / (count - 1.0)), GOLDEN * f64::from(n));
+        let at = [distance * libm::cos(angle), distance * libm::sin(angle)];
+        let contact = probe_point(hands, nozzle_over(&offsets, at), clear_of(&probe, bed)).await?;
+        hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z] - bed));
+        hands.drain().await;
+    }
+    Ok(Answer::Ok)
+}
+
+fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
+    let radius = words.as_length('J').unwrap_or(hands.config().leveling.delta.radius.0);
+    if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused("J is a radius, 1 mm or more")) }
+}
+
+/// Touches the bed at every point of a grid and levels by what is found.
+async fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    leveling::recompensate(hands, Motion::level_off).await?;
+    touch_grid(hands, plan).await?;
+    if plan.radius.is_some() {
+        hands.motion(|motion| grid::extrapolate(&plan.shape, motion.draft()));
+    }
+    leveling::adopt_grid(hands, &plan.shape).await?;
+    leveling::show_grid(hands).await
+}
+
+/// Heights of the bed over that at the reference, into the draft; not a number where nothing is to be
+/// touched.
+async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
+    let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
+    let bed = find_bed(hands, nozzle_over(&offsets, plan.reference), plan.from).await?[Axis::Z];
+    let height = clear_of(&probe, bed);
+    let [nx, ny] = plan.shape.count;
+    for row in 0..ny {
+        for step in 0..nx {
+            // There and back, so that no way is made twice.
+            let column = if row % 2 == 0 { step } else { nx - 1 - step };
+            let index = row * nx + column;
+            let [x, y] = plan.shape.place(index);
+            let found = if plan.radius.is_some_and(|radius| x * x + y * y > radius * radius) {
+                f64::NAN
+            } else {
+                let contact = probe_point(hands, nozzle_over(&offsets, [x, y]), height).await?;
+                hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{:.3}\n", contact[Axis::Z] - bed));
+                hands.drain().await;
+                contact[Axis::Z] - bed
             };
-            ([x, y], [a, b])
-        } else {
-            let start = if here { self.probed_by_nozzle_here() } else { [0.0; 2] };
-            let [x, y] = settings.size.map(|size| size.0);
-            (start, [word('X').unwrap_or(x), word('Y').unwrap_or(y)])
-        };
-        let [nx, ny] = settings.count.map(f64::from);
-        let counts = [block.get('I').unwrap_or(nx), block.get('J').unwrap_or(ny)];
-        let is_count = |count: &f64| *count >= 2.0 && libm::floor(*count) == *count;
-        if !counts.iter().all(is_count) || counts[0] * counts[1] > nx * ny {
-            let text = format_args!("I and J are points along X and Y, 2 or more, together at most {}", nx * ny);
-            return Err(Failure::Refused(message(text)));
-        }
-        if size.contains(&0.0) {
-            return Err(Failure::refused("the area to probe has no size: x_size and y_size, or X and Y"));
-        }
-        let step = [size[0] / (counts[0] - 1.0), size[1] / (counts[1] - 1.0)];
-        Ok(GridShape { origin, step, count: counts.map(|count| count as usize) })
-    }
-
-    /// G31 with a delta grid.
-    pub(super) async fn level_by_delta_grid(&mut self, block: &Block<'_>) -> Outcome {
-        let settings = self.config.leveling.delta;
-        let radius = self.grid_radius(block)?;
-        if settings.home {
-            self.home(0).await?;
-        }
-        self.wait_idle().await?;
-        self.check_homed()?;
-        let shape = grid::around(radius, settings.count);
-        // A hair more, for rounding.
-        let within = Some(radius + 1e-6);
-        let plan = Plan { shape, radius: within, reference: [0.0; 2], from: settings.initial_height.0 };
-        self.level_by_grid(&plan).await
-    }
-
-    /// G29 with a delta grid: a map of I points along each side; G29.1: I points along a spiral. Nothing of it remains.
-    pub(super) async fn scan_delta(&mut self, block: &Block<'_>, spiral: bool) -> Outcome {
-        let settings = self.config.leveling.delta;
-        let radius = self.grid_radius(block)?;
-        let usual = if spiral { SPIRAL } else { f64::from(settings.count) };
-        let (count, most) = (block.get('I').unwrap_or(usual), if spiral { MOST_SPIRAL } else { 50.0 });
-        if !(2.0..=most).contains(&count) {
-            return Err(Failure::Refused(message(format_args!("I is the number of points, 2 to {most}"))));
-        }
-        self.wait_idle().await?;
-        self.check_homed()?;
-        if !spiral {
-            let shape = grid::around(radius, count as u8);
-            let within = Some(radius + 1e-6);
-            let from = settings.initial_height.0;
-            self.touch_grid(&Plan { shape, radius: within, reference: [0.0; 2], from }).await?;
-            self.say_draft(&shape).await;
-            return Ok(Answer::Ok);
-        }
-        let bed = self.find_bed(self.nozzle_over([0.0; 2]), settings.initial_height.0).await?[Axis::Z];
-        for n in 0..count as u32 {
-            let (distance, angle) = (radius * libm::sqrt(f64::from(n) / (count - 1.0)), GOLDEN * f64::from(n));
-            let at = [distance * libm::cos(angle), distance * libm::sin(angle)];
-            let contact = self.probe_point(self.nozzle_over(at), self.clear_of(bed)).await?;
-            self.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z] - bed));
-            self.drain().await;
-        }
-        Ok(Answer::Ok)
-    }
-
-    fn grid_radius(&self, block: &Block<'_>) -> Result<f64, Failure> {
-        let radius = block.get('J').map_or(self.config.leveling.delta.radius.0, |word| self.modal.to_mm(word));
-        if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused("J is a radius, 1 mm or more")) }
-    }
-
-    /// Touches the bed at every point of a grid and levels by what is found.
-    async fn level_by_grid(&mut self, plan: &Plan) -> Outcome {
-        self.recompensate(Motion::level_off).await?;
-        self.touch_grid(plan).await?;
-        let shape = plan.shape;
-        if plan.radius.is_some() {
-            self.ports.motion(|motion| grid::extrapolate(&shape, motion.draft()));
-        }
-        self.adopt_grid(&shape).await?;
-        self.show_grid().await
-    }
-
-    /// Heights of the bed over that at the reference, into the draft; not a number where nothing is to be touched.
-    async fn touch_grid(&mut self, plan: &Plan) -> Result<(), Failure> {
-        let bed = self.find_bed(self.nozzle_over(plan.reference), plan.from).await?[Axis::Z];
-        let height = self.clear_of(bed);
-        let [nx, ny] = plan.shape.count;
-        for row in 0..ny {
-            for step in 0..nx {
-                // There and back, so that no way is made twice.
-                let column = if row % 2 == 0 { step } else { nx - 1 - step };
-                let index = row * nx + column;
-                let [x, y] = plan.shape.place(index);
-                let found = if plan.radius.is_some_and(|radius| x * x + y * y > radius * radius) {
-                    f64::NAN
-                } else {
-                    let contact = self.probe_point(self.nozzle_over([x, y]), height).await?;
-                    self.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{:.3}\n", contact[Axis::Z] - bed));
-                    self.drain().await;
-                    contact[Axis::Z] - bed
-                };
-                self.ports.motion(|motion| {
-                    if let Some(slot) = motion.draft().get_mut(index) {
-                        *slot = found as f32;
-                    }
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// The draft, a line for each row.
-    async fn say_draft(&mut self, shape: &GridShape) {
-        let [nx, ny] = shape.count;
-        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-        for row in 0..ny {
-            for column in 0..nx {
-                let height = self.ports.motion(|motion| motion.draft().get(row * nx + column).copied());
-                let height = height.unwrap_or(f32::NAN);
-                if height.is_finite() {
-                    least = if height < least { height } else { least };
-                    most = if height > most { height } else { most };
-                    self.say(format_args!("{height:7.4} "));
-                } else {
-                    self.say(format_args!("      - "));
+            hands.motion(|motion| {
+                if let Some(slot) = motion.draft().get_mut(index) {
+                    *slot = found as f32;
                 }
-            }
-            self.say(format_args!("\n"));
-            self.drain().await;
+            });
         }
-        self.say(format_args!("Maximum delta: {:.4}\n", most - least));
     }
+    Ok(())
+}
 
-    async fn run_probe_gcode(&mut self, which: usize) -> Result<(), Failure> {
-        let line = self.config.probe_gcode.get(which).cloned().unwrap_or_default();
-        self.run_configured(&line).await?;
-        self.wait_idle().await
+/// The draft, a line for each row.
+async fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
+    let [nx, ny] = shape.count;
+    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+    for row in 0..ny {
+        for column in 0..nx {
+            let height = hands.motion(|motion| motion.draft().get(row * nx + column).copied());
+            let height = height.unwrap_or(f32::NAN);
+            if height.is_finite() {
+                least = if height < least { height } else { least };
+                most = if height > most { height } else { most };
+                hands.say(format_args!("{height:7.4} "));
+            } else {
+                hands.say(format_args!("      - "));
+            }
+        }
+        hands.say(format_args!("\n"));
+        hands.drain().await;
     }
+    hands.say(format_args!("Maximum delta: {:.4}\n", most - least));
 }

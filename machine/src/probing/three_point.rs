@@ -1,90 +1,94 @@
 //! Three point leveling: the plane through three touches.
 
-use motion::Motion;
-use motion::compensation::Bed;
-use units::Axis;
+use motion::compensation::Bed as Shape;
+use motion::{Motion, Plane};
+use units::{Axis, AxisSet};
 
-use crate::controller::Controller;
+use super::points::{clear_of, find_bed, nozzle_over, probe_point};
+use super::search::{check_homed, touches};
+use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
+use crate::homing;
+use crate::leveling;
 use crate::ports::Ports;
 
 /// Corners of a triangle narrower than this, mm^2, tell no plane.
 const LEAST_AREA: f64 = 1.0;
-/// X and Y.
-const XY: u8 = 0b11;
 
-impl<P: Ports> Controller<P> {
-    /// G29: touches the three points and says where.
-    pub(super) async fn measure_three_points(&mut self) -> Outcome {
-        self.check_homed()?;
-        let height = self.position[Axis::Z];
-        self.touch_three_points(height).await?;
-        Ok(Answer::Ok)
-    }
+/// G29: touches the three points and says where.
+pub(super) async fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    check_homed(hands)?;
+    let height = hands.position()[Axis::Z];
+    touch_three_points(hands, height).await?;
+    Ok(Answer::Ok)
+}
 
-    /// G31: what is in force.
-    pub(super) fn show_plane(&mut self) -> Outcome {
-        match self.ports.motion(|motion| motion.compensation().bed()) {
-            Bed::Plane(plane) => {
-                self.say(format_args!("Plane: Z = {:.6} X + {:.6} Y + {:.4}\n", plane.x, plane.y, plane.z))
-            }
-            Bed::Grid => self.say(format_args!("Plane: none, a grid levels the bed\n")),
-            Bed::Flat => self.say(format_args!("Plane: none\n")),
+/// G31: what is in force.
+pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
+    match hands.motion(|motion| motion.compensation().bed()) {
+        Shape::Plane(plane) => {
+            hands.say(format_args!("Plane: Z = {:.6} X + {:.6} Y + {:.4}\n", plane.x, plane.y, plane.z));
         }
-        self.say(format_args!("Probe: {}\n", u8::from(self.probe_touches())));
-        Ok(Answer::Ok)
+        Shape::Grid => hands.say(format_args!("Plane: none, a grid levels the bed\n")),
+        Shape::Flat => hands.say(format_args!("Plane: none\n")),
     }
+    let inputs = hands.inputs();
+    let touches = touches(inputs, hands.tuning());
+    hands.say(format_args!("Probe: {}\n", u8::from(touches)));
+    Answer::Ok
+}
 
-    /// G32: the first touch says where Z is; the plane through all three levels the bed.
-    pub(super) async fn level_by_three_points(&mut self) -> Outcome {
-        // Before anything moves.
-        self.plane_through([0.0; 3])?;
-        self.recompensate(Motion::level_off).await?;
-        if self.config.leveling.home_first {
-            self.home(XY).await?;
-        }
-        let first = self.find_bed(self.nozzle_over(self.levelling.points[0]), self.position[Axis::Z]).await?;
-        // The height of the probe's contact is known, so that of the machine is.
-        let offset = self.levelling.probe_offsets[2];
-        let mut position = self.position;
-        position[Axis::Z] += offset - first[Axis::Z];
-        self.set_machine_position(position)?;
-        self.homed |= 1 << Axis::Z as u8;
-        let touches = self.touch_three_points(self.clear_of(offset)).await?;
-        let heights = touches.map(|touch| touch[2] - offset);
-        if spread(heights) <= self.config.leveling.tolerance.0 {
-            self.say(format_args!("The bed is flat, nothing to level\n"));
-            return Ok(Answer::Ok);
-        }
-        let plane = self.plane_through(heights)?;
-        self.adopt_plane(plane).await?;
-        self.show_plane()
+/// G32: the first touch says where Z is; the plane through all three levels the bed.
+pub(super) async fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let (config, bed, probe) = (hands.config(), *hands.bed(), hands.tuning().probe);
+    // Before anything moves.
+    plane_through(&bed.points, [0.0; 3])?;
+    leveling::recompensate(hands, Motion::level_off).await?;
+    if config.leveling.home_first {
+        homing::home(hands, AxisSet::of(Axis::X).with(Axis::Y)).await?;
     }
+    let from = hands.position()[Axis::Z];
+    let first = find_bed(hands, nozzle_over(&bed, bed.points[0]), from).await?;
+    // The height of the probe's contact is known, so that of the machine is.
+    let offset = bed.probe_offsets[2];
+    let mut position = hands.position();
+    position[Axis::Z] += offset - first[Axis::Z];
+    hands.set_position(position)?;
+    hands.mark_homed(AxisSet::of(Axis::Z));
+    let touches = touch_three_points(hands, clear_of(&probe, offset)).await?;
+    let heights = touches.map(|touch| touch[2] - offset);
+    if spread(heights) <= config.leveling.tolerance.0 {
+        hands.say(format_args!("The bed is flat, nothing to level\n"));
+        return Ok(Answer::Ok);
+    }
+    let plane = plane_through(&bed.points, heights)?;
+    leveling::adopt_plane(hands, plane).await?;
+    Ok(show_plane(hands))
+}
 
-    /// Touches the points; X and Y of the points, Z of the contacts.
-    async fn touch_three_points(&mut self, height: f64) -> Result<[[f64; 3]; 3], Failure> {
-        let mut touches = [[0.0; 3]; 3];
-        for (touch, point) in touches.iter_mut().zip(self.levelling.points) {
-            let contact = self.probe_point(self.nozzle_over(point), height).await?;
-            *touch = [point[0], point[1], contact[Axis::Z]];
-            self.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], touch[2]));
-            self.drain().await;
-        }
-        self.say(format_args!("max delta: {:.4}\n", spread(touches.map(|touch| touch[2]))));
-        Ok(touches)
+/// Touches the points; X and Y of the points, Z of the contacts.
+async fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
+    let bed = *hands.bed();
+    let mut touches = [[0.0; 3]; 3];
+    for (touch, point) in touches.iter_mut().zip(bed.points) {
+        let contact = probe_point(hands, nozzle_over(&bed, point), height).await?;
+        *touch = [point[0], point[1], contact[Axis::Z]];
+        hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], touch[2]));
+        hands.drain().await;
     }
+    hands.say(format_args!("max delta: {:.4}\n", spread(touches.map(|touch| touch[2]))));
+    Ok(touches)
+}
 
-    /// The plane that has these heights at the points to probe. An error when those stand in a row.
-    fn plane_through(&self, [za, zb, zc]: [f64; 3]) -> Result<motion::Plane, Failure> {
-        let [a, b, c] = self.levelling.points;
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        if libm::fabs(area) < LEAST_AREA {
-            return Err(Failure::refused("the three points stand in a row: set point1 to point3, or M557"));
-        }
-        let x = ((zb - za) * (c[1] - a[1]) - (zc - za) * (b[1] - a[1])) / area;
-        let y = ((zc - za) * (b[0] - a[0]) - (zb - za) * (c[0] - a[0])) / area;
-        Ok(motion::Plane { x, y, z: za - x * a[0] - y * a[1] })
+/// The plane that has these heights at these points. An error when those stand in a row.
+fn plane_through([a, b, c]: &[[f64; 2]; 3], [za, zb, zc]: [f64; 3]) -> Result<Plane, Failure> {
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+    if libm::fabs(area) < LEAST_AREA {
+        return Err(Failure::refused("the three points stand in a row: set point1 to point3, or M557"));
     }
+    let x = ((zb - za) * (c[1] - a[1]) - (zc - za) * (b[1] - a[1])) / area;
+    let y = ((zc - za) * (b[0] - a[0]) - (zb - za) * (c[0] - a[0])) / area;
+    Ok(Plane { x, y, z: za - x * a[0] - y * a[1] })
 }
 
 fn spread(heights: [f64; 3]) -> f64 {
@@ -94,4 +98,29 @@ fn spread(heights: [f64; 3]) -> f64 {
         most = if height > most { height } else { most };
     }
     most - least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_plane_goes_through_its_points(
+            heights in proptest::array::uniform3(-2.0..2.0_f64), x in -200.0..200.0_f64, y in -200.0..200.0_f64,
+            width in 20.0..300.0_f64, depth in 20.0..300.0_f64,
+        ) {
+            let points = [[x, y], [x + width, y], [x, y + depth]];
+            let plane = plane_through(&points, heights).expect("a triangle");
+            for ([x, y], height) in points.into_iter().zip(heights) {
+                prop_assert!((plane.x * x + plane.y * y + plane.z - height).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn points_in_a_row_tell_no_plane() {
+        assert!(plane_through(&[[0.0, 0.0], [50.0, 50.0], [100.0, 100.0]], [0.0; 3]).is_err());
+    }
 }

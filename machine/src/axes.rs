@@ -1,0 +1,157 @@
+//! Axes and their motors: which are homed, which have current, which rest.
+
+use config::{DriverKind, MachineConfig};
+use units::{Actuator, AxisSet, Micros};
+
+use crate::failure::{Failure, message};
+use crate::ports::{DriverFault, DriversPort, MotorDrivers};
+use crate::tuning::Tuning;
+
+/// Motors with a driver of ours, one bit each.
+#[must_use]
+pub fn internal_motors(config: &MachineConfig) -> u8 {
+    config
+        .actuators()
+        .filter(|(_, actuator)| actuator.driver != DriverKind::External)
+        .fold(0, |bits, (motor, _)| bits | motor.bit())
+}
+
+/// Motors of a set of bits.
+pub fn motors(bits: u8) -> impl Iterator<Item = Actuator> {
+    Actuator::ALL.into_iter().filter(move |motor| bits & motor.bit() != 0)
+}
+
+fn silent(motor: Actuator) -> Failure {
+    Failure::Alarm(message(format_args!("motor driver {} does not answer, check its supply and wiring", motor.name())))
+}
+
+/// What is known of axes and motors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Axes {
+    homed: AxisSet,
+    /// Motors with current, one bit each.
+    on: u8,
+    /// Motors at their standstill current, one bit each.
+    resting: u8,
+    /// Nothing has moved since then.
+    standing_since: Micros,
+}
+
+impl Axes {
+    /// Axes that are homed.
+    #[must_use]
+    pub const fn homed(&self) -> AxisSet {
+        self.homed
+    }
+
+    /// These are homed now, too.
+    pub fn mark_homed(&mut self, axes: AxisSet) {
+        self.homed = self.homed.or(axes);
+    }
+
+    /// These are not homed any more.
+    pub fn forget_homed(&mut self, axes: AxisSet) {
+        self.homed = self.homed.without(axes);
+    }
+
+    /// Where the machine is, nobody knows any more.
+    pub fn forget_all_homed(&mut self) {
+        self.homed = AxisSet::default();
+    }
+
+    /// The motor supply is gone: no motor holds anything.
+    pub fn lose_supply(&mut self) {
+        self.forget_all_homed();
+        self.on = 0;
+    }
+
+    /// Gives every motor its current, unless it has it.
+    ///
+    /// # Errors
+    /// Without motor supply, or when a driver does not answer.
+    pub fn enable(
+        &mut self,
+        ports: &mut impl DriversPort,
+        config: &MachineConfig,
+        tuning: &Tuning,
+        now: Micros,
+    ) -> Result<(), Failure> {
+        let wanted = config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit());
+        if self.on != wanted {
+            if internal_motors(config) != 0 && !ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
+                return Err(Failure::alarm("motor supply is off (vmotor below 6 V): switch it on, then M999"));
+            }
+            ports.set_motor_power(true);
+            for motor in motors(wanted) {
+                match ports.drivers(|drivers| drivers.set_enabled(motor, true)) {
+                    Ok(()) | Err(DriverFault::External) => self.on |= motor.bit(),
+                    Err(DriverFault::Silent | DriverFault::BadAnswer) => return Err(silent(motor)),
+                }
+            }
+        }
+        for motor in motors(self.resting) {
+            self.resting &= !motor.bit();
+            let Some(current) = tuning.currents[motor] else { continue };
+            if ports.drivers(|drivers| drivers.set_current(motor, current)).is_err() {
+                return Err(silent(motor));
+            }
+        }
+        self.standing_since = now;
+        Ok(())
+    }
+
+    /// Whether every motor has its full current, so that [`Self::enable`] has nothing to do.
+    #[must_use]
+    pub fn are_enabled(&self, config: &MachineConfig) -> bool {
+        self.resting == 0 && self.on == config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit())
+    }
+
+    /// Standing still for `standstill_time` brings motors to their standstill current.
+    pub fn watch_standstill(
+        &mut self,
+        ports: &mut impl DriversPort,
+        config: &MachineConfig,
+        is_idle: bool,
+        now: Micros,
+    ) {
+        if !is_idle {
+            self.standing_since = now;
+            return;
+        }
+        for motor in motors(self.on & !self.resting) {
+            let Some(current) = config.driver(motor).and_then(|driver| driver.standstill_current) else { continue };
+            let family = config.driver_family(config.actuators[motor].driver);
+            let time = family.map_or(Micros(0), |family| family.standstill_time);
+            if now.since(self.standing_since) >= time
+                && ports.drivers(|drivers| drivers.set_current(motor, current)).is_ok()
+            {
+                self.resting |= motor.bit();
+            }
+        }
+    }
+
+    /// Takes the current off motors, and forgets where their axes are. Errors are left to the supervisor: a driver that does not
+    /// answer cannot be switched off over its bus; the global enable line does it.
+    pub fn disable(&mut self, ports: &mut impl DriversPort, axes: AxisSet) {
+        for axis in axes.axes() {
+            let Some(motor) = Actuator::from_index(axis as usize) else { continue };
+            let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
+            self.on &= !motor.bit();
+        }
+        self.homed = self.homed.without(axes);
+    }
+
+    /// Takes the current off all motors; what is homed stays so, for they were standing.
+    pub fn disable_all(&mut self, ports: &mut impl DriversPort, config: &MachineConfig) {
+        for (motor, _) in config.actuators() {
+            // See `disable`.
+            let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
+        }
+        self.on = 0;
+    }
+
+    /// A motor got a new current, so it does not rest any more.
+    pub fn has_new_current(&mut self, motor: Actuator) {
+        self.resting &= !motor.bit();
+    }
+}

@@ -1,0 +1,203 @@
+//! Carries out what the program says, one action at a time, and waits where it must.
+
+use motion::Refusal;
+use program::{Action, Effect, Fault, Move, Part};
+use units::{Celsius, PerAxis};
+
+use super::{Hands, Machine, functions, halt, shapes, suspend};
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::heat::{Full, Output};
+use crate::heat_codes;
+use crate::needs::{failure_of, needs};
+use crate::outputs::Outputs;
+use crate::ports::Ports;
+use crate::safety::Event;
+use crate::sessions::Recipient;
+use program::State;
+
+/// A block that the program refuses: what is off, the configuration knows better.
+pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
+    failure_of(machine.config, fault, machine.jobs.is_playing())
+}
+
+/// The action of a block, and what follows it.
+pub(super) async fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: Action<'_>, to: Recipient) -> Outcome {
+    let mut answer = carry_out(machine, first, to).await?;
+    while let Some(action) = machine.program.next_action() {
+        answer = carry_out(machine, action, to).await?;
+    }
+    Ok(answer)
+}
+
+async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: Action<'_>, to: Recipient) -> Outcome {
+    if machine.safety.state() == State::Check
+        && !matches!(action, Action::Halt | Action::Note(_) | Action::Function(..))
+    {
+        return Ok(Answer::Ok);
+    }
+    match action {
+        Action::Move(request) => move_along(machine, &request).await?,
+        Action::Effect(what) => effect(machine, what).await?,
+        Action::Dwell(time) => {
+            machine.standstill().await?;
+            machine.wait(time).await?;
+        }
+        Action::Finish => machine.standstill().await?,
+        Action::Halt => machine.halt(format_args!("ALARM: Emergency stop (M112)\n")),
+        Action::Release => halt::clear_halt(machine, to).await,
+        Action::Message(_) => {}
+        Action::Note(text) => machine.say(to, format_args!("{text}\n")),
+        action => return stand_and_do(machine, action, to).await,
+    }
+    Ok(Answer::Ok)
+}
+
+/// What begins from standstill, or ends somewhere that only the machine knows.
+async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: Action<'_>, to: Recipient) -> Outcome {
+    let done = match action {
+        Action::Home(axes) => crate::homing::home(&mut Hands::new(machine, to), axes).await.map(|()| Answer::Ok),
+        Action::SetPosition { to: position, homed } => set_position(machine, &position, homed).await,
+        Action::ForgetHoming(axes) => {
+            machine.axes.forget_homed(axes);
+            Ok(Answer::Ok)
+        }
+        Action::ProbeDown(probe) => crate::probing::probe_down(&mut Hands::new(machine, to), &probe).await,
+        Action::ProbeAlong(probe) => crate::probing::probe_along(&mut Hands::new(machine, to), &probe).await,
+        Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
+        Action::EndProgram => end_program(machine).await,
+        Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
+        Action::Resume => suspend::resume(machine, to).await,
+        Action::Function(function, words) => functions::run(machine, function, words, to).await,
+        _ => Ok(Answer::Ok),
+    };
+    // What found its own way may have ended anywhere.
+    machine.resynchronise_if_still();
+    done
+}
+
+async fn heat_and_wait<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    heater: units::HeaterId,
+    target: Celsius,
+    to: Recipient,
+) -> Outcome {
+    if target > crate::heat::OFF_BELOW {
+        needs(machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
+    }
+    machine.jobs.set_heating(true);
+    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target).await;
+    machine.jobs.set_heating(false);
+    heated.map(|()| Answer::Ok)
+}
+
+async fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
+    machine.standstill().await?;
+    let mut position = machine.ports.motion(|motion| motion.commanded_position());
+    let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
+    named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
+    let set = machine.ports.motion(|motion| motion.set_position(position));
+    set.map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))?;
+    if homed {
+        machine.axes.mark_homed(named);
+    }
+    Ok(Answer::Ok)
+}
+
+/// M2: the program has done its part; speeds are as programmed again.
+async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+    if !machine.safety.is_halted() {
+        machine.standstill().await?;
+        machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    }
+    Ok(Answer::Ok)
+}
+
+async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+    let moved = match may_move(machine) {
+        Ok(()) => shapes::submit(machine, request).await,
+        Err(failure) => Err(failure),
+    };
+    if moved.is_err() {
+        machine.program.take_back();
+        machine.resynchronise_if_still();
+    }
+    moved
+}
+
+fn may_move<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
+    if machine.config.motion.must_be_homed && !machine.facts().all_homed() {
+        return Err(Failure::alarm("Must be homed before moving"));
+    }
+    Ok(())
+}
+
+/// Changes an output where the path has come this far.
+pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
+    if machine.safety.state() == State::Check {
+        return Ok(());
+    }
+    let is_playing = machine.jobs.is_playing();
+    let output = match effect {
+        Effect::Target { heater, target } => {
+            if target > crate::heat::OFF_BELOW {
+                needs(machine.config, Part::Heater(heater), is_playing)?;
+                heat_codes::check_target(&mut machine.ports, machine.config, heater, target)?;
+                if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
+                    return Err(heat_codes::no_heater_supply());
+                }
+            }
+            Some(Output::Target(heater, target))
+        }
+        Effect::Switch { switch, on, value } => {
+            Outputs::check(machine.config, switch, on, value, is_playing)?;
+            machine.outputs.turn(machine.config, switch, on, value)
+        }
+    };
+    match output {
+        Some(output) => ride(machine, output).await,
+        None => Ok(()),
+    }
+}
+
+/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and nothing waits.
+async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
+    loop {
+        let now = machine.ports.now();
+        let is_idle = machine.ports.motion(|motion| motion.is_idle());
+        if is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
+            let applied = machine.ports.heat(|heat| heat.apply(output, now));
+            return applied.map_err(|why| match output {
+                Output::Target(heater, target) => heat_codes::target_refused(machine.config, heater, target, why),
+                _ => Failure::Halted,
+            });
+        }
+        match machine.ports.motion(motion::Motion::mark) {
+            Ok(mark) => match machine.ports.heat(|heat| heat.ride(mark, output)) {
+                Ok(()) => return Ok(()),
+                Err(Full) => machine.pause().await?,
+            },
+            Err(Refusal::Full | Refusal::Stopping) => machine.pause().await?,
+            Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
+        }
+    }
+}
+
+impl<P: Ports> Machine<'_, P> {
+    /// After something that ends from standstill: the program goes on from where the machine is.
+    pub(super) fn resynchronise_if_still(&mut self) {
+        if self.ports.motion(|motion| motion.is_idle()) {
+            self.resynchronise();
+        }
+    }
+
+    /// What the state is when nothing else says it: the planner's.
+    pub(super) fn follow_motion(&mut self) {
+        let idle = self.ports.motion(|motion| motion.is_idle());
+        let state = self.safety.state();
+        if idle && matches!(state, State::Run | State::Jog) {
+            self.safety.apply(Event::Drained);
+        } else if !idle && matches!(state, State::Idle | State::Suspended) {
+            self.safety.apply(Event::Started);
+        }
+    }
+}

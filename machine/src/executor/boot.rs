@@ -1,0 +1,247 @@
+//! From reset to a machine that listens: configuration, motion, heat, wiring, drivers, in this order.
+//!
+//! Whatever is wrong with the configuration is said to every session with its line. An error leaves the part it concerns off; a
+//! fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but sessions and card work, so that the file can
+//! be mended over them.
+
+use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
+use heapless::Vec;
+use units::Micros;
+
+use super::{Machine, suspend};
+use crate::axes::internal_motors;
+use crate::failure::about_file;
+use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
+use crate::heat::{HeatControl, HeaterSettings};
+use crate::leveling;
+use crate::motion_config::motion_config;
+use crate::needs::tell_what_is_off;
+use crate::ports::{MotorDrivers, OpenMode, Ports, StorageError};
+use crate::safety::Event;
+use crate::sessions::{Recipient, Reply, Sessions};
+use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
+use crate::wait::yield_once;
+
+/// The motor supply has been read by then: two periods of the slow task, and its conversions.
+const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
+/// Findings that are told one by one; the rest is counted.
+const FINDINGS: usize = 12;
+
+/// What came of reading the configuration.
+pub(super) struct Read {
+    summary: Result<Summary, StorageError>,
+    /// How long it took, from the card's mounting on.
+    pub took: Micros,
+}
+
+/// Greets, reads the configuration and says what is wrong with it.
+pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
+    sessions.configure(ports);
+    greet(ports, sessions);
+    let mut findings = Vec::new();
+    let since = ports.now();
+    let summary = read_file(ports, config, &mut findings);
+    let took = ports.now().since(since);
+    sessions.set_dialect(ports, crate::program_setup::dialect(config));
+    report(ports, sessions, &findings, &summary).await;
+    Read { summary, took }
+}
+
+fn greet<P: Ports>(ports: &P, sessions: &mut Sessions) {
+    let board = ports.board();
+    let mut reply = Reply::new(sessions, Recipient::All);
+    reply.say(format_args!("Velvet {} on Prime, board id {}\n", board.version, board.board_id));
+    if board.after_watchdog {
+        reply.say(format_args!("WARNING: the watchdog reset the board: the firmware had stopped answering\n"));
+    }
+    if board.second_core_starts {
+        reply.say(format_args!(
+            "WARNING: the chip's second core (Cortex-M4) is set to start and may run anything: set the option byte BCM4 to \
+             0, with STM32CubeProgrammer: STM32_Programmer_CLI -c port=SWD -ob BCM4=0\n"
+        ));
+    }
+}
+
+fn read_file<P: Ports>(
+    ports: &mut P,
+    config: &mut MachineConfig,
+    findings: &mut Vec<Diagnostic, FINDINGS>,
+) -> Result<Summary, StorageError> {
+    ports.mount()?;
+    // A change that a power cut stopped half way.
+    safe_file::settle(ports, CONFIG_PATH)?;
+    let file = ports.open(CONFIG_PATH, OpenMode::Read)?;
+    let board = BoardId::from_id(ports.board().board_id);
+    let mut reader = Reader::new(config, board, findings);
+    let mut chunk = [0; 512];
+    loop {
+        match ports.read(file, &mut chunk)? {
+            0 => break,
+            count => reader.feed(chunk.get(..count).unwrap_or(&[])),
+        }
+    }
+    let summary = reader.finish();
+    ports.close(file)?;
+    Ok(summary)
+}
+
+/// Says what was found.
+async fn report<P: Ports>(
+    ports: &mut P,
+    sessions: &mut Sessions,
+    findings: &Vec<Diagnostic, FINDINGS>,
+    read: &Result<Summary, StorageError>,
+) {
+    for finding in findings {
+        sessions.say(Recipient::All, format_args!("config.ini: {finding}\n"));
+        drain(ports, sessions).await;
+    }
+    match read {
+        Err(error) => {
+            let text = about_file(CONFIG_PATH, error.text());
+            sessions.say(Recipient::All, format_args!("ERROR: cannot read {text}\n"));
+        }
+        Ok(summary) => {
+            let more = summary.total().saturating_sub(findings.len() as u32);
+            if more > 0 {
+                sessions.say(Recipient::All, format_args!("config.ini: and {more} more\n"));
+            }
+        }
+    }
+}
+
+async fn drain<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
+    while !sessions.have_taken_most(Recipient::All) {
+        let now = ports.now();
+        sessions.flush(ports, now);
+        ports.report_alive();
+        ports.heat(|heat| heat.dispatcher_alive(now));
+        yield_once().await;
+    }
+}
+
+/// Sets every part up from the configuration, and greets.
+pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
+    let usable = read.summary.is_ok_and(|summary| summary.is_usable());
+    if usable {
+        let Machine { config, sessions, .. } = machine;
+        tell_what_is_off(config, &mut Reply::new(sessions, Recipient::All));
+    }
+    if usable && start_parts(machine).await {
+        load_settings(machine);
+        machine.jobs.queue_boot_file(machine.config);
+    } else {
+        machine.safety.apply(Event::ConfigurationFails);
+        machine.announce(format_args!(
+            "There was a fatal error in the config.ini this must be fixed to continue\nOnly some shell commands are allowed \
+             and sdcard access\n"
+        ));
+    }
+    for id in machine.sessions.ids() {
+        let greeting = machine.ports.profile(id).greeting;
+        machine.say(Recipient::Session(id), format_args!("{greeting}"));
+    }
+}
+
+/// False when a part cannot work: then nothing may.
+async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let now = machine.ports.now();
+    machine.safety.limits.configure(machine.config, now);
+    let configured = configure_motion(machine);
+    let Machine { ports, config, sessions, .. } = machine;
+    leveling::configure(ports, config, &mut Reply::new(sessions, Recipient::All));
+    if !(configured & configure_heat(machine) & wire(machine)) {
+        return false;
+    }
+    let levels = machine.ports.inputs();
+    for output in machine.outputs.start(machine.config, levels) {
+        // A switch takes anything.
+        let _ = machine.ports.heat(|heat| heat.apply(output, now));
+    }
+    machine.ports.heat(HeatControl::enable_outputs);
+    machine.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+    await_supply_reading(machine).await;
+    configure_drivers(machine);
+    true
+}
+
+fn configure_motion<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let configured = match motion_config(machine.config) {
+        Ok(config) => machine.ports.motion(|motion| motion.configure(config)),
+        Err(solution) => {
+            machine.announce(format_args!(
+                "ERROR: config.ini: the geometry of arm_solution {solution:?} fits no machine\n"
+            ));
+            return false;
+        }
+    };
+    if let Err(error) = configured {
+        machine.announce(format_args!("ERROR: config.ini: {error}\n"));
+    }
+    configured.is_ok()
+}
+
+fn configure_heat<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let config = machine.config;
+    let all_fit = machine
+        .ports
+        .heat(|heat| config.temperatures.iter().all(|heater| heat.add(HeaterSettings::from(heater)).is_some()));
+    if !all_fit {
+        machine.announce(format_args!("ERROR: config.ini: more temperature controls than this board has\n"));
+    }
+    all_fit
+}
+
+fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let Machine { ports, config, sessions, .. } = machine;
+    let mut report = |text: &str| sessions.say(Recipient::All, format_args!("ERROR: config.ini: {text}\n"));
+    ports.wire(config, &mut report)
+}
+
+/// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called silent.
+async fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
+        return;
+    }
+    let since = machine.ports.now();
+    while machine.ports.voltage("vmotor").is_none() && machine.ports.now().since(since) < SUPPLY_READING_TIMEOUT {
+        machine.ports.report_alive();
+        yield_once().await;
+    }
+}
+
+/// Writes the drivers' registers and currents. Without motor supply they cannot answer; the supervisor does it when the supply
+/// comes.
+fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
+    let internal = internal_motors(machine.config);
+    let check = machine.config.motors.check_driver_errors;
+    machine.ports.supervisor(|supervisor| supervisor.configure(internal, check));
+    let supplied = machine.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
+    for motor in crate::axes::motors(internal).filter(|_| supplied) {
+        let current = machine.config.actuators[motor].current;
+        let set = machine.ports.drivers(|drivers| {
+            drivers.initialise(motor)?;
+            current.map_or(Ok(None), |amps| drivers.set_current(motor, amps).map(Some))
+        });
+        if set.is_err() {
+            machine.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
+            machine.announce(format_args!(
+                "ERROR: motor driver {} does not answer, check its supply and SPI wiring\n",
+                motor.name()
+            ));
+        }
+    }
+    machine.ports.set_motor_power(true);
+}
+
+/// Saved settings are replayed once the machine listens. There need not be any.
+fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.config.general.config_override {
+        return;
+    }
+    let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();
+    match suspend::begin_replay(machine, &path, Recipient::All) {
+        Ok(()) | Err(StorageError::NotFound) => {}
+        Err(error) => machine.announce(format_args!("ERROR: {OVERRIDE_PATH}: {}\n", error.text())),
+    }
+}

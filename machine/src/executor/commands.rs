@@ -1,0 +1,305 @@
+//! Console commands: `help`, `version`, `ls`, `$G` and the like.
+
+use gcode::{Block, Blocks};
+use program::commands::{CommandInfo, asks_for_help, find};
+use program::{Meaning, Part, State};
+
+use super::frames::{Frame, Origin, Rest};
+use super::{Hands, Machine, actions, functions, lines, suspend};
+use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::files::{self, listings};
+use crate::jog;
+use crate::needs::needs;
+use crate::ports::Ports;
+use crate::reports::{self, Status};
+use crate::safety::Event;
+use crate::sessions::{LineBytes, Listing, Recipient, Reply};
+
+/// A command word and what follows it.
+fn split(line: &str) -> (&str, &str) {
+    if let Some(rest) = line.strip_prefix("$J") {
+        return ("$J", rest.trim_start_matches('=').trim());
+    }
+    let (word, arguments) = line.split_once([' ', '\t']).unwrap_or((line, ""));
+    (word, arguments.trim())
+}
+
+/// Runs the line of a command and answers it.
+pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient, origin: Origin) {
+    let height = machine.frames.len();
+    let outcome = run(machine, line, to).await;
+    if outcome.is_ok() && machine.frames.len() > height {
+        // It is answered when what it started has ended.
+        let rest = Rest { line: LineBytes::new(), at: 0, to, origin, last: None };
+        if machine.frames.push_below(height, Frame::Rest(rest)) {
+            return;
+        }
+        machine.frames.drop_down_to(height);
+    }
+    lines::finish(machine, outcome, None, to, origin);
+}
+
+async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+    let (word, arguments) = split(line);
+    // Printers' hosts write these so; they are answered and do nothing.
+    if matches!(word, "m23" | "m32" | "m117") {
+        return Ok(Answer::Ok);
+    }
+    let Some(info) = find(word) else {
+        return Err(if line.starts_with('$') {
+            Failure::refused("Invalid statement")
+        } else {
+            Failure::Refused(crate::failure::message(format_args!("Unsupported command - {line}")))
+        });
+    };
+    if asks_for_help(arguments) {
+        machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
+        return Ok(Answer::Ok);
+    }
+    may_run(machine, info)?;
+    if let Some(outcome) = say_or_set(machine, word, arguments, to) {
+        return outcome;
+    }
+    work(machine, word, arguments, to).await
+}
+
+fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(), Failure> {
+    let state = machine.safety.state();
+    match state {
+        _ if info.states.has(state) => Ok(()),
+        State::Invalid => Err(Failure::refused("the configuration has errors: mend config.ini and reset")),
+        _ => Err(Failure::Halted),
+    }
+}
+
+/// Answers a line that is a question. False for every other one.
+pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
+    let (word, arguments) = split(line);
+    let Some(info) = find(word).filter(|info| info.question) else { return false };
+    if asks_for_help(arguments) || !info.states.has(machine.safety.state()) {
+        return false;
+    }
+    match say_or_set(machine, word, arguments, to) {
+        Some(Ok(Answer::Ok)) => machine.say(to, format_args!("ok\n")),
+        Some(Ok(_)) => {}
+        Some(Err(Failure::Refused(text))) => machine.say(to, format_args!("error:{text}\n")),
+        _ => return false,
+    }
+    true
+}
+
+/// What never waits.
+fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
+    match word {
+        "$X" => {
+            if machine.safety.is_halted() {
+                machine.unlock(to);
+            }
+            return Some(Ok(Answer::Ok));
+        }
+        "help" => return Some(help(machine, arguments, to)),
+        "ls" | "cat" | "config-get" => return Some(list(machine, word, arguments, to)),
+        "progress" => {
+            let now = machine.ports.now();
+            machine.follow_job();
+            let Machine { jobs, sessions, .. } = machine;
+            jobs.progress_command(arguments, now, &mut Reply::new(sessions, to));
+            return Some(Ok(Answer::Ok));
+        }
+        "echo" => {
+            machine.say(to, format_args!("{arguments}\n"));
+            return Some(Ok(Answer::Ok));
+        }
+        "reset" => {
+            machine.say(to, format_args!("Reset will occur in 1 second\n"));
+            machine.ports.request_reset();
+            return Some(Ok(Answer::Ok));
+        }
+        "$C" => return Some(check_mode(machine, to)),
+        "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
+        "play" => return Some(play(machine, arguments, to)),
+        "config-load" | "load" => return Some(load(machine, arguments, to)),
+        _ => {}
+    }
+    report(machine, word, arguments, to).or_else(|| file_command(machine, word, arguments, to))
+}
+
+fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
+    let took = machine.config_took;
+    let Machine { ports, program, outputs, sessions, config, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match word {
+        "version" => reports::version(ports, config, reply),
+        "mem" => reports::memory(ports, took, reply),
+        "$I" => reports::modal(config, program, outputs, reply),
+        "$G" => {
+            reports::modal(config, program, outputs, reply);
+            return Some(Ok(Answer::Ok));
+        }
+        "$S" => outputs.report(config, reply),
+        "$#" => {
+            reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
+            return Some(Ok(Answer::Ok));
+        }
+        "get" => return Some(get(machine, arguments, to)),
+        _ => return None,
+    }
+    Some(Ok(Answer::Said))
+}
+
+/// `get pos|wcs|state|status|mode|steps|temp|volts`
+fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let (progress, dialect) = (functions::job_progress(machine), machine.sessions.dialect_of(to));
+    let Machine { ports, program, safety, outputs, sessions, config, .. } = machine;
+    let of = Status { mode: safety.mode(), program, config, dialect, progress };
+    reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
+}
+
+fn file_command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
+    let Machine { ports, files, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match word {
+        "rm" => Some(files.remove_command(arguments, ports, reply)),
+        "mv" | "mkdir" | "cd" => Some(files.directory_command(word, arguments, ports, reply)),
+        _ => None,
+    }
+}
+
+fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+    let Machine { ports, files, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    let listing = match word {
+        "ls" => listings::directory(files, arguments),
+        "cat" => listings::file(files, arguments, ports, reply),
+        _ => listings::section(arguments, ports),
+    }?;
+    match listing {
+        Some(listing) => functions::begin_listing(machine, listing, to),
+        None => Ok(Answer::Said),
+    }
+}
+
+fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> Outcome {
+    if about.is_empty() {
+        return functions::begin_listing(machine, Listing::Help { line: 0 }, to);
+    }
+    if let Some(info) = find(about) {
+        machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
+        return Ok(Answer::Ok);
+    }
+    let block = Blocks::new(about.as_bytes()).next().and_then(Result::ok);
+    let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| machine.program.row(block));
+    match row {
+        Some(row) => {
+            machine.say(to, format_args!("{about} - {}\n", row.help));
+            Ok(Answer::Ok)
+        }
+        None => Err(Failure::Refused(crate::failure::message(format_args!("nothing is known of {about}")))),
+    }
+}
+
+fn check_mode<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.safety.apply(Event::CheckEnds) {
+        machine.resynchronise();
+        machine.say(to, format_args!("[MSG:Disabled]\n"));
+    } else if machine.safety.apply(Event::CheckBegins) {
+        machine.say(to, format_args!("[MSG:Enabled]\n"));
+    } else {
+        return Err(Failure::refused("check mode begins from standstill, without a suspended job"));
+    }
+    Ok(Answer::Ok)
+}
+
+fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    let now = machine.ports.now();
+    let Machine { ports, files, jobs, sessions, .. } = machine;
+    jobs.play_command(files, arguments, now, ports, &mut Reply::new(sessions, to))
+}
+
+fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+    let path = machine.files.absolute(name);
+    let begun = suspend::begin_replay(machine, &path, to);
+    begun.map(|()| Answer::Ok).map_err(|error| Failure::Refused(about_file(&path, error.text())))
+}
+
+/// What takes time.
+async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+    match word {
+        "abort" => abort(machine, to).await,
+        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), to).await,
+        "resume" => suspend::resume(machine, to).await,
+        "switch" => switch(machine, arguments, to).await,
+        "config-set" => {
+            files::config_edit::config_set(&mut Hands::new(machine, to), arguments).await.map(|()| Answer::Said)
+        }
+        "$H" => {
+            let homed = crate::homing::home(&mut Hands::new(machine, to), units::AxisSet::NONE).await;
+            machine.resynchronise_if_still();
+            homed.map(|()| Answer::Ok)
+        }
+        "$J" => {
+            let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
+            let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis).await;
+            let position = machine.ports.motion(|motion| motion.commanded_position());
+            machine.program.resynchronise(position);
+            done
+        }
+        "$P" => probe(machine, arguments, to).await,
+        _ => Ok(Answer::Unknown),
+    }
+}
+
+/// `abort`: brakes, drops what is queued, closes the file. Heaters are left alone.
+async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    machine.safety.apply(Event::Unsuspend);
+    let suspended = machine.jobs.cancel_suspend();
+    if suspended {
+        machine.say(to, format_args!("Suspend cleared\n"));
+    }
+    if !machine.jobs.close(&mut machine.ports) {
+        if !suspended {
+            machine.say(to, format_args!("Not currently playing\n"));
+        }
+        return Ok(Answer::Ok);
+    }
+    machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
+    machine.outputs.changes_were_dropped();
+    machine.ports.motion(motion::Motion::stop);
+    crate::ports::HeatPort::heat(&mut machine.ports, crate::heat::HeatControl::drop_effects);
+    // A halt meanwhile has dropped everything too.
+    let _ = machine.standstill().await;
+    machine.resynchronise();
+    Ok(Answer::Ok)
+}
+
+async fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let Machine { outputs, sessions, config, ports, .. } = machine;
+    let change = outputs.switch_command(config, arguments, &mut Reply::new(sessions, to))?;
+    if let Some(output) = change {
+        let now = ports.now();
+        // A switch takes anything.
+        let _ = crate::ports::HeatPort::heat(ports, |heat| heat.apply(output, now));
+    }
+    Ok(Answer::Ok)
+}
+
+/// `$P`: G30 with these words, also where G30 means something else.
+async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
+    if !machine.config.probe.enable {
+        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+    }
+    let text = crate::failure::message(format_args!("G30 {words}"));
+    let mut blocks = Blocks::new(text.as_bytes());
+    let block: Block<'_> = match (blocks.next(), blocks.next()) {
+        (Some(Ok(block)), None) => block,
+        _ => return Err(Failure::refused("$P takes the words of G30")),
+    };
+    let Some(row) = machine.program.row(&block) else { return Ok(Answer::Unknown) };
+    let (facts, dialect) = (machine.facts(), machine.sessions.dialect_of(to));
+    match machine.program.run(&block, row, facts, dialect) {
+        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, action, to).await,
+        Ok(_) => Ok(Answer::Ok),
+        Err(fault) => Err(actions::failed_by(machine, &fault)),
+    }
+}

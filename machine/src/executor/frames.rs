@@ -1,0 +1,122 @@
+//! What lines have started and that is to be done before the next line: scripts of the configuration, files of saved settings,
+//! and what follows them. A stack: what was started last goes first, so a script may start another one.
+
+use gcode::{Code, LineBuffer};
+use heapless::Vec;
+use motion::GridShape;
+
+use crate::failure::Failure;
+use crate::files::Path;
+use crate::ports::FileHandle;
+use crate::sessions::{LineBytes, Recipient};
+
+/// Frames at most: a script that suspends within a line of a file of settings.
+const MOST: usize = 8;
+
+/// Where a line comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// A session, which is answered.
+    Session,
+    /// The file being played.
+    Job,
+    /// An input switch.
+    Switch,
+    /// A file of saved settings.
+    Settings,
+}
+
+/// The rest of a line, of which a command has started something.
+#[derive(Debug)]
+pub(super) struct Rest {
+    pub line: LineBytes,
+    /// Where its next command is looked for.
+    pub at: usize,
+    pub to: Recipient,
+    pub origin: Origin,
+    /// The last command that was carried out.
+    pub last: Option<Code>,
+}
+
+/// A file of settings that is being replayed.
+#[derive(Debug)]
+pub(super) struct Replay {
+    pub file: FileHandle,
+    pub path: Path,
+    /// Who asked, and hears of the end.
+    pub asked: Recipient,
+    /// The program counts in inches; the file never does.
+    pub inches: bool,
+    pub gathering: LineBuffer,
+    pub chunk: Vec<u8, 128>,
+    pub next: usize,
+    pub at_end: bool,
+}
+
+/// What is done when a script has ended.
+#[derive(Clone, Debug)]
+pub(super) enum Then {
+    /// The bed is probed and leveled by this grid; whoever asked hears how it goes.
+    LevelByGrid(GridShape, Recipient),
+    /// What came before the script ended like this.
+    Ended(Result<(), Failure>),
+    /// The job is suspended.
+    Suspended,
+    /// The job goes on.
+    Resumed,
+}
+
+/// One thing to be done.
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "the stack is short and in place: there is no heap to put the large ones on"
+)]
+pub(super) enum Frame<'c> {
+    Rest(Rest),
+    Replay(Replay),
+    /// A line of the configuration, and where its next command is looked for.
+    Script(&'c str, usize),
+    Then(Then),
+}
+
+/// The stack.
+#[derive(Debug, Default)]
+pub(super) struct Frames<'c> {
+    frames: Vec<Frame<'c>, MOST>,
+}
+
+impl<'c> Frames<'c> {
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Puts something on top. False when there is no room: scripts that start each other.
+    #[must_use]
+    pub fn push(&mut self, frame: Frame<'c>) -> bool {
+        self.frames.push(frame).is_ok()
+    }
+
+    /// Puts something below what was started since the stack had this height.
+    #[must_use]
+    pub fn push_below(&mut self, height: usize, frame: Frame<'c>) -> bool {
+        self.frames.insert(height.min(self.frames.len()), frame).is_ok()
+    }
+
+    /// Drops what was started since the stack had this height.
+    pub fn drop_down_to(&mut self, height: usize) {
+        self.frames.truncate(height);
+    }
+
+    pub fn pop(&mut self) -> Option<Frame<'c>> {
+        self.frames.pop()
+    }
+
+    pub fn top(&mut self) -> Option<&mut Frame<'c>> {
+        self.frames.last_mut()
+    }
+}

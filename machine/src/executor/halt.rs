@@ -1,0 +1,166 @@
+//! Halting and coming back.
+//!
+//! A halt is one act: heat off, switches to their halt states, motion brought to rest along its path, the job dropped, one
+//! message. When the motors stand still (or after a second, without waiting further) they lose their current. No halt is left by
+//! itself: M999, `$X`, Ctrl-Y or the kill button release it.
+
+use core::fmt::Arguments;
+
+use program::State;
+use units::Micros;
+
+use super::Machine;
+use crate::failure::Failure;
+use crate::heat::HeatControl;
+use crate::ports::Ports;
+use crate::safety::{Event, Press, Stopping};
+use crate::sessions::Recipient;
+use crate::wait::yield_once;
+
+impl<P: Ports> Machine<'_, P> {
+    /// Halts, saying why to every session. While halted already: nothing.
+    pub(super) fn halt(&mut self, why: Arguments<'_>) {
+        let now = self.ports.now();
+        if self.safety.halt(now) {
+            self.stop_everything();
+            self.announce(why);
+            self.drop_job();
+        }
+    }
+
+    /// Everything goes off until a reset.
+    pub(super) fn sleep(&mut self) -> Result<(), Failure> {
+        let now = self.ports.now();
+        if !self.safety.sleep(now) {
+            return Err(Failure::refused("the machine sleeps from standstill only: wait, or stop it"));
+        }
+        self.stop_everything();
+        self.drop_job();
+        Ok(())
+    }
+
+    fn stop_everything(&mut self) {
+        self.ports.heat(HeatControl::halt);
+        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
+        self.ports.motion(motion::Motion::stop);
+        let now = self.ports.now();
+        for output in self.outputs.halt(self.config) {
+            // A switch takes anything.
+            let _ = self.ports.heat(|heat| heat.apply(output, now));
+        }
+        self.program.halt();
+    }
+
+    /// A file being played and a suspended job end with a halt.
+    fn drop_job(&mut self) {
+        self.jobs.close(&mut self.ports);
+        if self.jobs.cancel_suspend() {
+            self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
+        }
+        self.files.spoil_upload(&mut self.ports);
+    }
+
+    /// Ends an alarm, as soon as the motors stand still.
+    pub(super) fn release(&mut self) {
+        self.safety.want_release();
+        let now = self.ports.now();
+        self.watch_halt(now);
+        self.finish_release();
+    }
+
+    /// `$X` and Ctrl-Y on a halted machine. One whose configuration cannot be used stays locked, and one that sleeps.
+    pub(super) fn unlock(&mut self, to: Recipient) {
+        match self.safety.state() {
+            State::Invalid => {
+                self.say(to, format_args!("error:the configuration has errors: mend config.ini and reset\n"));
+            }
+            State::Sleep => self.say(to, format_args!("error:the machine sleeps: Ctrl-X wakes it\n")),
+            _ => {
+                self.release();
+                self.say(to, format_args!("[Caution: Unlocked]\n"));
+            }
+        }
+    }
+
+    /// Waits for a release that was asked for while motion still came to rest.
+    pub(super) async fn wait_release(&mut self) {
+        // Ends: motion rests within a second, or is cut.
+        while self.safety.release_is_pending() {
+            self.serve();
+            yield_once().await;
+        }
+    }
+
+    fn finish_release(&mut self) {
+        if !self.safety.finish_release() {
+            return;
+        }
+        self.ports.heat(HeatControl::release);
+        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+        self.ports.set_motor_power(true);
+    }
+
+    /// Brings a halt to its end: motors without current once they stand still.
+    pub(super) fn watch_halt(&mut self, now: Micros) {
+        let idle = self.ports.motion(|motion| motion.is_idle());
+        match self.safety.watch_stop(now, idle) {
+            Stopping::Wait => return,
+            Stopping::Cut => {
+                self.ports.motion(motion::Motion::abort);
+                self.axes.forget_all_homed();
+                return;
+            }
+            Stopping::Over => {}
+        }
+        self.axes.disable_all(&mut self.ports, self.config);
+        self.ports.set_motor_power(false);
+        self.resynchronise();
+        self.finish_release();
+    }
+
+    /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.
+    pub(super) fn resynchronise(&mut self) {
+        let position = self.ports.motion(|motion| motion.commanded_position());
+        self.program.resynchronise(position);
+    }
+
+    /// The kill button, at each poll.
+    pub(super) fn watch_kill_button(&mut self, now: Micros) {
+        let settings = self.config.kill_button;
+        if !settings.enable || settings.pin.is_none() {
+            return;
+        }
+        let pressed = self.ports.inputs().is_active(crate::ports::Input::Kill);
+        let is_halted = self.safety.is_halted();
+        match self.safety.kill_button.look(&settings, pressed, is_halted, now) {
+            Press::Nothing => {}
+            Press::Kill => self.halt(format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n")),
+            Press::StillLatched => {
+                self.halt(format_args!("WARNING: ESTOP is still latched, unlatch ESTOP to clear HALT\n"));
+            }
+            Press::Clear => {
+                self.release();
+                self.announce(format_args!("UnKill button pressed Halt cleared\n"));
+            }
+        }
+    }
+
+    /// Ctrl-X: halts, or wakes a machine that sleeps, into an alarm.
+    pub(super) fn abort(&mut self) {
+        if self.safety.state() == State::Sleep {
+            self.safety.apply(Event::Wake);
+            return self.announce(format_args!("ALARM: awake, $X or M999 to clear HALT\n"));
+        }
+        self.halt(format_args!("ALARM: Abort during cycle\n"));
+    }
+}
+
+/// M999.
+pub(super) async fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+    if machine.safety.state() != State::Alarm {
+        return;
+    }
+    machine.release();
+    machine.wait_release().await;
+    machine.say(to, format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));
+}

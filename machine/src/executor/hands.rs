@@ -1,0 +1,285 @@
+//! What a sequence that takes time may do with the machine: homing, probing, leveling, tuning, jogging.
+//!
+//! A sequence is an `async fn` over this, and reads from top to bottom. It sees no session, no program and no job: it
+//! moves, waits, looks at inputs, asks owners for what it needs, and says how it goes to whoever asked for it.
+
+use core::fmt::Arguments;
+
+use config::MachineConfig;
+use motion::{Latch, Mode, Motion, MotionConfig};
+use program::State;
+use units::{AxisSet, Micros, MmPerSecond, PerAxis};
+
+use super::Machine;
+use crate::axes::Axes;
+use crate::bed::Bed;
+use crate::failure::{Failure, message};
+use crate::heat::HeatControl;
+use crate::ports::{InputLevels, Ports};
+use crate::safety::Event;
+use crate::sessions::{Recipient, Reply};
+use crate::supervisor::Supervisor;
+use crate::tuning::Tuning;
+
+/// The machine in the hands of one sequence.
+pub struct Hands<'m, 'c, P: Ports> {
+    machine: &'m mut Machine<'c, P>,
+    to: Recipient,
+}
+
+impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
+    /// For a sequence that this recipient asked for.
+    pub(super) const fn new(machine: &'m mut Machine<'c, P>, to: Recipient) -> Self {
+        Self { machine, to }
+    }
+
+    // --- what there is ---
+
+    /// The machine as configured.
+    pub const fn config(&self) -> &'c MachineConfig {
+        self.machine.config
+    }
+
+    /// What codes have changed of it.
+    pub const fn tuning(&mut self) -> &mut Tuning {
+        &mut self.machine.tuning
+    }
+
+    /// What probing a bed starts from.
+    pub const fn bed(&mut self) -> &mut Bed {
+        &mut self.machine.bed
+    }
+
+    /// Axes and motors.
+    pub const fn axes(&mut self) -> &mut Axes {
+        &mut self.machine.axes
+    }
+
+    /// Time since boot.
+    pub fn now(&self) -> Micros {
+        self.machine.ports.now()
+    }
+
+    /// The motion object.
+    pub fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        self.machine.ports.motion(f)
+    }
+
+    /// What motion is configured with.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn motion_config(&mut self) -> Result<MotionConfig, Failure> {
+        let config = self.motion(|motion| motion.config().copied());
+        config.ok_or_else(|| Failure::refused("motion is not configured"))
+    }
+
+    /// Heat control.
+    pub fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
+        self.machine.ports.heat(f)
+    }
+
+    /// The watch over drivers and supplies.
+    pub fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
+        self.machine.ports.supervisor(f)
+    }
+
+    /// The latch that inputs stop motion through.
+    pub fn latch(&self) -> &Latch {
+        self.machine.ports.latch()
+    }
+
+    /// Levels of all inputs.
+    pub fn inputs(&self) -> InputLevels {
+        self.machine.ports.inputs()
+    }
+
+    /// The card.
+    pub const fn storage(&mut self) -> &mut P {
+        &mut self.machine.ports
+    }
+
+    /// What the machine is doing.
+    pub const fn state(&self) -> State {
+        self.machine.safety.state()
+    }
+
+    /// A file is being played and not paused.
+    pub fn is_playing(&self) -> bool {
+        self.machine.jobs.is_playing()
+    }
+
+    // --- what it says ---
+
+    /// Says something to whoever asked for this.
+    pub fn say(&mut self, text: Arguments<'_>) {
+        self.machine.sessions.say(self.to, text);
+    }
+
+    /// Says something to every session.
+    pub fn announce(&mut self, text: Arguments<'_>) {
+        self.machine.sessions.say(Recipient::All, text);
+    }
+
+    /// To whoever asked for this.
+    pub const fn reply(&mut self) -> Reply<'_> {
+        Reply::new(&mut self.machine.sessions, self.to)
+    }
+
+    /// Whoever asked for this wants it to end (Ctrl-Y), once.
+    pub fn stop_requested(&mut self) -> bool {
+        self.machine.sessions.take_stop(self.to)
+    }
+
+    /// It was asked for by a session, which can stop it.
+    pub const fn is_asked_by_a_session(&self) -> bool {
+        self.to.session().is_some()
+    }
+
+    // --- waiting ---
+
+    /// One turn of a wait: the world is served, and the wait ends when the machine halts.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub async fn pause(&mut self) -> Result<(), Failure> {
+        self.machine.pause().await
+    }
+
+    /// One turn of a wait that must end well, halt or not.
+    pub async fn pause_anyway(&mut self) {
+        self.machine.serve();
+        crate::wait::yield_once().await;
+    }
+
+    /// Waits for a length of time, whatever moves.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub async fn wait(&mut self, time: Micros) -> Result<(), Failure> {
+        self.machine.wait(time).await
+    }
+
+    /// Waits until everything queued has been executed.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub async fn standstill(&mut self) -> Result<(), Failure> {
+        self.machine.standstill().await
+    }
+
+    /// Waits until whoever listens has taken most of what was said.
+    pub async fn drain(&mut self) {
+        self.machine.drain(self.to).await;
+    }
+
+    /// Waits while the operator holds the machine, or the door is open.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub async fn wait_while_held(&mut self) -> Result<(), Failure> {
+        while matches!(self.state(), State::Hold | State::Door) {
+            self.pause().await?;
+        }
+        Ok(())
+    }
+
+    // --- moving ---
+
+    /// Machine position where the last accepted move ends.
+    pub fn position(&mut self) -> PerAxis<f64> {
+        self.motion(|motion| motion.commanded_position())
+    }
+
+    /// Submits one straight move, waiting while the look-ahead queue is full.
+    ///
+    /// # Errors
+    /// When it is refused, or the machine halts.
+    pub async fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+        let request = motion::Move { target, feed_rate: rate, mode, ..motion::Move::default() };
+        self.machine.submit(&request).await
+    }
+
+    /// Moves and waits until the motors stand there.
+    ///
+    /// # Errors
+    /// As [`Self::go`].
+    pub async fn go_there(&mut self, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
+        self.go(target, rate, Mode::Rapid).await?;
+        self.standstill().await
+    }
+
+    /// Tells motion where the machine is. Only while idle.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn set_position(&mut self, position: PerAxis<f64>) -> Result<(), Failure> {
+        let set = self.motion(|motion| motion.set_position(position));
+        set.map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))
+    }
+
+    /// Every motor gets its current.
+    ///
+    /// # Errors
+    /// Without motor supply, or when a driver does not answer.
+    pub fn enable_motors(&mut self) -> Result<(), Failure> {
+        self.machine.enable_motors()
+    }
+
+    /// Whether every axis that can be homed has been.
+    pub fn all_homed(&self) -> bool {
+        self.machine.facts().all_homed()
+    }
+
+    /// These axes are homed now.
+    pub fn mark_homed(&mut self, axes: AxisSet) {
+        self.machine.axes.mark_homed(axes);
+    }
+
+    // --- the machine's state ---
+
+    /// Applies an event to the table of states; true when it meant something.
+    pub const fn apply(&mut self, event: Event) -> bool {
+        self.machine.safety.apply(event)
+    }
+
+    /// Halts, saying why.
+    pub fn halt(&mut self, why: Arguments<'_>) {
+        self.machine.halt(why);
+    }
+
+    /// Homing has the latch to itself: no limit guards.
+    pub fn suspend_limits(&mut self) {
+        let now = self.now();
+        let Machine { safety, ports, .. } = &mut *self.machine;
+        safety.limits.suspend(ports.latch(), now);
+    }
+
+    /// A search takes the latch.
+    pub const fn search_begins(&mut self) {
+        self.machine.safety.limits.search_begins();
+    }
+
+    /// A search gives the latch back.
+    pub fn search_ends(&mut self) {
+        let now = self.now();
+        let Machine { safety, ports, .. } = &mut *self.machine;
+        safety.limits.search_ends(ports.latch(), now);
+    }
+
+    /// A suspended job is given up; true when there was one.
+    pub fn cancel_suspend(&mut self) -> bool {
+        self.machine.safety.apply(Event::Unsuspend);
+        self.machine.jobs.cancel_suspend()
+    }
+
+    /// Z of a contact at this height of the machine reads as given from now on, both in mm.
+    pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
+        self.machine.program.read_contact(machine_z, reads);
+    }
+
+    /// Where a search along a line ended, and whether it found its contact.
+    pub const fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
+        self.machine.program.set_last_probe(place, found);
+    }
+}

@@ -1,0 +1,369 @@
+//! One line: whose turn is it, is it whole, what does it ask, how is it answered.
+
+use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal};
+use motion::Tag;
+use program::{Dialect, Meaning, State, Waits};
+
+use super::frames::{Frame, Origin, Rest};
+use super::{Machine, actions, commands, suspend};
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::jobs::Next;
+use crate::needs::needs;
+use crate::ports::Ports;
+use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
+
+/// Runs what is next: what a line has started, a line of a session, a line of the file being played, the command of a switch.
+/// False when there was nothing.
+pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    if !machine.frames.is_empty() {
+        super::suspend::run_top(machine).await;
+        return true;
+    }
+    let path_is_full = machine.ports.motion(|motion| {
+        let (used, size) = motion.queue_level();
+        size > 0 && used >= size
+    });
+    let had_line = run_session(machine, path_is_full).await;
+    // Sessions and the file take turns; a file is mostly moves, so it waits for room.
+    if machine.frames.is_empty() && !path_is_full && run_job_line(machine).await {
+        return true;
+    }
+    had_line || run_switch(machine).await
+}
+
+async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
+    let Some(id) = machine.sessions.next_ready(path_is_full) else { return false };
+    if path_is_full && rides(machine, id) {
+        if let Some(session) = machine.sessions.get_mut(id) {
+            session.wait_for_room();
+        }
+        return true;
+    }
+    let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
+    machine.tag = Tag::NONE;
+    run_session_line(machine, id, &line).await;
+    true
+}
+
+/// Whether the line that waits is one that only waits for room in the look-ahead queue.
+fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
+    let Some((session, line)) = machine.sessions.get(id).and_then(|session| Some((session, session.waiting()?))) else {
+        return false;
+    };
+    if machine.files.uploads_from(id) {
+        return false;
+    }
+    // A copy: the line is not read yet.
+    let mut decoder = session.decoder;
+    let Ok(Line::Code(mut blocks)) = decoder.decode(line) else { return false };
+    blocks.any(|block| block.is_ok_and(|block| machine.program.row(&block).is_some_and(|row| row.waits == Waits::Path)))
+}
+
+async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
+    let to = Recipient::Session(id);
+    let Some(session) = machine.sessions.get_mut(id) else { return };
+    let may_operate = session.rights == Rights::Operate;
+    match session.decoder.decode(line) {
+        Ok(_) if !may_operate => {
+            machine.say(to, format_args!("error:this session may ask, and stop the machine, no more\n"));
+            answered(machine, id);
+        }
+        Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
+            let Machine { files, ports, sessions, .. } = machine;
+            files.upload_line(line, &decoded, ports, &mut Reply::new(sessions, to));
+            answered(machine, id);
+        }
+        Ok(decoded) => run_decoded(machine, decoded, to, Origin::Session).await,
+        Err(refusal) => {
+            say_refusal(machine, refusal, line, to);
+            answered(machine, id);
+        }
+    }
+}
+
+fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(session) = machine.sessions.get_mut(id) {
+        session.answered();
+    }
+}
+
+/// The next line of the file being played. False when there is none.
+async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    machine.jobs.open_boot_file(machine.config, &mut machine.ports);
+    if !machine.jobs.is_playing() || !matches!(machine.safety.state(), State::Idle | State::Run | State::Check) {
+        return false;
+    }
+    let to = machine.jobs.echo();
+    if !machine.sessions.have_taken_most(to) {
+        return false;
+    }
+    let mut line = LineBytes::new();
+    match machine.jobs.next_line(&mut machine.ports, &mut line) {
+        Next::Line => {
+            machine.tag = machine.jobs.begin_line();
+            if let Ok(text) = core::str::from_utf8(&line) {
+                machine.say(to, format_args!("{text}\n"));
+            }
+            run_own_line(machine, &line, to, Origin::Job).await;
+        }
+        Next::TooLong => pause_job(machine, "is too long"),
+        Next::End => return end_job(machine),
+        Next::Failed(why) => {
+            let text = message(format_args!("reading the file being played failed: {why}"));
+            alarm(machine, &text, Recipient::Nobody);
+        }
+    }
+    true
+}
+
+/// The file has been read; it is done when its last moves are. False while they go on, so that sessions are heard.
+fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    machine.ports.motion(motion::Motion::flush);
+    if !machine.ports.motion(|motion| motion.is_idle()) {
+        return false;
+    }
+    let to = machine.jobs.tells_end();
+    machine.jobs.close(&mut machine.ports);
+    machine.say(to, format_args!("Done printing file\n"));
+    true
+}
+
+/// The line just read cannot be carried out: what comes after it counts on it, so it waits for a person.
+fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
+    let Machine { jobs, sessions, .. } = machine;
+    jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
+}
+
+/// The command of an input switch that changed. False when there is none.
+async fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let Some(command) = machine.outputs.take_command(machine.config) else { return false };
+    machine.tag = Tag::NONE;
+    run_own_line(machine, command.as_bytes(), Recipient::Nobody, Origin::Switch).await;
+    true
+}
+
+/// Runs a line that comes from the machine itself.
+async fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient, origin: Origin) {
+    match decoder_expecting(line).decode(line) {
+        Ok(decoded) => return run_decoded(machine, decoded, to, origin).await,
+        Err(Refusal::Resend { .. }) => {
+            // Its checksum is wrong: the file is damaged.
+            let text = core::str::from_utf8(line).unwrap_or("(not text)");
+            let text = message(format_args!("checksum does not match: {text}"));
+            alarm(machine, &text, to);
+        }
+        Err(refusal) => say_refusal(machine, refusal, line, to),
+    }
+    if origin == Origin::Job {
+        pause_job(machine, "was not carried out");
+    }
+}
+
+async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, to: Recipient, origin: Origin) {
+    match decoded {
+        Line::Blank => finish(machine, Ok(Answer::Ok), None, to, origin),
+        Line::Console(command) => commands::run_line(machine, command, to, origin).await,
+        Line::Code(blocks) => run_blocks(machine, blocks, None, to, origin).await,
+    }
+}
+
+/// Runs the commands of a line in turn, and answers it, unless one of them starts something: then the rest waits for its end.
+pub(super) async fn run_blocks<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    mut blocks: Blocks<'_>,
+    mut last: Option<Code>,
+    to: Recipient,
+    origin: Origin,
+) {
+    let mut outcome = Ok(Answer::Ok);
+    while let Some(block) = blocks.next() {
+        let block = match block {
+            Ok(block) => block,
+            Err(error) => {
+                let (line, _) = blocks.place();
+                return bad_line(machine, Refusal::Syntax(error), line, to, origin);
+            }
+        };
+        last = block.code;
+        let height = machine.frames.len();
+        outcome = run_block(machine, &block, to, origin).await;
+        if outcome.is_err() {
+            machine.frames.drop_down_to(height);
+            break;
+        }
+        if machine.frames.len() > height {
+            let (line, at) = blocks.place();
+            let line = LineBytes::from_slice(line).unwrap_or_default();
+            let rest = Rest { line, at, to, origin, last };
+            if machine.frames.push_below(height, Frame::Rest(rest)) {
+                return;
+            }
+            machine.frames.drop_down_to(height);
+            outcome = Err(Failure::refused("scripts start each other without end"));
+            break;
+        }
+    }
+    finish(machine, outcome, last, to, origin);
+}
+
+fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient, origin: Origin) {
+    if origin == Origin::Settings {
+        let text = core::str::from_utf8(line).unwrap_or("(not text)");
+        return machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
+    }
+    say_refusal(machine, refusal, line, to);
+    done(machine, false, to, origin);
+}
+
+/// One command: may it run now, what does it mean, do it.
+pub(super) async fn run_block<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    block: &Block<'_>,
+    to: Recipient,
+    origin: Origin,
+) -> Outcome {
+    machine.wait_release().await;
+    let state = machine.safety.state();
+    let row = machine.program.row(block);
+    let allowed = row.map_or(program::States::WORKING, |row| row.states);
+    if !allowed.has(state) {
+        return Err(match state {
+            State::Invalid => Failure::refused("the configuration has errors: mend config.ini and reset"),
+            _ => Failure::Halted,
+        });
+    }
+    let Some(row) = row else { return Ok(Answer::Unknown) };
+    // A file that saves or loads settings would never end.
+    let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
+    if origin == Origin::Settings && is_about_settings {
+        return Ok(Answer::Ok);
+    }
+    if let Some(part) = row.part {
+        needs(machine.config, part, machine.jobs.is_playing())?;
+    }
+    let (facts, dialect) = (machine.facts(), dialect_for(machine, to));
+    let meaning = machine.program.run(block, row, facts, dialect);
+    let meaning = meaning.map_err(|fault| actions::failed_by(machine, &fault))?;
+    while let Some(effect) = machine.program.next_effect() {
+        actions::effect(machine, effect).await?;
+    }
+    match meaning {
+        Meaning::Nothing => Ok(Answer::Ok),
+        Meaning::Unknown => Ok(Answer::Unknown),
+        Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
+    }
+}
+
+fn dialect_for<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> Dialect {
+    match to {
+        // A file is written for the machine.
+        Recipient::Nobody => crate::program_setup::dialect(machine.config),
+        to => machine.sessions.dialect_of(to),
+    }
+}
+
+/// Answers a line that has come to its end.
+pub(super) fn finish<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    outcome: Outcome,
+    last: Option<Code>,
+    to: Recipient,
+    origin: Origin,
+) {
+    if origin == Origin::Settings {
+        return suspend::settings_line_ended(machine, outcome);
+    }
+    let carried_out = outcome.is_ok();
+    say_answer(machine, outcome, last, to);
+    done(machine, carried_out, to, origin);
+}
+
+fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, to: Recipient, origin: Origin) {
+    match (origin, to) {
+        (Origin::Session, Recipient::Session(id)) => answered(machine, id),
+        (Origin::Job, _) if !carried_out => pause_job(machine, "was not carried out"),
+        _ => {}
+    }
+}
+
+fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, to: Recipient) {
+    match (outcome, last) {
+        (Ok(Answer::Ok), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
+        (Ok(Answer::Said), _) => {}
+        (Ok(Answer::Unknown), Some(code)) => {
+            // Of a file nobody reads the answers, and a G-code mostly says where to go.
+            if to == Recipient::Nobody && code.letter == Letter::G {
+                machine.announce(format_args!("// WARNING {code} is not known here and was passed over\n"));
+            }
+            machine.say(to, format_args!("ok - {code} ignored\n"));
+        }
+        (Err(Failure::Halted), _) => say_locked(machine, to),
+        (Err(Failure::Alarm(text)), _) => alarm(machine, &text, to),
+        (Err(Failure::Refused(text)), _) => {
+            // One line, one answer: it stands for ok.
+            let to = if to == Recipient::Nobody { Recipient::All } else { to };
+            machine.say(to, format_args!("error:{text}\n"));
+        }
+    }
+}
+
+/// The answer to commands while halted.
+pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+    let grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
+    machine.say(to, format_args!("{}", if grbl { "error:Alarm lock\n" } else { "!!\n" }));
+}
+
+/// Halts because a command asked for what must not be.
+pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Recipient) {
+    let word = if machine.sessions.dialect_of(to) == Dialect::Grbl { "error" } else { "Error" };
+    // Others must learn why the machine stands.
+    let to = if to == Recipient::Nobody { Recipient::All } else { to };
+    machine.say(to, format_args!("{word}: {text}\n"));
+    machine.halt(format_args!("Entering Alarm/Halt state\n"));
+}
+
+fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
+    if let Refusal::Resend { .. } = refusal {
+        return machine.say(to, format_args!("{refusal}\n"));
+    }
+    let text = core::str::from_utf8(line).unwrap_or("(not text)");
+    let grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
+    let (prefix, ok) = if grbl { ("error:", "") } else { ("// WARNING ", "ok\n") };
+    let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
+    machine.say(heard_by, format_args!("{prefix}gcode parse failed {refusal} - {text}\n"));
+    machine.say(to, format_args!("{ok}"));
+}
+
+/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the upload), its
+/// checksum is not.
+fn decoder_expecting(line: &[u8]) -> Decoder {
+    let mut decoder = Decoder::new();
+    let digits = line.trim_ascii_start().strip_prefix(b"N").unwrap_or(b"").trim_ascii_start();
+    let number = digits.iter().take_while(|digit| digit.is_ascii_digit());
+    let number = number.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
+    if number > 0 {
+        let setting = message(format_args!("N{} M110", number - 1));
+        // A number too large for the decoder is refused by it, here and with the line itself.
+        let _ = decoder.decode(setting.as_bytes());
+    }
+    decoder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_a_file_may_have_any_number_but_must_have_its_checksum() {
+        for (line, is_whole) in [
+            (&b"N1 G28*18"[..], true),
+            (b"N57 G28*33", true),
+            (b"N57 G28*34", false),
+            (b"  N57 G28", true),
+            (b"G28", true),
+        ] {
+            let decoded = decoder_expecting(line).decode(line);
+            assert_eq!(decoded.is_ok(), is_whole, "{}: {decoded:?}", line.escape_ascii());
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! What happens at every waiting point, however deep in a sequence: sessions are heard, questions answered, faults seen, outputs
+//! flushed. Never waits.
+
+use gcode::Line;
+use gcode::realtime::Realtime;
+use program::State;
+use units::{Axis, Micros, PerAxis};
+
+use super::{Machine, commands, functions};
+use crate::failure::Message;
+use crate::files::listings;
+use crate::heat::HeatControl;
+use crate::heat_codes::heat_fault_text;
+use crate::ports::Ports;
+use crate::safety::{Event, Hit};
+use crate::sessions::{Recipient, SessionId};
+use crate::supervisor::{Supervisor, SupervisorEvent};
+
+/// How often inputs and faults are looked at.
+const POLL_PERIOD: Micros = Micros::from_millis(10);
+/// Half period of the life LED.
+const LED_PERIOD: Micros = Micros::from_millis(100);
+
+/// When what is due, and what is remembered between two looks.
+#[derive(Debug, Default)]
+pub(super) struct Polls {
+    due: Micros,
+    led_due: Micros,
+    led_phase: u8,
+    /// What was wrong with the line of saved settings that just ended.
+    pub settings_problem: Option<Message>,
+}
+
+impl<P: Ports> Machine<'_, P> {
+    /// Serves everything once.
+    pub(super) fn serve(&mut self) {
+        let now = self.ports.now();
+        self.ports.report_alive();
+        self.ports.heat(|heat| heat.dispatcher_alive(now));
+        for id in self.sessions.ids() {
+            self.serve_session(id);
+        }
+        if now >= self.polls.due {
+            self.polls.due = now.plus(POLL_PERIOD);
+            self.watch(now);
+        }
+        self.sessions.flush(&mut self.ports, now);
+    }
+
+    fn serve_session(&mut self, id: SessionId) {
+        if self.sessions.is_visited_anew(&self.ports, id) {
+            self.change_visitor(id);
+        }
+        if self.ports.inbox(id).has_news() {
+            self.serve_requests(id);
+            self.gather(id);
+        }
+        self.answer_lost(id);
+        self.answer_question(id);
+        functions::continue_listing(self, id);
+    }
+
+    /// Whoever comes next has asked for nothing of what the one before asked for.
+    fn change_visitor(&mut self, id: SessionId) {
+        let Self { sessions, ports, files, jobs, .. } = self;
+        if let Some(listing) = sessions.greet(ports, id) {
+            listings::close(&listing, ports);
+        }
+        files.session_ended(id, ports);
+        jobs.session_ended(id);
+    }
+
+    fn serve_requests(&mut self, id: SessionId) {
+        let to = Recipient::Session(id);
+        loop {
+            // A question needs room for its answer; what stops the machine needs none.
+            let request = self.ports.inbox(id).take_request();
+            let Some(request) = request else { return };
+            match request {
+                Realtime::Status if self.sessions.get(id).is_some_and(|session| session.has_room_for_status()) => {
+                    functions::report_status(self, to);
+                }
+                Realtime::Status => {
+                    // It is the least urgent, so nothing else waits behind it.
+                    self.ports.inbox(id).request(Realtime::Status);
+                    return;
+                }
+                Realtime::Emergency => self.halt(format_args!("ALARM: Emergency stop (M112)\n")),
+                Realtime::Abort => {
+                    if let Some(session) = self.sessions.get_mut(id) {
+                        session.clear_line();
+                    }
+                    self.abort();
+                }
+                Realtime::Stop if self.safety.is_halted() => self.unlock(to),
+                Realtime::Stop | Realtime::JogCancel => {
+                    if let Some(session) = self.sessions.get_mut(id) {
+                        session.stop_requested = true;
+                    }
+                }
+                Realtime::Hold => self.feed_hold(Event::Hold),
+                Realtime::Door => self.feed_hold(Event::DoorOpens),
+                Realtime::Resume => self.feed_resume(),
+            }
+        }
+    }
+
+    fn feed_hold(&mut self, event: Event) {
+        self.follow_motion();
+        let was_held = self.safety.state() == State::Hold;
+        if !self.safety.apply(event) {
+            return;
+        }
+        if !was_held {
+            self.ports.motion(motion::Motion::hold);
+        }
+        if event == Event::DoorOpens {
+            // Nothing turns or burns while somebody reaches in.
+            let outputs = self.outputs.door_opens(self.config);
+            self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
+            self.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
+        }
+    }
+
+    fn feed_resume(&mut self) {
+        let was_door = self.safety.state() == State::Door;
+        if !self.safety.apply(Event::Resume) {
+            return;
+        }
+        if was_door {
+            let outputs = self.outputs.door_closes(self.config);
+            self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
+        }
+        self.ports.motion(motion::Motion::resume);
+    }
+
+    fn gather(&mut self, id: SessionId) {
+        let Self { sessions, ports, .. } = self;
+        let Some(session) = sessions.get_mut(id) else { return };
+        if session.gather(ports.inbox(id)) {
+            session.say(format_args!("error:Discarding long line\n"));
+        }
+    }
+
+    /// Each line that was lost is answered, so that a sender that counts answers stays in step.
+    fn answer_lost(&mut self, id: SessionId) {
+        let Some(session) = self.sessions.get_mut(id) else { return };
+        while session.take_lost() {
+            session.say(format_args!("error:line lost, wait for ok before sending more\n"));
+        }
+    }
+
+    /// A line that is a question is answered now, whatever the machine waits for.
+    fn answer_question(&mut self, id: SessionId) {
+        let Some(session) = self.sessions.get_mut(id) else { return };
+        // A copy: only the line of a question is read here.
+        let mut decoder = session.decoder;
+        let Some(line) = session.line_to_look_at() else { return };
+        // Most lines are moves, and need no closer look.
+        if matches!(line.first(), Some(b'G' | b'X' | b'Y' | b'Z')) && !line.starts_with(b"G28.6") {
+            return;
+        }
+        if self.files.uploads_from(id) {
+            return;
+        }
+        let line = line.clone();
+        let to = Recipient::Session(id);
+        let is_answered = match decoder.decode(&line) {
+            Ok(Line::Console(command)) => commands::answer(self, command, to),
+            Ok(Line::Code(blocks)) => functions::answer(self, blocks, to),
+            _ => false,
+        };
+        if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
+            session.decoder = decoder;
+            session.drop_line();
+        }
+    }
+
+    // --- watching ---
+
+    fn watch(&mut self, now: Micros) {
+        self.watch_heat();
+        self.watch_supervisor();
+        self.watch_limits(now);
+        self.watch_step_times(now);
+        self.watch_kill_button(now);
+        self.watch_halt(now);
+        let levels = self.ports.inputs();
+        if self.safety.state() != State::Invalid {
+            self.outputs.look(levels, self.config, now);
+        }
+        self.follow_motion();
+        let is_idle = self.safety.state() == State::Idle;
+        self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
+        self.follow_job();
+        self.blink(now);
+    }
+
+    /// What of the job the motors make: nothing of it while they rest.
+    pub(super) fn follow_job(&mut self) {
+        let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+        self.jobs.executing(executing);
+    }
+
+    fn watch_heat(&mut self) {
+        if let Some((heater, target, why)) = self.ports.heat(HeatControl::take_refusal) {
+            let failure = crate::heat_codes::target_refused(self.config, heater, target, why);
+            if let crate::failure::Failure::Refused(text) = failure {
+                self.announce(format_args!("error:{text}\n"));
+            }
+        }
+        let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
+        let text = heat_fault_text(self.config, fault);
+        if self.safety.is_halted() {
+            // The outputs are off already; that it goes on all the same a person must hear.
+            return self.announce(format_args!("ERROR: {text}\n"));
+        }
+        self.halt(format_args!("ERROR: {text}\nHALT asserted - reset or M999 required\n"));
+    }
+
+    fn watch_supervisor(&mut self) {
+        while let Some(event) = self.ports.supervisor(Supervisor::take_event) {
+            match event {
+                SupervisorEvent::MotorSupplyLost => self.motor_supply_lost(),
+                SupervisorEvent::MotorSupplyReturned => {
+                    self.announce(format_args!("// NOTICE motor supply is on, HOME before moving\n"));
+                }
+                SupervisorEvent::FetSupplyLost => self.fet_supply_lost(),
+                SupervisorEvent::FetSupplyReturned => self.announce(format_args!("// NOTICE heater supply is on\n")),
+                SupervisorEvent::Driver(motor, trouble) => {
+                    let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
+                    let text = trouble.text();
+                    let halts = trouble.is_fatal() && self.config.motors.halt_on_driver_alarm;
+                    if halts && !self.safety.is_halted() {
+                        self.halt(format_args!("ERROR: motor driver {letter}: {text}\n"));
+                    } else {
+                        self.announce(format_args!("WARNING: {letter}: {text}\n"));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Without supply a motor holds nothing: positions are no longer known.
+    fn motor_supply_lost(&mut self) {
+        self.axes.lose_supply();
+        let state = self.safety.state();
+        if matches!(state, State::Idle | State::Suspended | State::Check) || self.safety.is_halted() {
+            self.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));
+        } else {
+            self.halt(format_args!("ERROR: motor supply lost while moving\n"));
+        }
+    }
+
+    /// Without its supply a heater would only be missed by its guard, minutes later.
+    fn fet_supply_lost(&mut self) {
+        if self.ports.heat(|heat| heat.any_on()) {
+            self.halt(format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
+        } else {
+            self.announce(format_args!(
+                "WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"
+            ));
+        }
+    }
+
+    fn watch_limits(&mut self, now: Micros) {
+        let is_homing = self.safety.mode().is_in(State::Homing);
+        if !self.safety.limits.exist() || is_homing || self.safety.is_halted() {
+            return;
+        }
+        let moving = !matches!(self.safety.state(), State::Idle | State::Suspended | State::Check);
+        let levels = self.ports.inputs();
+        // Only a search asks where the machine is, and that is worth knowing only then.
+        let is_searching = self.safety.limits.is_searching();
+        let here = if is_searching { self.ports.motion(|motion| motion.live_position()) } else { PerAxis::default() };
+        let Self { safety, ports, .. } = self;
+        let Some(Hit(index)) = safety.limits.poll(levels, moving, ports.latch(), now, || here) else { return };
+        let stop = self.config.endstops.get(index);
+        let name = stop.map_or("?", |stop| stop.name.as_str());
+        let letter = stop.and_then(|stop| stop.axis).map_or('?', |axis| axis.letter());
+        self.halt(format_args!(
+            "ALARM: Hard limit {letter} was hit ({name})\n// WARNING hard limits are disabled until all have been cleared\n"
+        ));
+    }
+
+    fn watch_step_times(&mut self, now: Micros) {
+        let feed_late = self.ports.motion(|motion| motion.counters().late);
+        let times = self.ports.step_times();
+        let Some(news) = self.safety.step_times.poll(times, feed_late, now) else { return };
+        if news.halts() {
+            self.halt(format_args!("{news}\n"));
+        } else {
+            self.announce(format_args!("{news}\n"));
+        }
+    }
+
+    fn blink(&mut self, now: Micros) {
+        if now < self.polls.led_due {
+            return;
+        }
+        self.polls.led_due = now.plus(LED_PERIOD);
+        self.polls.led_phase = self.polls.led_phase.wrapping_add(1);
+        let phase = self.polls.led_phase;
+        self.ports.set_led(0, phase & 1 == 0);
+        let playing = match self.safety.state() {
+            // About 300 ms a change.
+            State::Alarm | State::Invalid | State::Sleep => (phase / 3) & 1 == 0,
+            State::Idle => false,
+            _ => true,
+        };
+        self.ports.set_led(1, playing);
+    }
+}

@@ -1,0 +1,149 @@
+//! Replaces a file such that a power cut at any moment leaves its old content or its new, never a part of
+//! either, and keeps the old one.
+//!
+//! For `config.ini`, in its directory:
+//!
+//! 1. the new content is written to `draft-config.ini`, which counts for nothing;
+//! 2. when that is whole and closed, it is renamed to `new-config.ini`: the change is decided;
+//! 3. `config.ini` is renamed to `previous-config.ini`;
+//! 4. `new-config.ini` is renamed to `config.ini`.
+//!
+//! A file `new-...` is therefore a whole file that waits for the last two steps. Whoever wants to read or
+//! replace the real one takes them first: [`settle`]. That renaming itself is not torn by a power cut is the
+//! storage's part ([`Storage::rename`]).
+
+use core::fmt::Write as _;
+use core::marker::PhantomData;
+
+use heapless::Vec;
+
+use super::paths::Path;
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+
+/// Bytes moved in one step: a block of the card.
+const BLOCK: usize = 512;
+
+/// The file's companions, by what their names begin with.
+const DRAFT: &str = "draft-";
+const NEW: &str = "new-";
+const PREVIOUS: &str = "previous-";
+
+/// The path of a companion.
+fn beside(path: &str, beginning: &str) -> Result<Path, StorageError> {
+    let (directory, name) = path.rsplit_once('/').ok_or(StorageError::BadPath)?;
+    let mut companion = Path::new();
+    write!(companion, "{directory}/{beginning}{name}").map_err(|_| StorageError::BadPath)?;
+    Ok(companion)
+}
+
+/// Opens a file and closes it again; false if there is none.
+fn can_open<S: Storage>(storage: &mut S, path: &str, mode: OpenMode) -> Result<bool, StorageError> {
+    match storage.open(path, mode) {
+        Err(StorageError::NotFound) => Ok(false),
+        opened => storage.close(opened?).map(|()| true),
+    }
+}
+
+fn remove_if_there<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    match storage.remove(path) {
+        Err(StorageError::NotFound) => Ok(()),
+        removed => removed,
+    }
+}
+
+/// New content on its way to the card.
+#[derive(Debug)]
+pub struct Draft<S> {
+    path: Path,
+    file: FileHandle,
+    block: Vec<u8, BLOCK>,
+    storage: PhantomData<fn(&mut S)>,
+}
+
+impl<S: Storage> Draft<S> {
+    /// Begins new content for the file of this path, which need not be there.
+    pub fn begin(storage: &mut S, path: &str) -> Result<Self, StorageError> {
+        settle(storage, path)?;
+        let file = storage.open(&beside(path, DRAFT)?, OpenMode::Write)?;
+        let path = Path::try_from(path).map_err(|_| StorageError::BadPath)?;
+        Ok(Self { path, file, block: Vec::new(), storage: PhantomData })
+    }
+
+    /// Takes the next bytes; true when a block went to the card, so that the caller can let others have a
+    /// turn.
+    pub fn write(&mut self, storage: &mut S, bytes: &[u8]) -> Result<bool, StorageError> {
+        let mut written = false;
+        for byte in bytes {
+            if self.block.push(*byte).is_err() {
+                storage.write(self.file, &self.block)?;
+                written = true;
+                self.block.clear();
+                // An empty block has room.
+                let _ = self.block.push(*byte);
+            }
+        }
+        Ok(written)
+    }
+
+    /// The content is complete: it becomes the file's. When that is refused, the file is as it was.
+    pub fn finish(self, storage: &mut S) -> Result<(), StorageError> {
+        let written = storage.write(self.file, &self.block);
+        let closed = storage.close(self.file);
+        let replaced = written.and(closed).and_then(|()| replace(storage, &self.path));
+        if replaced.is_err() {
+            discard(storage, &self.path);
+        }
+        replaced
+    }
+
+    /// Something went wrong: nothing has changed and nothing stays behind, if the storage still answers.
+    pub fn give_up(self, storage: &mut S) {
+        // What it holds is not wanted.
+        let _ = storage.close(self.file);
+        discard(storage, &self.path);
+    }
+}
+
+/// The closed draft becomes the file. What would refuse that, refuses before the change is decided.
+fn replace<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    if can_open(storage, path, OpenMode::Read)? {
+        // Not if it is marked read-only, nor if somebody has it open.
+        can_open(storage, path, OpenMode::Append)?;
+        remove_if_there(storage, &beside(path, PREVIOUS)?)?;
+    }
+    storage.rename(&beside(path, DRAFT)?, &beside(path, NEW)?)?;
+    settle(storage, path)
+}
+
+/// Removes what has not become the file, unless the file is not there without it.
+fn discard<S: Storage>(storage: &mut S, path: &str) {
+    let is_there = can_open(storage, path, OpenMode::Read) == Ok(true);
+    for companion in [Some(DRAFT), is_there.then_some(NEW)].into_iter().flatten() {
+        // An error is under way already, and what stays counts for nothing, or for what was to be saved.
+        let _ = beside(path, companion).and_then(|companion| storage.remove(&companion));
+    }
+}
+
+/// Puts a decided change of this file in place, if a power cut has left one. Before the file is read or
+/// replaced.
+pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    let new = beside(path, NEW)?;
+    if !can_open(storage, &new, OpenMode::Read)? {
+        return Ok(());
+    }
+    if can_open(storage, path, OpenMode::Read)? {
+        let previous = beside(path, PREVIOUS)?;
+        remove_if_there(storage, &previous)?;
+        storage.rename(path, &previous)?;
+    }
+    storage.rename(&new, path)
+}
+
+/// Removes the file, and a change of it that waits. The previous one stays.
+pub fn remove<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    settle(storage, path)?;
+    remove_if_there(storage, path)
+}
+
+#[cfg(test)]
+mod tests;

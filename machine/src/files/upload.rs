@@ -1,0 +1,154 @@
+//! M28 and M29: lines of a session that become a file.
+
+use gcode::{Code, Line};
+
+use super::Files;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+use crate::sessions::{Reply, SessionId};
+
+/// A file being uploaded. Until its M29 nothing that its session sends is carried out, whatever became of the
+/// file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Upload {
+    /// Whom it comes from.
+    from: SessionId,
+    /// None when it could not be opened, or was lost to a halt.
+    file: Option<FileHandle>,
+}
+
+impl Files {
+    /// M28: what this session sends from now on is stored, up to its M29.
+    ///
+    /// # Errors
+    /// When another file is being uploaded.
+    pub fn begin_upload(
+        &mut self,
+        session: SessionId,
+        name: &str,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Outcome {
+        if self.upload.is_some() {
+            return Err(Failure::refused("another file is being uploaded"));
+        }
+        let path = self.absolute(name);
+        let file = if name.is_empty() { Err(StorageError::BadPath) } else { storage.open(&path, OpenMode::Write) };
+        match file {
+            Ok(_) => reply.say(format_args!("Writing to file: {name}\n")),
+            Err(error) => reply.say(format_args!(
+                "open failed, File: {name}.\n// WARNING {}: everything up to M29 is discarded\n",
+                error.text()
+            )),
+        }
+        self.upload = Some(Upload { from: session, file: file.ok() });
+        Ok(Answer::Ok)
+    }
+
+    /// Whether what this session sends belongs to a file.
+    #[must_use]
+    pub fn uploads_from(&self, session: SessionId) -> bool {
+        self.upload.is_some_and(|upload| upload.from == session)
+    }
+
+    /// The file is lost. Its sender does not know, and goes on sending what must not be carried out.
+    pub fn spoil_upload(&mut self, storage: &mut impl Storage) {
+        if let Some(file) = self.upload.as_mut().and_then(|upload| upload.file.take()) {
+            // The upload is lost anyway; a failing close changes nothing.
+            let _ = storage.close(file);
+        }
+    }
+
+    /// Nobody is at the other end of this session any more: what comes next is not of its file.
+    pub fn session_ended(&mut self, session: SessionId, storage: &mut impl Storage) {
+        if self.uploads_from(session) {
+            self.spoil_upload(storage);
+            self.upload = None;
+        }
+    }
+
+    /// A line of the session that uploads: stored as it is, until M29.
+    pub fn upload_line(&mut self, line: &[u8], decoded: &Line<'_>, storage: &mut impl Storage, reply: &mut Reply<'_>) {
+        let Some(Upload { file, .. }) = self.upload else { return };
+        if ends_upload(decoded) {
+            self.upload = None;
+            return match file.map(|file| storage.close(file)) {
+                Some(Ok(())) => reply.say(format_args!("Done saving file.\nok\n")),
+                Some(Err(error)) => reply.say(format_args!("Error:error writing to file: {}\nok\n", error.text())),
+                None => reply.say(format_args!("error:nothing was saved\nok\n")),
+            };
+        }
+        let Some(file) = file else { return reply.say(format_args!("ok\n")) };
+        match storage.write(file, line).and_then(|()| storage.write(file, b"\n")) {
+            Ok(()) => reply.say(format_args!("ok\n")),
+            Err(error) => reply.say(format_args!("Error:error writing to file: {}\n", error.text())),
+        }
+    }
+}
+
+/// M29 and nothing with it: `M117 done, now M29` is text, and `M29 P1` a line of the file.
+fn ends_upload(line: &Line<'_>) -> bool {
+    let Line::Code(blocks) = line else { return false };
+    let first = blocks.clone().next().and_then(Result::ok);
+    first.is_some_and(|block| block.is(Code::m(29)) && block.is_bare())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::bench::{Card, Desk};
+    use gcode::Decoder;
+
+    const ME: SessionId = SessionId(0);
+
+    fn send(files: &mut Files, card: &mut Card, desk: &mut Desk, line: &str) -> String {
+        let decoded = Decoder::new().decode(line.as_bytes()).unwrap();
+        desk.hears(|reply| files.upload_line(line.as_bytes(), &decoded, card, reply))
+    }
+
+    fn begin(files: &mut Files, card: &mut Card, desk: &mut Desk, name: &str) -> String {
+        desk.hears(|reply| assert_eq!(files.begin_upload(ME, name, card, reply), Ok(Answer::Ok)))
+    }
+
+    #[test]
+    fn lines_are_stored_as_they_come_until_a_bare_m29() {
+        let (mut files, mut card, mut desk) = (Files::default(), Card::default(), Desk::new());
+        assert_eq!(begin(&mut files, &mut card, &mut desk, "up.g"), "Writing to file: up.g\n");
+        assert!(files.uploads_from(ME) && !files.uploads_from(SessionId(1)));
+        for line in ["G1 X1 ; a comment", "M117 and M29", "M112", "M29 P1"] {
+            assert_eq!(send(&mut files, &mut card, &mut desk, line), "ok\n", "{line}");
+        }
+        assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), "Done saving file.\nok\n");
+        assert!(!files.uploads_from(ME));
+        assert_eq!(card.text("/sd/up.g"), "G1 X1 ; a comment\nM117 and M29\nM112\nM29 P1\n");
+    }
+
+    #[test]
+    fn what_cannot_be_stored_is_swallowed_to_its_end() {
+        let (mut files, mut card, mut desk) = (Files::default(), Card::default(), Desk::new());
+        let said = begin(&mut files, &mut card, &mut desk, "");
+        assert!(said.starts_with("open failed, File: .\n// WARNING ") && said.ends_with("is discarded\n"), "{said}");
+        assert_eq!(send(&mut files, &mut card, &mut desk, "G28"), "ok\n");
+        assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), "error:nothing was saved\nok\n");
+        begin(&mut files, &mut card, &mut desk, "up.g");
+        files.spoil_upload(&mut card);
+        assert!(files.uploads_from(ME), "its sender goes on");
+        assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), "error:nothing was saved\nok\n");
+        assert_eq!(card.open_files(), 0);
+    }
+
+    #[test]
+    fn one_file_at_a_time_and_none_of_a_session_that_has_gone() {
+        let (mut files, mut card, mut desk) = (Files::default(), Card::default(), Desk::new());
+        begin(&mut files, &mut card, &mut desk, "up.g");
+        desk.hears(|reply| {
+            let refused = files.begin_upload(SessionId(1), "other.g", &mut card, reply);
+            assert_eq!(refused, Err(Failure::refused("another file is being uploaded")));
+        });
+        files.session_ended(SessionId(1), &mut card);
+        assert!(files.uploads_from(ME));
+        files.session_ended(ME, &mut card);
+        assert!(!files.uploads_from(ME));
+        assert_eq!(card.open_files(), 0);
+    }
+}

@@ -1,0 +1,240 @@
+//! One homing cycle: to the switches, back, and to them again slowly.
+
+use config::{EndstopConfig, MachineConfig};
+use motion::{Mode, Motion, Trigger};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis};
+
+use super::overtravel::brakes_in_time;
+use super::slaves::SlavesAhead;
+use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::ports::Ports;
+
+/// Disturbed approaches that are repeated: the input fired but is open when the motors stand.
+const RETRIES: u8 = 3;
+
+/// One cycle for the axes of a set, which then stand on their switches: each is at its place of `places`, mm.
+pub(super) async fn cycle<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    set: AxisSet,
+    places: &PerAxis<f64>,
+) -> Result<(), Failure> {
+    let config = hands.config();
+    let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
+    let far = Approach { set, rate: fast, travel: |stop| stop.max_travel.0, may_be_there: true };
+    far.run(hands).await?;
+    back_off(hands, set, slow).await?;
+    let hits = slow_hits(hands, set, slow).await?;
+    // The axes stand where their switches closed, plus what braking added.
+    let mut position = hands.position();
+    set.axes().for_each(|axis| position[axis] += places[axis] - hits[axis]);
+    hands.mark_homed(set);
+    hands.set_position(position)?;
+    // Onto the switch positions themselves: braking went a little past them.
+    set.axes().for_each(|axis| position[axis] = places[axis]);
+    hands.go(position, slow, Mode::Feed).await?;
+    hands.standstill().await
+}
+
+/// Where each axis is when its switch closes at the slow rate. Each round settles one axis at least.
+async fn slow_hits<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    set: AxisSet,
+    slow: MmPerSecond,
+) -> Result<PerAxis<f64>, Failure> {
+    let near = |set| Approach { set, rate: slow, travel: |stop| 2.0 * stop.retract.0, may_be_there: false };
+    let Hits { mut at, mut unsure } = near(set).run(hands).await?;
+    while !unsure.is_empty() {
+        back_off(hands, unsure, slow).await?;
+        let again = near(unsure).run(hands).await?;
+        unsure.without(again.unsure).axes().for_each(|axis| at[axis] = again.at[axis]);
+        unsure = again.unsure;
+    }
+    Ok(at)
+}
+
+async fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: MmPerSecond) -> Result<(), Failure> {
+    let config = hands.config();
+    let mut target = hands.position();
+    for axis in set.axes() {
+        if let Some((_, stop)) = switch_of(config, axis) {
+            target[axis] -= towards(stop) * stop.retract.0;
+        }
+    }
+    hands.go(target, rate, Mode::Feed).await?;
+    hands.standstill().await
+}
+
+/// Waits until the move has ended, by itself or by a trigger.
+///
+/// # Errors
+/// [`Failure::Halted`].
+pub(crate) async fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
+    hands.standstill().await?;
+    // An input that fires at the very last step is seen by the feed at its next run only.
+    while hands.latch().fired().is_some() {
+        hands.pause().await?;
+    }
+    Ok(hands.motion(Motion::take_trigger))
+}
+
+/// A way to the switches of some axes.
+#[derive(Clone, Copy, Debug)]
+struct Approach {
+    set: AxisSet,
+    rate: MmPerSecond,
+    /// How far at most, mm.
+    travel: fn(&EndstopConfig) -> f64,
+    /// A switch may be operated before anything moves.
+    may_be_there: bool,
+}
+
+/// Where axes were when their switches closed, mm.
+#[derive(Clone, Copy, Debug)]
+struct Hits {
+    at: PerAxis<f64>,
+    /// Axes for which that is not known: a switch that another one's stop ran into has no tick of its own.
+    unsure: AxisSet,
+}
+
+/// How far an approach has come.
+struct Progress {
+    hits: Hits,
+    missing: AxisSet,
+    disturbed: u8,
+    slaves: SlavesAhead,
+}
+
+impl Approach {
+    /// Moves towards the switches until all have closed.
+    async fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<Hits, Failure> {
+        let config = hands.config();
+        let start = hands.position();
+        let hits = Hits { at: start, unsure: AxisSet::NONE };
+        let mut progress = Progress { hits, missing: self.set, disturbed: 0, slaves: SlavesAhead::default() };
+        while !progress.missing.is_empty() {
+            let here = hands.position();
+            let target = progress.slaves.bounded(self.target(config, progress.missing, &start, &here), &here);
+            self.arm(hands, &progress)?;
+            if self.finds_some_operated(hands, &mut progress)? {
+                continue;
+            }
+            hands.go(target, self.rate, Mode::Feed).await?;
+            let Some(trigger) = wait_trigger(hands).await? else {
+                return Err(progress.not_found(config));
+            };
+            let own =
+                |axis: &Axis| switch_of(config, *axis).is_some_and(|(input, _)| Some(input.bit()) == bit_of(&trigger));
+            match progress.missing.axes().find(own) {
+                Some(axis) => progress.closed(hands, axis, &trigger).await?,
+                None => progress.slave_closed(hands, &trigger),
+            }
+        }
+        Ok(progress.hits)
+    }
+
+    /// Where the axes that are still missing go at most.
+    fn target(
+        &self,
+        config: &MachineConfig,
+        missing: AxisSet,
+        start: &PerAxis<f64>,
+        here: &PerAxis<f64>,
+    ) -> PerAxis<f64> {
+        let mut target = *here;
+        for axis in missing.axes() {
+            if let Some((_, stop)) = switch_of(config, axis) {
+                target[axis] = start[axis] + towards(stop) * (self.travel)(stop);
+            }
+        }
+        target
+    }
+
+    fn arm<P: Ports>(&self, hands: &mut Hands<'_, '_, P>, progress: &Progress) -> Result<(), Failure> {
+        let (config, missing) = (hands.config(), progress.missing);
+        let limits = hands.motion_config()?.limits;
+        let inputs = inputs_of(config, missing) | slave_inputs_of(config, missing.without(progress.slaves.axes()));
+        if brakes_in_time(self.rate, &limits, missing.axes()) {
+            hands.latch().arm(inputs);
+        } else {
+            hands.latch().arm_hard(inputs);
+        }
+        Ok(())
+    }
+
+    /// A switch that was operated before arming gives no edge.
+    fn finds_some_operated<P: Ports>(
+        &self,
+        hands: &mut Hands<'_, '_, P>,
+        progress: &mut Progress,
+    ) -> Result<bool, Failure> {
+        let config = hands.config();
+        let there = operated(config, hands.inputs(), progress.missing);
+        let Some(axis) = there.axes().next() else { return Ok(false) };
+        hands.latch().disarm();
+        if !self.may_be_there && progress.missing == self.set {
+            return Err(alarm(config, axis, "endstop does not open when backed off: stuck, or wired inverted"));
+        }
+        progress.hits.unsure = progress.hits.unsure.or(there);
+        progress.missing = progress.missing.without(there);
+        Ok(true)
+    }
+}
+
+impl Progress {
+    /// The axis' own switch closed. It counts when it is still operated `debounce_ms` after the motors stand.
+    async fn closed<P: Ports>(
+        &mut self,
+        hands: &mut Hands<'_, '_, P>,
+        axis: Axis,
+        trigger: &Trigger,
+    ) -> Result<(), Failure> {
+        let config = hands.config();
+        hands.wait(config.homing.debounce).await?;
+        if !operated(config, hands.inputs(), AxisSet::of(axis)).is_empty() {
+            self.hits.at[axis] = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
+            self.missing = self.missing.without(AxisSet::of(axis));
+        } else if self.disturbed < RETRIES {
+            self.disturbed += 1;
+        } else {
+            return Err(alarm(config, axis, "endstop fires but does not stay operated: check its wiring"));
+        }
+        Ok(())
+    }
+
+    /// Another switch closed: that of a slaved motor.
+    fn slave_closed<P: Ports>(&mut self, hands: &mut Hands<'_, '_, P>, trigger: &Trigger) {
+        let config = hands.config();
+        let bit = bit_of(trigger).unwrap_or(0);
+        let slaved = |axis: &Axis| bit & slave_inputs_of(config, AxisSet::of(*axis)) != 0;
+        let Some(axis) = self.missing.axes().find(slaved) else { return };
+        let Some((_, stop)) = switch_of(config, axis) else { return };
+        let hit = hands.motion(|motion| motion.position_of_steps(&trigger.steps));
+        self.slaves.closed(axis, hit[axis], towards(stop));
+    }
+
+    fn not_found(&self, config: &MachineConfig) -> Failure {
+        match self.missing.and(self.slaves.axes()).axes().next() {
+            Some(axis) => alarm(
+                config,
+                axis,
+                "the switch of its slave closed first, more than 0.25 mm before: the axis is racked",
+            ),
+            None => {
+                let axis = self.missing.axes().next().unwrap_or(Axis::X);
+                alarm(config, axis, "endstop was not reached within its travel")
+            }
+        }
+    }
+}
+
+/// The bit of the input that fired.
+fn bit_of(trigger: &Trigger) -> Option<u32> {
+    1_u32.checked_shl(u32::from(trigger.input))
+}
+
+fn alarm(config: &MachineConfig, axis: Axis, what: &str) -> Failure {
+    let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
+    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())))
+}

@@ -1,0 +1,214 @@
+//! G28: find the endstops, fast and then slowly, and say exactly where the machine is.
+//!
+//! The position of a switch is that of the motors at the tick its input fired, which the latch keeps; the
+//! braking after it costs nothing. A cycle for some axes: approach together at the fast rate, going on with
+//! the others when one has hit; back off; approach again slowly; count from the second hit; move onto it. At
+//! the end an axis whose switch is a limit too moves off it.
+//!
+//! Behind a switch there is little way. Where braking would take more than that, the machine stops at once
+//! instead: steps that a fast motor may lose in the first approach do not matter, for the second one
+//! measures.
+
+mod approach;
+mod motor_space;
+mod overtravel;
+mod slaves;
+mod switches;
+
+use config::MachineConfig;
+use motion::Mode;
+use units::{Axis, AxisSet, PerAxis};
+
+use crate::arms;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::ports::Ports;
+use crate::safety::Event;
+use crate::tuning::Tuning;
+pub(crate) use approach::wait_trigger;
+use motor_space::MotorSpace;
+pub(crate) use motor_space::come_to_rest;
+pub use overtravel::OVERTRAVEL;
+use switches::{homeable, operated, slowest, switch_of, towards};
+
+const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
+
+/// Homes these axes, or all that can be when none is named.
+///
+/// # Errors
+/// A refusal when none of them can be, an alarm when a switch is not found where it should be.
+pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
+    let config = hands.config();
+    let chosen = chosen(config, named);
+    if chosen.is_empty() {
+        return Err(Failure::refused("nothing to home: no endstop with a homing_direction for that"));
+    }
+    if hands.cancel_suspend() {
+        hands.announce(format_args!("//Suspend cancelled due to homing cycle\n"));
+    }
+    hands.standstill().await?;
+    hands.enable_motors()?;
+    hands.apply(Event::HomingBegins);
+    let mut homed = find_switches(hands, chosen).await;
+    if !matches!(homed, Err(Failure::Alarm(_))) {
+        // A hold may have come with the very last step. In it homing would not end.
+        homed = homed.and(hands.wait_while_held().await);
+    }
+    hands.apply(Event::HomingEnds);
+    if let Err(Failure::Alarm(_)) = homed {
+        hands.axes().forget_all_homed();
+        let word = if config.general.grbl_mode { "ALARM: Homing fail" } else { "ERROR: Homing cycle failed" };
+        hands.announce(format_args!("{word}\n"));
+    }
+    homed?;
+    move_to_origin(hands, chosen).await?;
+    leave_limits(hands, chosen).await
+}
+
+/// The axes to home of those named. Towers and arms home together.
+fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
+    let able = homeable(config);
+    let chosen = if named.is_empty() { able } else { named.and(able) };
+    if are_motors(config, chosen) { chosen.or(able.and(AxisSet::PRIMARY)) } else { chosen }
+}
+
+/// Towers or arms are among these axes.
+fn are_motors(config: &MachineConfig, set: AxisSet) -> bool {
+    arms::homes_by_motor(config) && !set.and(AxisSet::PRIMARY).is_empty()
+}
+
+/// Where axes are when their switches close, mm.
+fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
+    PerAxis(Axis::ALL.map(|axis| tuning.homing_position(config, axis) + tuning.home_offset[axis]))
+}
+
+/// Homes with the latch, the filters and the compensation out of the way, and puts them back whatever
+/// happens.
+async fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+    hands.suspend_limits();
+    // Filters would delay the stop at a switch.
+    hands.motion(|motion| motion.bypass_filters(true));
+    // A switch is at a place of the motors.
+    let was_suspended = hands.motion(|motion| motion.compensation().is_suspended());
+    let suspended = hands.motion(|motion| motion.suspend_compensation(true));
+    let homed = match suspended {
+        Ok(()) => home_in_space(hands, chosen).await,
+        Err(busy) => Err(Failure::Refused(message(format_args!("{busy}")))),
+    };
+    hands.motion(|motion| motion.bypass_filters(false));
+    if !was_suspended {
+        // A stop or a halt may still be coming to its end.
+        come_to_rest(hands).await;
+        let restored = hands.motion(|motion| motion.suspend_compensation(false));
+        return homed.and(restored.map_err(|busy| Failure::Alarm(message(format_args!("{busy}")))));
+    }
+    homed
+}
+
+/// Homes axes, or motors where the kinematics mean nothing before.
+async fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+    let config = hands.config();
+    if !are_motors(config, chosen) {
+        let places = switch_places(config, hands.tuning());
+        let homed = home_in_order(hands, chosen, &places).await;
+        hands.latch().disarm();
+        return homed;
+    }
+    let space = MotorSpace::enter(hands)?;
+    let homed = home_motors(hands, chosen, &space.switches()).await;
+    hands.latch().disarm();
+    let left = space.leave(hands).await;
+    homed.and(left)
+}
+
+async fn home_motors<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    chosen: AxisSet,
+    places: &PerAxis<f64>,
+) -> Result<(), Failure> {
+    approach::cycle(hands, chosen.and(AxisSet::PRIMARY), places).await?;
+    home_auxiliary(hands, chosen, places).await
+}
+
+async fn home_in_order<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    chosen: AxisSet,
+    places: &PerAxis<f64>,
+) -> Result<(), Failure> {
+    let homing = &hands.config().homing;
+    if !homing.order.is_empty() {
+        for axis in homing.order.iter().copied().filter(|axis| chosen.has(*axis)) {
+            approach::cycle(hands, AxisSet::of(axis), places).await?;
+        }
+        return Ok(());
+    }
+    let z = AxisSet::of(Axis::Z);
+    let cycles = if homing.z_first { [z, XY] } else { [XY, z] };
+    for cycle in cycles.map(|cycle| cycle.and(chosen)).into_iter().filter(|cycle| !cycle.is_empty()) {
+        if homing.corexy {
+            each_alone(hands, cycle, places).await?;
+        } else {
+            approach::cycle(hands, cycle, places).await?;
+        }
+    }
+    home_auxiliary(hands, chosen, places).await
+}
+
+/// A, B and C.
+async fn home_auxiliary<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    chosen: AxisSet,
+    places: &PerAxis<f64>,
+) -> Result<(), Failure> {
+    each_alone(hands, chosen.without(AxisSet::PRIMARY), places).await
+}
+
+async fn each_alone<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    set: AxisSet,
+    places: &PerAxis<f64>,
+) -> Result<(), Failure> {
+    for axis in set.axes() {
+        approach::cycle(hands, AxisSet::of(axis), places).await?;
+    }
+    Ok(())
+}
+
+async fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+    let config = hands.config();
+    if !config.homing.move_to_origin || chosen.and(XY).is_empty() || !hands.axes().homed().has_all(XY) {
+        return Ok(());
+    }
+    let rate = slowest(config, XY, |stop| stop.fast_rate);
+    let mut target = hands.position();
+    (target[Axis::X], target[Axis::Y]) = (0.0, 0.0);
+    if config.homing.delta {
+        // Down from the switches first of all, or one of them would be operated in the middle.
+        target[Axis::Z] -= switch_of(config, Axis::Z).map_or(0.0, |(_, stop)| stop.retract.0);
+    }
+    hands.go_there(target, rate).await
+}
+
+/// A switch that is a limit cannot guard while it is operated: its axis moves off by `retract`.
+async fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+    let config = hands.config();
+    let is_limit = |axis: &Axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.limit_enable);
+    let on = operated(config, hands.inputs(), AxisSet::collect(chosen.axes().filter(is_limit)));
+    if on.is_empty() {
+        return Ok(());
+    }
+    let rate = slowest(config, on, |stop| stop.slow_rate);
+    let here = hands.position();
+    let mut target = here;
+    for axis in on.axes() {
+        let away = switch_of(config, axis).map_or(0.0, |(_, stop)| -towards(stop) * stop.retract.0);
+        if are_motors(config, AxisSet::of(axis)) {
+            // All towers are left by going down.
+            target[Axis::Z] = here[Axis::Z] + away;
+        } else {
+            target[axis] += away;
+        }
+    }
+    hands.go(target, rate, Mode::Feed).await?;
+    hands.standstill().await
+}

@@ -1,0 +1,233 @@
+//! What jobs are told: `play`, M23, M24, M26, M32.
+
+use units::Micros;
+
+use super::{Jobs, Listeners, PRINTING};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::files::{Files, Path};
+use crate::ports::Storage;
+use crate::sessions::{Recipient, Reply};
+
+/// What is answered where a job would be lost, or go on from the wrong place.
+const SUSPENDED: &str = "the job is suspended: resume or M601 goes on with it, abort ends it";
+const NOTHING_SELECTED: &str = "no file is selected";
+
+impl Jobs {
+    /// `play <file> [-v] [-p] [-t]`
+    ///
+    /// # Errors
+    /// None: what failed is said.
+    pub fn play_command(
+        &mut self,
+        files: &Files,
+        arguments: &str,
+        now: Micros,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Outcome {
+        let (name, options) = split_options(arguments);
+        let path = files.absolute(name);
+        let wanted = |option| if options.contains(option) { reply.to() } else { Recipient::Nobody };
+        let listeners = Listeners { echo: wanted("-v"), tells_end: wanted("-t") };
+        if self.job.is_some() {
+            reply.say(format_args!("{PRINTING}\n"));
+            return Ok(Answer::Ok);
+        }
+        match self.open(&path, listeners, storage, now) {
+            Ok(size) => {
+                self.set_paused(options.contains("-p"));
+                reply.say(format_args!("Playing {path}\n  File size {size}\n"));
+            }
+            Err(_) => reply.say(format_args!("File not found: {path}\n")),
+        }
+        Ok(Answer::Ok)
+    }
+
+    /// M23: selects a file, which M24 plays; M32 `plays` it at once.
+    ///
+    /// # Errors
+    /// Without a name, or while another job goes on or is suspended.
+    pub fn select(
+        &mut self,
+        name: Option<&str>,
+        plays: bool,
+        now: Micros,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Outcome {
+        let name = name.ok_or_else(|| Failure::refused("the name of a file is missing"))?;
+        if self.is_playing() {
+            return Err(Failure::refused(PRINTING));
+        }
+        if self.suspended.is_some() && self.job.is_some() {
+            return Err(Failure::refused(SUSPENDED));
+        }
+        self.close(storage);
+        let tells_end = if plays { reply.to() } else { Recipient::Nobody };
+        let listeners = Listeners { echo: Recipient::Nobody, tells_end };
+        let opened = on_card(name).map(|path| self.open(&path, listeners, storage, now));
+        if let Some(Ok(size)) = opened {
+            self.set_paused(!plays);
+            reply.say(format_args!("File opened:{name} Size:{size}\nFile selected\n"));
+        } else {
+            reply.say(format_args!("file.open failed: {name}\n"));
+        }
+        Ok(Answer::Ok)
+    }
+
+    /// M24: plays the selected file, or goes on with it; whoever asks hears of its end.
+    ///
+    /// # Errors
+    /// Without a selected file, and while the job is suspended: the machine is not where the job goes on.
+    pub fn start(&mut self, reply: &Reply<'_>) -> Outcome {
+        let Some(job) = &mut self.job else { return Err(Failure::refused(NOTHING_SELECTED)) };
+        if self.suspended.is_some() {
+            return Err(Failure::refused(SUSPENDED));
+        }
+        job.paused = false;
+        job.listeners.tells_end = reply.to();
+        Ok(Answer::Ok)
+    }
+
+    /// M26: from the file's beginning.
+    ///
+    /// # Errors
+    /// Without a selected file, or when the card does not answer.
+    pub fn restart(&mut self, storage: &mut impl Storage) -> Outcome {
+        let job = self.job.as_mut().ok_or_else(|| Failure::refused(NOTHING_SELECTED))?;
+        let restarted = job.lines.restart(storage);
+        self.forget_places();
+        restarted.map_err(|error| Failure::refused(error.text()))?;
+        Ok(Answer::Ok)
+    }
+}
+
+/// A name as M23 takes it: from the card's root, whatever the current directory. `None` when it is too long.
+fn on_card(name: &str) -> Option<Path> {
+    let mut path = Path::new();
+    let fits = path.push_str("/sd/").is_ok() && path.push_str(name.trim_start_matches('/')).is_ok();
+    fits.then_some(path)
+}
+
+/// A name that may have blanks, and options that begin at the first ` -` whose letter is one of ours.
+fn split_options(arguments: &str) -> (&str, &str) {
+    let place = [" -v", " -p", " -t"].into_iter().filter_map(|option| arguments.find(option)).min();
+    let (name, options) = arguments.split_at(place.unwrap_or(arguments.len()));
+    (name.trim(), options)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::bench::{Card, Desk};
+    use crate::jobs::Suspended;
+    use crate::ports::PATH_BYTES;
+    use crate::sessions::SessionId;
+
+    const ME: Recipient = Recipient::Session(SessionId(0));
+
+    const OK: Outcome = Ok(Answer::Ok);
+
+    struct Table {
+        jobs: Jobs,
+        card: Card,
+        desk: Desk,
+    }
+
+    impl Table {
+        fn new() -> Self {
+            let card = Card::with(&[("/sd/a.g", "G28\n"), ("/sd/my - part.g", "G28\nG1 X1\n")]);
+            Self { jobs: Jobs::default(), card, desk: Desk::new() }
+        }
+
+        fn play(&mut self, arguments: &str) -> String {
+            let Self { jobs, card, desk } = self;
+            desk.hears(|reply| {
+                assert_eq!(jobs.play_command(&Files::default(), arguments, Micros(0), card, reply), OK);
+            })
+        }
+
+        fn select(&mut self, name: Option<&str>, plays: bool) -> (Outcome, String) {
+            let (Self { jobs, card, desk }, mut done) = (self, Ok(Answer::Unknown));
+            let said = desk.hears(|reply| done = jobs.select(name, plays, Micros(0), card, reply));
+            (done, said)
+        }
+
+        fn start(&mut self) -> Outcome {
+            let (Self { jobs, desk, .. }, mut done) = (self, Ok(Answer::Unknown));
+            desk.hears(|reply| done = jobs.start(reply));
+            done
+        }
+
+        fn suspend(&mut self) {
+            let kept = program::Interpreter::new(program::Setup::default()).keep();
+            let position = units::PerAxis([0.0; units::MAX_AXES]);
+            self.jobs.set_paused(true);
+            self.jobs.suspend(Suspended { position, kept, targets: [units::Celsius(0.0); units::MAX_HEATERS] });
+        }
+    }
+
+    #[test]
+    fn names_may_hold_blanks_and_dashes() {
+        assert_eq!(split_options("/sd/my - part.gcode -v -p"), ("/sd/my - part.gcode", " -v -p"));
+        assert_eq!(split_options("a-b.g"), ("a-b.g", ""));
+    }
+
+    #[test]
+    fn play_takes_its_options() {
+        let mut table = Table::new();
+        assert_eq!(table.play("my - part.g -v -p"), "Playing /sd/my - part.g\n  File size 10\n");
+        assert_eq!(
+            (table.jobs.echo(), table.jobs.tells_end(), table.jobs.is_playing()),
+            (ME, Recipient::Nobody, false)
+        );
+        assert_eq!(table.play("a.g"), "Currently printing, abort print first\n");
+        table.jobs.close(&mut table.card);
+        assert_eq!(table.play("no.g"), "File not found: /sd/no.g\n");
+        assert_eq!(table.play("a.g -t"), "Playing /sd/a.g\n  File size 4\n");
+        assert_eq!((table.jobs.echo(), table.jobs.tells_end(), table.jobs.is_playing()), (Recipient::Nobody, ME, true));
+    }
+
+    #[test]
+    fn a_file_is_selected_then_played() {
+        let mut table = Table::new();
+        assert_eq!(table.start(), Err(Failure::refused("no file is selected")));
+        assert_eq!(table.select(None, false).0, Err(Failure::refused("the name of a file is missing")));
+        assert_eq!(table.select(Some("no.g"), true), (OK, "file.open failed: no.g\n".into()));
+        assert_eq!(table.select(Some(&"x".repeat(PATH_BYTES)), true).0, OK);
+        assert!(!table.jobs.set_paused(false), "there is no job");
+        assert_eq!(table.select(Some("/a.g"), false), (OK, "File opened:/a.g Size:4\nFile selected\n".into()));
+        assert!(!table.jobs.is_playing());
+        assert_eq!((table.start(), table.jobs.tells_end()), (OK, ME));
+        assert!(table.jobs.is_playing());
+        assert_eq!(table.select(Some("a.g"), true).0, Err(Failure::refused("Currently printing, abort print first")));
+        table.jobs.set_paused(true);
+        assert_eq!(table.select(Some("my - part.g"), true).0, OK);
+        assert!(table.jobs.is_playing());
+        assert_eq!(table.card.open_files(), 1, "the one before is closed");
+    }
+
+    #[test]
+    fn nothing_but_a_resume_goes_on_with_a_suspended_job() {
+        let mut table = Table::new();
+        assert_eq!(table.select(Some("a.g"), true).0, OK);
+        table.suspend();
+        let refused = Err(Failure::refused(SUSPENDED));
+        assert_eq!(table.start(), refused);
+        assert_eq!(table.select(Some("my - part.g"), false), (refused.clone(), String::new()));
+        assert_eq!(table.select(Some("my - part.g"), true).0, refused);
+        assert!(!table.jobs.is_playing() && table.jobs.is_suspended() && table.card.open_files() == 1);
+        assert!(SUSPENDED.contains("resume") && SUSPENDED.contains("M601"));
+        assert!(table.jobs.take_suspended().is_some());
+        assert_eq!(table.start(), OK);
+    }
+
+    #[test]
+    fn a_suspension_can_be_forgotten() {
+        let mut table = Table::new();
+        assert!(!table.jobs.cancel_suspend());
+        table.suspend();
+        assert!(table.jobs.suspended().is_some() && table.jobs.cancel_suspend());
+        assert!(!table.jobs.is_suspended());
+    }
+}

@@ -1,0 +1,169 @@
+//! The lines of a file that is being played.
+
+use gcode::{Gathered, LineBuffer};
+use heapless::Vec;
+
+use crate::ports::{FileHandle, Storage, StorageError};
+use crate::sessions::LineBytes;
+
+/// Bytes read from the card at a time: one sector.
+const CHUNK: usize = 512;
+
+/// What the file gave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// A line.
+    Line,
+    /// A line that is longer than any.
+    TooLong,
+    /// Its end.
+    End,
+    /// Nothing: it cannot be read, for this reason.
+    Failed(&'static str),
+}
+
+/// A file, line by line.
+#[derive(Debug)]
+pub(super) struct FileLines {
+    file: FileHandle,
+    chunk: Vec<u8, CHUNK>,
+    next: usize,
+    gathering: LineBuffer,
+    /// Bytes handed to lines so far.
+    read: u32,
+    /// Line ends seen so far.
+    ends: u32,
+    /// Every line has been handed out.
+    at_end: bool,
+}
+
+impl FileLines {
+    /// From the file's beginning.
+    pub const fn new(file: FileHandle) -> Self {
+        let gathering = LineBuffer::new();
+        Self { file, chunk: Vec::new(), next: 0, gathering, read: 0, ends: 0, at_end: false }
+    }
+
+    pub const fn file(&self) -> FileHandle {
+        self.file
+    }
+
+    /// Bytes handed to lines so far.
+    pub const fn read(&self) -> u32 {
+        self.read
+    }
+
+    /// The number of the line that was given last, from 1.
+    pub const fn number(&self) -> u32 {
+        // The last line of a file may have no end.
+        self.ends + self.at_end as u32
+    }
+
+    /// The next line.
+    pub fn next(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
+        if self.at_end {
+            return Next::End;
+        }
+        loop {
+            while let Some(byte) = self.chunk.get(self.next).copied() {
+                self.next += 1;
+                self.read = self.read.saturating_add(1);
+                self.ends += u32::from(byte == b'\n');
+                if let Some(gathered) = self.gathering.push(byte) {
+                    return handed_out(gathered, line);
+                }
+            }
+            match self.fill(storage) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => return Next::Failed(error.text()),
+            }
+        }
+        self.at_end = true;
+        self.gathering.finish().map_or(Next::End, |gathered| handed_out(gathered, line))
+    }
+
+    /// Reads on. False at the end of the file.
+    fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
+        let mut bytes = [0; CHUNK];
+        let count = storage.read(self.file, &mut bytes)?;
+        self.next = 0;
+        self.chunk.clear();
+        // A chunk fits a chunk.
+        let _ = self.chunk.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
+        Ok(count > 0)
+    }
+
+    /// From the file's beginning again.
+    pub fn restart(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        *self = Self::new(self.file);
+        storage.seek(self.file, 0)
+    }
+}
+
+fn handed_out(gathered: Gathered<'_>, line: &mut LineBytes) -> Next {
+    line.clear();
+    match gathered {
+        Gathered::Line(bytes) if line.extend_from_slice(bytes).is_ok() => Next::Line,
+        _ => Next::TooLong,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::bench::Card;
+    use crate::ports::OpenMode;
+
+    fn open(card: &mut Card, text: &str) -> FileLines {
+        card.put("/sd/a.g", text.as_bytes());
+        FileLines::new(card.open("/sd/a.g", OpenMode::Read).unwrap())
+    }
+
+    /// Every line with its number and the offset of its end.
+    fn all(lines: &mut FileLines, card: &mut Card) -> std::vec::Vec<(String, u32, u32)> {
+        let (mut line, mut all) = (LineBytes::new(), std::vec::Vec::new());
+        loop {
+            match lines.next(card, &mut line) {
+                Next::Line => {
+                    all.push((String::from_utf8(line.to_vec()).unwrap(), lines.number(), lines.read()));
+                }
+                Next::TooLong => all.push(("too long".into(), lines.number(), lines.read())),
+                Next::End => return all,
+                Next::Failed(why) => panic!("{why}"),
+            }
+        }
+    }
+
+    #[test]
+    fn lines_have_their_numbers_and_offsets_whatever_ends_them() {
+        let mut card = Card::default();
+        let mut lines = open(&mut card, "G28\nG1 X1\n\nG1 X2");
+        let expected = [("G28", 1, 4), ("G1 X1", 2, 10), ("", 3, 11), ("G1 X2", 4, 16)];
+        let expected = expected.map(|(text, number, offset)| (text.to_owned(), number, offset));
+        assert_eq!(all(&mut lines, &mut card), expected);
+        assert_eq!(lines.next(&mut card, &mut LineBytes::new()), Next::End);
+        lines.restart(&mut card).unwrap();
+        assert_eq!(all(&mut lines, &mut card), expected);
+    }
+
+    #[test]
+    fn lines_longer_than_a_chunk_together_and_one_that_is_too_long() {
+        let text = format!("{}\n{}\nG28\n", "x".repeat(255), "y".repeat(700)).repeat(3);
+        let mut card = Card::default();
+        let mut lines = open(&mut card, &text);
+        let all = all(&mut lines, &mut card);
+        let kinds: std::vec::Vec<_> = all.iter().map(|(text, ..)| text.len()).collect();
+        assert_eq!(kinds, [255, 8, 3, 255, 8, 3, 255, 8, 3]);
+        assert_eq!((all[7].1, lines.read()), (8, text.len() as u32));
+    }
+
+    #[test]
+    fn a_card_that_fails_says_why() {
+        let mut card = Card::default();
+        let mut lines = open(&mut card, "G28\n");
+        card.fails = true;
+        let said = lines.next(&mut card, &mut LineBytes::new());
+        assert_eq!(said, Next::Failed("the SD card reports a read or write error"));
+    }
+}

@@ -1,0 +1,326 @@
+//! Jobs: files played from the card.
+//!
+//! One line at a time, between the lines of sessions; the look-ahead queue, when full, is what holds it back.
+//!
+//! A line that cannot be carried out pauses the file: what comes after it counts on it, and a tool that goes
+//! on from the wrong place breaks what it meets. Nothing is lost: `M24` goes on with the next line.
+
+mod commands;
+mod lines;
+mod progress;
+mod suspended;
+mod tags;
+
+use config::MachineConfig;
+use motion::Tag;
+use units::Micros;
+
+use crate::failure::{Failure, about_file};
+use crate::files::paths::Path;
+use crate::ports::{Clock, OpenMode, Storage, StorageError};
+use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
+use lines::FileLines;
+pub use lines::Next;
+pub use suspended::Suspended;
+use tags::Tags;
+
+const PRINTING: &str = "Currently printing, abort print first";
+
+/// Who listens to a job.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Listeners {
+    /// Hears its lines and what is answered to them.
+    pub echo: Recipient,
+    /// Hears of its end.
+    pub tells_end: Recipient,
+}
+
+/// A file that is open to be played.
+#[derive(Debug)]
+struct Job {
+    path: Path,
+    size: u32,
+    lines: FileLines,
+    started: Micros,
+    listeners: Listeners,
+    paused: bool,
+    /// The line that was read last is a comment.
+    in_comment: bool,
+}
+
+/// The job, and what a suspended one goes on with.
+#[derive(Debug, Default)]
+pub struct Jobs {
+    job: Option<Job>,
+    suspended: Option<Suspended>,
+    tags: Tags,
+    /// Moves of the line that was begun last have this one.
+    tag: Tag,
+    /// The line that the motors make, and where it ends in the file; `None` while they rest.
+    place: Option<(u32, u32)>,
+    /// Its line waits for a temperature.
+    is_heating: bool,
+    boot_file_is_due: bool,
+}
+
+impl Jobs {
+    /// A file is being played and not paused.
+    #[must_use]
+    pub fn is_playing(&self) -> bool {
+        self.job.as_ref().is_some_and(|job| !job.paused)
+    }
+
+    /// Who hears its lines and what is answered to them.
+    #[must_use]
+    pub fn echo(&self) -> Recipient {
+        self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.echo)
+    }
+
+    /// Who hears of its end.
+    #[must_use]
+    pub fn tells_end(&self) -> Recipient {
+        self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.tells_end)
+    }
+
+    /// Its line waits for a temperature, or does so no more.
+    pub const fn set_heating(&mut self, is_heating: bool) {
+        self.is_heating = is_heating;
+    }
+
+    /// Pauses or goes on; false when there is no job.
+    pub fn set_paused(&mut self, paused: bool) -> bool {
+        self.job.as_mut().map(|job| job.paused = paused).is_some()
+    }
+
+    /// Nobody is at the other end of this session any more: whoever comes next has not asked for this job.
+    pub fn session_ended(&mut self, session: SessionId) {
+        let Some(job) = &mut self.job else { return };
+        for listener in [&mut job.listeners.echo, &mut job.listeners.tells_end] {
+            if *listener == Recipient::Session(session) {
+                *listener = Recipient::Nobody;
+            }
+        }
+    }
+
+    // --- opening and closing ---
+
+    /// Opens a file to be played from its beginning; its size in bytes.
+    ///
+    /// # Errors
+    /// While another one is open, or when it cannot be read.
+    pub fn open(
+        &mut self,
+        path: &str,
+        listeners: Listeners,
+        storage: &mut impl Storage,
+        now: Micros,
+    ) -> Result<u32, Failure> {
+        if self.job.is_some() {
+            return Err(Failure::refused(PRINTING));
+        }
+        let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+        let file = storage.open(path, OpenMode::Read).map_err(failed)?;
+        let size = storage.size(file).map_err(|error| {
+            // It is of no use: a failing close changes nothing.
+            let _ = storage.close(file);
+            failed(error)
+        })?;
+        // It fits: it is the path of a file.
+        let path = Path::try_from(path).unwrap_or_default();
+        let lines = FileLines::new(file);
+        self.job = Some(Job { path, size, lines, started: now, listeners, paused: false, in_comment: false });
+        self.is_heating = false;
+        self.forget_places();
+        Ok(size)
+    }
+
+    /// Moves that have been submitted so far are no progress of what comes now.
+    const fn forget_places(&mut self) {
+        self.place = None;
+        self.tags.forget();
+        self.tag = Tag::NONE;
+    }
+
+    /// Closes the file being played; false when there is none.
+    pub fn close(&mut self, storage: &mut impl Storage) -> bool {
+        let Some(job) = self.job.take() else { return false };
+        // It was only read: a failing close loses nothing.
+        let _ = storage.close(job.lines.file());
+        true
+    }
+
+    /// The boot file, if there is to be one, is played once the machine listens.
+    pub fn queue_boot_file(&mut self, config: &MachineConfig) {
+        self.boot_file_is_due = config.player.on_boot_gcode_enable && !config.player.on_boot_gcode.is_empty();
+    }
+
+    /// Opens the boot file when it is due.
+    pub fn open_boot_file(&mut self, config: &MachineConfig, ports: &mut (impl Storage + Clock)) {
+        if self.job.is_none() && core::mem::take(&mut self.boot_file_is_due) {
+            let now = ports.now();
+            // There need not be such a file.
+            let _ = self.open(&config.player.on_boot_gcode, Listeners::default(), ports, now);
+        }
+    }
+
+    // --- its lines ---
+
+    /// The next line of the file. After its end it says so again and again, until [`Self::close`].
+    pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
+        let Some(job) = &mut self.job else { return Next::End };
+        let next = job.lines.next(storage, line);
+        job.in_comment = next == Next::Line && is_comment(line);
+        next
+    }
+
+    /// The line just read is carried out: what its moves are made for.
+    pub fn begin_line(&mut self) -> Tag {
+        // A comment makes no move, and needs no tag: there are hundreds of them together, and tags are few.
+        if let Some(job) = self.job.as_ref().filter(|job| !job.in_comment) {
+            self.tag = self.tags.begin_line(job.lines.number(), job.lines.read());
+        }
+        self.tag
+    }
+
+    /// The line just read cannot be carried out; unless that has ended the job already, it waits for a
+    /// person.
+    pub fn pause_at_this_line(&mut self, why: &str, reply: &mut Reply<'_>) {
+        let Some(job) = &mut self.job else { return };
+        job.paused = true;
+        let (number, path) = (job.lines.number(), &job.path);
+        reply.say(format_args!(
+            "error:paused, line {number} of {path} {why}: M24 goes on with the next line, abort ends the job\n"
+        ));
+    }
+
+    // --- suspending it ---
+
+    /// A suspension waits for its end.
+    #[must_use]
+    pub const fn is_suspended(&self) -> bool {
+        self.suspended.is_some()
+    }
+
+    /// What `resume` restores.
+    #[must_use]
+    pub const fn suspended(&self) -> Option<&Suspended> {
+        self.suspended.as_ref()
+    }
+
+    /// Keeps what `resume` restores.
+    pub fn suspend(&mut self, suspended: Suspended) {
+        self.suspended = Some(suspended);
+    }
+
+    /// Ends a suspension: what is to be restored.
+    #[must_use]
+    pub const fn take_suspended(&mut self) -> Option<Suspended> {
+        self.suspended.take()
+    }
+
+    /// Forgets a suspension; true when there was one.
+    pub fn cancel_suspend(&mut self) -> bool {
+        self.suspended.take().is_some()
+    }
+}
+
+fn is_comment(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_start().first(), None | Some(b';' | b'%'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::bench::{Card, Desk};
+
+    const ME: Recipient = Recipient::Session(SessionId(0));
+
+    fn open(text: &str, listeners: Listeners) -> (Jobs, Card) {
+        let (mut jobs, mut card) = (Jobs::default(), Card::with(&[("/sd/a.g", text)]));
+        assert_eq!(jobs.open("/sd/a.g", listeners, &mut card, Micros(0)), Ok(text.len() as u32));
+        (jobs, card)
+    }
+
+    fn next(jobs: &mut Jobs, card: &mut Card) -> (Next, String) {
+        let mut line = LineBytes::new();
+        let next = jobs.next_line(card, &mut line);
+        (next, String::from_utf8(line.to_vec()).unwrap())
+    }
+
+    fn paused(jobs: &mut Jobs, why: &str) -> String {
+        Desk::new().hears(|reply| jobs.pause_at_this_line(why, reply))
+    }
+
+    #[test]
+    fn lines_come_in_turn_and_the_end_stays() {
+        let (mut jobs, mut card) = open("G28\nG1 X1", Listeners::default());
+        for line in ["G28", "G1 X1"] {
+            assert_eq!(next(&mut jobs, &mut card), (Next::Line, line.into()));
+        }
+        for _ in 0..3 {
+            assert_eq!(next(&mut jobs, &mut card).0, Next::End);
+        }
+    }
+
+    #[test]
+    fn comments_take_no_tags() {
+        let comments = "; thumbnail\n".repeat(600);
+        let text = format!("G1 X1\n{comments}G1 X2\n");
+        let (mut jobs, mut card) = open(&text, Listeners::default());
+        next(&mut jobs, &mut card);
+        let first = jobs.begin_line();
+        while next(&mut jobs, &mut card).1 != "G1 X2" {
+            assert_eq!(jobs.begin_line(), first);
+        }
+        let last = jobs.begin_line();
+        assert_eq!(jobs.tags.executing(first), Some((1, 6)));
+        assert_eq!(jobs.tags.executing(last), Some((602, text.len() as u32)));
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_carried_out_pauses_the_job_and_is_named() {
+        let (mut jobs, mut card) = open("G28\nG1 Yfoo\nG1 X1", Listeners::default());
+        next(&mut jobs, &mut card);
+        next(&mut jobs, &mut card);
+        let what_to_do = "M24 goes on with the next line, abort ends the job\n";
+        let text = format!("error:paused, line 2 of /sd/a.g was not carried out: {what_to_do}");
+        assert_eq!(paused(&mut jobs, "was not carried out"), text);
+        assert!(!jobs.is_playing());
+        next(&mut jobs, &mut card);
+        let text = format!("error:paused, line 3 of /sd/a.g is too long: {what_to_do}");
+        assert_eq!(paused(&mut jobs, "is too long"), text, "the last line has no end");
+        jobs.close(&mut card);
+        assert_eq!(paused(&mut jobs, "was not carried out"), "", "it has ended already");
+    }
+
+    #[test]
+    fn a_session_that_has_gone_hears_of_no_job() {
+        let (mut jobs, mut card) = open("G28\n", Listeners { echo: ME, tells_end: ME });
+        jobs.session_ended(SessionId(1));
+        assert_eq!((jobs.echo(), jobs.tells_end()), (ME, ME));
+        jobs.session_ended(SessionId(0));
+        assert_eq!((jobs.echo(), jobs.tells_end()), (Recipient::Nobody, Recipient::Nobody));
+        assert!(jobs.is_playing(), "it goes on");
+        assert!(jobs.close(&mut card) && !jobs.close(&mut card));
+        assert_eq!(card.open_files(), 0);
+    }
+
+    #[test]
+    fn the_boot_file_is_played_once_and_need_not_be_there() {
+        let mut config = MachineConfig::default();
+        config.player.on_boot_gcode_enable = true;
+        config.player.on_boot_gcode = "/sd/a.g".try_into().unwrap();
+        for there in [true, false] {
+            let mut card = if there { Card::with(&[("/sd/a.g", "G28\n")]) } else { Card::default() };
+            let mut jobs = Jobs::default();
+            jobs.open_boot_file(&config, &mut card);
+            assert!(!jobs.is_playing(), "it is not due");
+            jobs.queue_boot_file(&config);
+            jobs.open_boot_file(&config, &mut card);
+            assert_eq!(jobs.is_playing(), there);
+            jobs.close(&mut card);
+            jobs.open_boot_file(&config, &mut card);
+            assert!(!jobs.is_playing(), "once");
+        }
+    }
+}

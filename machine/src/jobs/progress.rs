@@ -1,0 +1,182 @@
+//! How far a job is: `progress`, M27, and the status report.
+//!
+//! What counts is the line whose moves the motors make; while they rest, what has been read.
+
+use core::fmt;
+
+use motion::Tag;
+use units::Micros;
+
+use super::{Job, Jobs};
+use crate::sessions::Reply;
+
+impl Jobs {
+    /// The motors make the moves with this tag now; `None` while they rest. Moves that are not of the job, a
+    /// session's among its own, change nothing.
+    pub fn executing(&mut self, tag: Option<Tag>) {
+        self.place = tag.and_then(|tag| self.tags.executing(tag).or(self.place));
+    }
+
+    /// Number of the line, and the offset of its end, that the motors make, or that was read last.
+    fn place(&self, job: &Job) -> (u32, u32) {
+        self.place.unwrap_or((job.lines.number(), job.lines.read()))
+    }
+
+    /// Seconds since the job began, and per cent of its file.
+    #[must_use]
+    pub fn progress(&self, now: Micros) -> Option<(u64, u64)> {
+        let job = self.job.as_ref()?;
+        let (_, done) = self.place(job);
+        let percent = u64::from(done) * 100 / u64::from(job.size.max(1));
+        Some((now.since(job.started).millis() / 1_000, percent))
+    }
+
+    /// M27 and `progress -b`.
+    pub fn say_bytes(&self, reply: &mut Reply<'_>) {
+        match &self.job {
+            Some(job) => {
+                let (_, done) = self.place(job);
+                reply.say(format_args!("SD printing byte {done}/{}\n", job.size));
+            }
+            None => reply.say(format_args!("Not currently playing\n")),
+        }
+    }
+
+    /// `progress [-b]`
+    pub fn progress_command(&self, arguments: &str, now: Micros, reply: &mut Reply<'_>) {
+        if arguments.contains("-b") {
+            return self.say_bytes(reply);
+        }
+        if self.suspended.is_some() {
+            return reply.say(format_args!("Suspended\n"));
+        }
+        let Some(job) = &self.job else { return reply.say(format_args!("Not currently playing\n")) };
+        let ((_, done), size) = (self.place(job), job.size);
+        if job.paused {
+            return reply.say(format_args!("SD print is paused at {done}/{size}\n"));
+        }
+        if size == 0 {
+            return reply.say(format_args!("File size is unknown\n"));
+        }
+        let share = f64::from(done) / f64::from(size);
+        let elapsed = now.since(job.started).millis() / 1_000;
+        let (percent, time) = (share * 100.0, Clock(elapsed));
+        reply.say(format_args!("file: {}, {percent:.1} % complete, elapsed time: {time}", job.path));
+        if done > 0 {
+            let left = elapsed as f64 / share - elapsed as f64;
+            reply.say(format_args!(", est time: {}", Clock(left as u64)));
+        }
+        reply.say(format_args!("{}\n", if self.is_heating { ", heating" } else { "" }));
+    }
+}
+
+/// Seconds as `hh:mm:ss`.
+struct Clock(u64);
+
+impl fmt::Display for Clock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:02}:{:02}:{:02}", self.0 / 3_600, self.0 / 60 % 60, self.0 % 60)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::bench::{Card, Desk};
+    use crate::jobs::{Listeners, Next};
+    use crate::sessions::LineBytes;
+
+    const NOW: Micros = Micros::from_seconds(35);
+
+    /// A job of ten lines of ten bytes each that began 30 s ago, and of which so many have been read.
+    fn reading(lines: usize) -> (Jobs, Card, Vec<Tag>) {
+        let mut card = Card::with(&[("/sd/a.g", &"G1 X1 Y12\n".repeat(10))]);
+        let mut jobs = Jobs::default();
+        assert_eq!(jobs.open("/sd/a.g", Listeners::default(), &mut card, Micros::from_seconds(5)), Ok(100));
+        let mut line = LineBytes::new();
+        let mut tags = Vec::new();
+        for _ in 0..lines {
+            assert_eq!(jobs.next_line(&mut card, &mut line), Next::Line);
+            tags.push(jobs.begin_line());
+        }
+        (jobs, card, tags)
+    }
+
+    fn said(jobs: &Jobs, arguments: &str) -> String {
+        Desk::new().hears(|reply| jobs.progress_command(arguments, NOW, reply))
+    }
+
+    #[test]
+    fn what_executes_counts_not_what_was_read() {
+        let (mut jobs, _, tags) = reading(5);
+        for (index, tag) in tags.into_iter().enumerate() {
+            jobs.executing(Some(tag));
+            let done = 10 * (index as u64 + 1);
+            assert_eq!(jobs.progress(NOW), Some((30, done)));
+            assert_eq!(said(&jobs, "-b"), format!("SD printing byte {done}/100\n"));
+        }
+    }
+
+    #[test]
+    fn while_nothing_moves_what_was_read_counts() {
+        let (mut jobs, _, tags) = reading(5);
+        assert_eq!(jobs.progress(NOW), Some((30, 50)));
+        jobs.executing(Some(tags[1]));
+        assert_eq!(jobs.progress(NOW), Some((30, 20)));
+        jobs.executing(None);
+        assert_eq!(jobs.progress(NOW), Some((30, 50)));
+    }
+
+    #[test]
+    fn moves_of_somebody_else_are_no_progress() {
+        let (mut jobs, _, tags) = reading(5);
+        jobs.executing(Some(tags[1]));
+        for other in [Tag::NONE, Tag(999)] {
+            jobs.executing(Some(other));
+            assert_eq!(jobs.progress(NOW), Some((30, 20)));
+        }
+    }
+
+    #[test]
+    fn the_answer_says_how_long_it_took_takes_and_that_it_heats() {
+        let (mut jobs, mut card, tags) = reading(5);
+        jobs.executing(Some(tags[1]));
+        let expected = "file: /sd/a.g, 20.0 % complete, elapsed time: 00:00:30, est time: 00:02:00";
+        assert_eq!(said(&jobs, ""), format!("{expected}\n"));
+        jobs.set_heating(true);
+        assert_eq!(said(&jobs, ""), format!("{expected}, heating\n"));
+        jobs.set_heating(false);
+        assert_eq!(said(&jobs, ""), format!("{expected}\n"));
+        jobs.set_paused(true);
+        assert_eq!(said(&jobs, ""), "SD print is paused at 20/100\n");
+        jobs.close(&mut card);
+        assert_eq!(said(&jobs, ""), "Not currently playing\n");
+        assert_eq!(said(&jobs, "-b"), "Not currently playing\n");
+        assert_eq!(jobs.progress(NOW), None);
+    }
+
+    #[test]
+    fn nothing_of_a_job_is_taken_for_the_next_one() {
+        let (mut jobs, mut card, tags) = reading(9);
+        jobs.executing(Some(tags[7]));
+        jobs.set_heating(true);
+        jobs.close(&mut card);
+        assert_eq!(jobs.open("/sd/a.g", Listeners::default(), &mut card, NOW), Ok(100));
+        jobs.executing(Some(tags[7]));
+        assert_eq!(said(&jobs, ""), "file: /sd/a.g, 0.0 % complete, elapsed time: 00:00:00\n");
+    }
+
+    #[test]
+    fn nothing_of_it_is_done_when_it_begins_again() {
+        let (mut jobs, mut card, tags) = reading(9);
+        jobs.executing(Some(tags[7]));
+        assert!(jobs.restart(&mut card).is_ok());
+        jobs.executing(Some(tags[8]));
+        assert_eq!(jobs.progress(NOW), Some((30, 0)));
+    }
+
+    #[test]
+    fn times_read_as_a_clock() {
+        assert_eq!(std::format!("{}", Clock(3_725)), "01:02:05");
+    }
+}

@@ -1,0 +1,130 @@
+//! What moves are made for: the line of the file, and how far into the file it is.
+//!
+//! Lines are read well before the motors make their moves. Each move carries the tag of its line, motion
+//! hands back the tag of the move that executes, and here stands which line that is.
+
+use motion::Tag;
+
+/// Lines that are remembered; more than moves are queued in a usual look-ahead queue.
+const REMEMBERED: usize = 256;
+
+/// A line that moves are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    /// Its number, from 1.
+    line: u32,
+    /// Where it ends in the file, bytes.
+    offset: u32,
+}
+
+/// The last lines of a job, by the tags of their moves.
+#[derive(Debug)]
+pub(crate) struct Tags {
+    places: [Place; REMEMBERED],
+    /// The last one given.
+    newest: Tag,
+    /// Tags given in this job.
+    count: u32,
+}
+
+impl Default for Tags {
+    fn default() -> Self {
+        Self { places: [Place { line: 0, offset: 0 }; REMEMBERED], newest: Tag::NONE, count: 0 }
+    }
+}
+
+impl Tags {
+    /// The tag of moves that this line, which ends at this offset of the file, makes.
+    pub fn begin_line(&mut self, line: u32, offset: u32) -> Tag {
+        let mut next = self.newest.0.wrapping_add(1);
+        if next == Tag::NONE.0 {
+            next = 1;
+        }
+        if let Some(place) = self.places.get_mut(index(next)) {
+            *place = Place { line, offset };
+        }
+        self.newest = Tag(next);
+        self.count = self.count.saturating_add(1);
+        self.newest
+    }
+
+    /// The line and the offset of its end that moves with this tag are made for; `None` when they are not of
+    /// this job. Of one that is too long ago, the oldest line that is remembered.
+    #[must_use]
+    pub fn executing(&self, tag: Tag) -> Option<(u32, u32)> {
+        let age = self.newest.0.wrapping_sub(tag.0);
+        if tag == Tag::NONE || age >= self.count {
+            return None;
+        }
+        let oldest = REMEMBERED as u32 - 1;
+        let place = self.places.get(index(self.newest.0.wrapping_sub(age.min(oldest))))?;
+        Some((place.line, place.offset))
+    }
+
+    /// Another job, or this one from its beginning: what was given before is none of it.
+    pub const fn forget(&mut self) {
+        self.count = 0;
+    }
+}
+
+const fn index(tag: u32) -> usize {
+    tag as usize % REMEMBERED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_tag_leads_to_its_line() {
+        let mut tags = Tags::default();
+        let given: Vec<Tag> = (0..REMEMBERED as u32).map(|line| tags.begin_line(line + 1, 10 * line)).collect();
+        for (line, tag) in given.iter().enumerate() {
+            assert_eq!(tags.executing(*tag), Some((line as u32 + 1, 10 * line as u32)));
+        }
+        assert_eq!(tags.executing(Tag::NONE), None);
+        assert_eq!(tags.executing(Tag(given.len() as u32 + 1)), None, "it has not been given");
+    }
+
+    #[test]
+    fn of_a_line_long_ago_the_oldest_one_is_told() {
+        let mut tags = Tags::default();
+        let first = tags.begin_line(1, 10);
+        for line in 2..=1_000 {
+            tags.begin_line(line, 10 * line);
+        }
+        assert_eq!(tags.executing(first), Some((1_001 - REMEMBERED as u32, 10 * (1_001 - REMEMBERED as u32))));
+    }
+
+    #[test]
+    fn tags_of_another_job_are_not_of_this_one() {
+        let mut tags = Tags::default();
+        let before = tags.begin_line(7, 70);
+        tags.forget();
+        assert_eq!(tags.executing(before), None);
+        let now = tags.begin_line(1, 5);
+        assert_eq!((tags.executing(before), tags.executing(now)), (None, Some((1, 5))));
+    }
+
+    proptest! {
+        #[test]
+        fn tags_are_never_none_and_progress_never_goes_back(start in any::<u32>(), steps in prop::collection::vec(1_u32..40, 1..600)) {
+            let mut tags = Tags { newest: Tag(start), ..Tags::default() };
+            let mut given = Vec::new();
+            let mut offset = 0;
+            for (line, step) in steps.iter().enumerate() {
+                offset += step;
+                let tag = tags.begin_line(line as u32 + 1, offset);
+                prop_assert_ne!(tag, Tag::NONE);
+                given.push(tag);
+            }
+            // Where the count begins anew, one place counts twice.
+            let begins_anew = start.checked_add(steps.len() as u32).is_none();
+            let told: Vec<u32> = given.iter().filter_map(|tag| tags.executing(*tag)).map(|(line, _)| line).collect();
+            prop_assert!(told.len() + usize::from(begins_anew) >= given.len());
+            prop_assert!(begins_anew || told.is_sorted());
+            prop_assert_eq!(told.last().copied(), Some(steps.len() as u32));
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Grids on the card, as Smoothieware writes them: M374 saves, M374.1 deletes, M375 loads, M421 changes a
+//! point.
+//!
+//! `/sd/cartesian.grid`: points along X (a byte), points along Y (another, where the configuration has not
+//! the same count along both), size along X and along Y, heights row by row. `/sd/delta.grid`: points along a
+//! side (a byte), radius, heights. Numbers are single precision, the low byte first.
+
+use config::{Leveling, LevelingConfig, MachineConfig};
+use motion::GridShape;
+use program::Words;
+
+use super::compensation::adopt_grid;
+use super::grid;
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::files::safe_file::{self, Draft};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::sessions::Reply;
+
+/// Sizes in a file are those of the configuration when they differ by less, mm: they are rounded to single
+/// precision.
+const SAME_SIZE: f64 = 1e-3;
+/// Heights read or written at a time.
+const CHUNK: usize = 32;
+
+/// The file of a strategy.
+const fn file_path(strategy: Leveling) -> Option<&'static str> {
+    match strategy {
+        Leveling::CartesianGrid => Some("/sd/cartesian.grid"),
+        Leveling::DeltaGrid => Some("/sd/delta.grid"),
+        Leveling::ThreePoint => None,
+    }
+}
+
+/// What a file begins with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Header {
+    bytes: [u8; 10],
+    length: usize,
+}
+
+impl Header {
+    /// Of a grid with this shape: the sizes are those of the area, or the radius.
+    pub(super) fn of(strategy: Leveling, shape: &GridShape) -> Self {
+        let ([nx, ny], [sx, sy]) = (shape.count, shape.step);
+        let [width, depth] = [sx * (nx.saturating_sub(1)) as f64, sy * (ny.saturating_sub(1)) as f64];
+        let mut header = Self { bytes: [0; 10], length: 0 };
+        header.put(&[nx as u8]);
+        if strategy == Leveling::DeltaGrid {
+            header.put(&((0.5 * width) as f32).to_le_bytes());
+            return header;
+        }
+        if nx != ny {
+            header.put(&[ny as u8]);
+        }
+        header.put(&(width as f32).to_le_bytes());
+        header.put(&(depth as f32).to_le_bytes());
+        header
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(slot) = self.bytes.get_mut(self.length) {
+                *slot = *byte;
+                self.length += 1;
+            }
+        }
+    }
+
+    fn as_slice(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+
+    fn byte(&self, index: usize) -> u8 {
+        self.bytes.get(index).copied().unwrap_or(0)
+    }
+
+    /// The number at the end of the header, or `back` numbers before it.
+    fn number(&self, back: usize) -> f64 {
+        let from = self.length.saturating_sub(4 * (back + 1));
+        let bytes = self.bytes.get(from..from + 4).and_then(|bytes| bytes.try_into().ok());
+        f64::from(f32::from_le_bytes(bytes.unwrap_or_default()))
+    }
+
+    /// Whether this header of a file is what the configuration asks for; the shape of the grid, and whether
+    /// its radius is another one.
+    pub(super) fn matches(&self, strategy: Leveling, wanted: &GridShape) -> Result<(GridShape, bool), Failure> {
+        let expected = Self::of(strategy, wanted);
+        let counts = if strategy == Leveling::CartesianGrid && wanted.count[0] != wanted.count[1] { 2 } else { 1 };
+        for index in 0..counts {
+            let (found, configured) = (self.byte(index), expected.byte(index));
+            if found != configured {
+                let along = if index == 0 { 'X' } else { 'Y' };
+                let text = format_args!("the file has {found} points along {along}, the configuration {configured}");
+                return Err(Failure::Refused(message(text)));
+            }
+        }
+        let is_same = |back: usize| {
+            // Not a number compares false.
+            libm::fabs(self.number(back) - expected.number(back)) <= SAME_SIZE
+        };
+        if strategy == Leveling::DeltaGrid {
+            let radius = self.number(0);
+            if !(1.0..=10_000.0).contains(&radius) {
+                return Err(Failure::refused("the radius in the file is no radius: save the grid again"));
+            }
+            let shape = if is_same(0) { *wanted } else { grid::around(radius, self.byte(0)) };
+            return Ok((shape, !is_same(0)));
+        }
+        for (back, along) in [(1, 'x'), (0, 'y')] {
+            if !is_same(back) {
+                let (found, configured) = (self.number(back), expected.number(back));
+                let text =
+                    format_args!("{along}_size in the file is {found:.3} mm, in the configuration {configured:.3}");
+                return Err(Failure::Refused(message(text)));
+            }
+        }
+        Ok((*wanted, false))
+    }
+}
+
+/// The strategy, its file, and the grid that the configuration describes.
+fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, GridShape), Failure> {
+    let named = leveling.strategy.and_then(|strategy| file_path(strategy).map(|path| (strategy, path)));
+    let (strategy, path) = named.ok_or_else(|| {
+        Failure::refused("no grid strategy is configured: write leveling = cartesian grid in [zprobe]")
+    })?;
+    let shape = grid::configured(leveling).ok_or_else(|| {
+        Failure::refused("with only_by_two_corners a grid belongs to its probing: it is neither saved nor loaded")
+    })?;
+    Ok((strategy, path, shape))
+}
+
+/// Shape of the grid in force.
+fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<GridShape> {
+    hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()))
+}
+
+/// M374.
+pub(crate) async fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
+    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no grid to save"))?;
+    if strategy == Leveling::CartesianGrid && shape != wanted {
+        return Err(Failure::refused("the grid in force is not of the configured size and counts: it is not saved"));
+    }
+    let written = write_grid(hands, strategy, path, &shape).await;
+    written.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
+    hands.say(format_args!("grid saved to {path}\n"));
+    Ok(Answer::Ok)
+}
+
+/// Whatever moment the power goes, the file is the old one or the new one.
+async fn write_grid<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    strategy: Leveling,
+    path: &str,
+    shape: &GridShape,
+) -> Result<(), StorageError> {
+    let mut draft = Draft::begin(hands.storage(), path)?;
+    let mut written = draft.write(hands.storage(), Header::of(strategy, shape).as_slice()).map(|_| ());
+    let mut done = 0;
+    while written.is_ok() && done < shape.points() {
+        let bytes = heights_from(hands, done);
+        done += CHUNK;
+        written = draft.write(hands.storage(), &bytes).map(|_| ());
+        hands.pause_anyway().await;
+    }
+    if let Err(error) = written {
+        draft.give_up(hands.storage());
+        return Err(error);
+    }
+    draft.finish(hands.storage())
+}
+
+/// The bytes of the next heights in force.
+fn heights_from<P: Ports>(hands: &mut Hands<'_, '_, P>, done: usize) -> heapless::Vec<u8, { 4 * CHUNK }> {
+    let mut bytes = heapless::Vec::new();
+    hands.motion(|motion| {
+        let heights = motion.compensation().grid().map_or(&[][..], |grid| grid.heights());
+        for height in heights.iter().skip(done).take(CHUNK) {
+            // Room for a chunk.
+            let _ = bytes.extend_from_slice(&height.to_le_bytes());
+        }
+    });
+    bytes
+}
+
+/// M374.1.
+///
+/// # Errors
+/// When no grid is configured, or the card refuses.
+pub(crate) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
+    let (_, path, _) = grid_wanted(&config.leveling)?;
+    let removed = safe_file::remove(storage, path);
+    removed.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
+    reply.say(format_args!("{path} deleted\n"));
+    Ok(Answer::Ok)
+}
+
+/// M375.
+pub(crate) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
+    // The draft belongs to whoever fills it: nothing may be on its way.
+    hands.standstill().await?;
+    let about = |failure: Failure| match failure {
+        Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
+        other => other,
+    };
+    let told = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+    safe_file::settle(hands.storage(), path).map_err(told)?;
+    let file = hands.storage().open(path, OpenMode::Read).map_err(told)?;
+    let read = read_grid(hands, file, strategy, &wanted).await;
+    // It was only read: a failing close loses nothing.
+    let _ = hands.storage().close(file);
+    let (shape, other_radius) = read.map_err(about)?;
+    adopt_grid(hands, &shape).await.map_err(about)?;
+    if other_radius {
+        let radius = -shape.origin[0];
+        hands.say(format_args!("// WARNING: the grid's radius is {radius:.3} mm, not the configured one\n"));
+    }
+    let ([nx, ny], [sx, sy]) = (shape.count, shape.step);
+    let (width, depth) = (sx * (nx - 1) as f64, sy * (ny - 1) as f64);
+    hands.say(format_args!("grid loaded, {nx} x {ny} points on {width:.3} x {depth:.3} mm\n"));
+    Ok(Answer::Ok)
+}
+
+/// Header and heights; the heights are then in the draft.
+async fn read_grid<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    file: FileHandle,
+    strategy: Leveling,
+    wanted: &GridShape,
+) -> Result<(GridShape, bool), Failure> {
+    let told = |error: StorageError| Failure::refused(error.text());
+    let mut header = Header::of(strategy, wanted);
+    let length = header.length;
+    let begin = header.bytes.get_mut(..length).unwrap_or_default();
+    if !fill(hands.storage(), file, begin).map_err(told)? {
+        return Err(Failure::refused("the file is too short to be a grid"));
+    }
+    let shape = header.matches(strategy, wanted)?;
+    let (size, expected) = (hands.storage().size(file).map_err(told)? as usize, length + 4 * wanted.points());
+    if size != expected {
+        let text = format_args!("the file has {size} bytes, such a grid has {expected}: save it again");
+        return Err(Failure::Refused(message(text)));
+    }
+    let mut done = 0;
+    while done < wanted.points() {
+        let count = (wanted.points() - done).min(CHUNK);
+        let mut bytes = [0; 4 * CHUNK];
+        let chunk = bytes.get_mut(..4 * count).unwrap_or_default();
+        if !fill(hands.storage(), file, chunk).map_err(told)? {
+            return Err(Failure::refused("the file ends before its grid does"));
+        }
+        hands.motion(|motion| {
+            for (to, bytes) in motion.draft().iter_mut().skip(done).zip(chunk.chunks_exact(4)) {
+                *to = f32::from_le_bytes(bytes.try_into().unwrap_or_default());
+            }
+        });
+        done += count;
+        hands.pause_anyway().await;
+    }
+    Ok(shape)
+}
+
+/// Fills a buffer; false when the file ends before.
+fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> Result<bool, StorageError> {
+    while !buffer.is_empty() {
+        match storage.read(file, buffer)? {
+            0 => return Ok(false),
+            count => buffer = buffer.get_mut(count..).unwrap_or_default(),
+        }
+    }
+    Ok(true)
+}
+
+/// M421 I J Z: one height of the grid, by its column and row counted from 0; without a grid in force, of a
+/// flat one.
+pub(crate) async fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let (_, _, wanted) = grid_wanted(&hands.config().leveling)?;
+    hands.standstill().await?;
+    let shape = shape_in_force(hands).unwrap_or(wanted);
+    let index = |letter: char, count: usize| {
+        let word = words.get(letter)?;
+        (0..count).find(|index| *index as f64 == word)
+    };
+    let (column, row) = (index('I', shape.count[0]), index('J', shape.count[1]));
+    let (Some(column), Some(row), Some(height)) = (column, row, words.get('Z')) else {
+        return Err(Failure::refused("M421 takes I (column) and J (row), counted from 0, and Z"));
+    };
+    hands.motion(|motion| {
+        motion.copy_to_draft();
+        if let Some(to) = motion.draft().get_mut(row * shape.count[0] + column) {
+            *to = height as f32;
+        }
+    });
+    adopt_grid(hands, &shape).await
+}

@@ -1,0 +1,26 @@
+//! Leveling and skew: M370, M374, M375, M421, M557, M561, M565, M852.
+//!
+//! What is measured, and how, is `probing`'s matter. Here a plane or a grid of heights becomes the
+//! compensation of the motion object, is kept on the card, shown and saved. A height is what must be added to
+//! Z for the tool to be as far from the bed there as at height zero: positive where the bed is higher.
+//!
+//! Coordinates are those of the program throughout. When the compensation changes while the machine knows
+//! where it is, they stay and the motors follow: the tool moves by as much as the compensation changed there,
+//! slowly. When it does not know, nothing moves.
+
+mod compensation;
+pub(crate) mod grid;
+mod grid_file;
+mod plane;
+mod settings;
+mod skew;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use compensation::{adopt_grid, level_off, put_compensation_back, recompensate, set_compensation_aside};
+pub(crate) use grid_file::{delete_grid, grid_point, load_grid, save_grid};
+pub(crate) use plane::{adopt_plane, bed_plane};
+pub(crate) use settings::{probe_offset, probe_point, write_leveling};
+pub(crate) use skew::{configure, skew};
+pub(crate) use table::{grid_line, show_grid};

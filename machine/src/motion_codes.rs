@@ -1,0 +1,278 @@
+//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900.
+//!
+//! M92 and M900 change what every step means: they are for a machine that stands still.
+
+use config::MachineConfig;
+use motion::{ConfigError, Limits, MotionConfig};
+use program::{Interpreter, Tools, Words};
+use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
+
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::needs::failure_of;
+use crate::ports::MotionPort;
+use crate::sessions::Reply;
+
+/// Bounds of the speed factor.
+const FACTOR: core::ops::RangeInclusive<f64> = 0.1..=10.0;
+/// An overall speed limit up to this, mm/s, means none.
+const NO_LIMIT: f64 = 0.1;
+
+fn motors() -> impl Iterator<Item = (Axis, Actuator)> {
+    Axis::ALL.into_iter().zip(Actuator::ALL)
+}
+
+fn refuse(error: ConfigError) -> Failure {
+    Failure::Refused(message(format_args!("{error}")))
+}
+
+fn motion_config(ports: &mut impl MotionPort) -> Result<MotionConfig, Failure> {
+    let config = ports.motion(|motion| motion.config().copied());
+    config.ok_or_else(|| Failure::refused("motion is not configured"))
+}
+
+fn set_limits(ports: &mut impl MotionPort, limits: Limits) -> Outcome {
+    ports.motion(|motion| motion.set_limits(limits)).map_err(refuse)?;
+    Ok(Answer::Ok)
+}
+
+/// Where an extruder's pressure advance is among the filters: tools turn A, B and C, in this order.
+pub(crate) const fn advance_of(axis: Axis) -> usize {
+    (axis as usize).saturating_sub(Axis::PRIMARY.len())
+}
+
+/// The motor of the extruder in use.
+fn extruder_in_use(tools: &Tools) -> Option<Actuator> {
+    tools.active().and_then(|tool| Actuator::from_index(tool.settings.axis as usize))
+}
+
+/// The axis of the extruder in use, or of tool P.
+fn extruder_axis(words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Axis, Failure> {
+    // A tool that nobody has never halts, whatever is being played.
+    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+    Ok(tool.settings.axis)
+}
+
+/// The value of E, and the motor it is for.
+fn extruder_word(words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Option<(Actuator, f64)>, Failure> {
+    let Some(value) = words.get('E') else { return Ok(None) };
+    let axis = extruder_axis(words, tools, config)?;
+    Ok(Actuator::from_index(axis as usize).map(|motor| (motor, value)))
+}
+
+/// M203: greatest speeds of axes, of the tool along its path, of extruders' motors; without words says them.
+/// Returns the rate of G0 where S sets it, which is the program's to keep.
+///
+/// # Errors
+/// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
+pub(crate) fn axis_speeds(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    program: &Interpreter,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Result<Option<MmPerSecond>, Failure> {
+    let mut limits = motion_config(ports)?.limits;
+    if words.is_bare() {
+        report_axis_speeds(&limits, program, reply);
+        return Ok(None);
+    }
+    if words.has('V') {
+        return Err(Failure::refused("M203 V: a limit of the flow is not supported yet"));
+    }
+    for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
+        if let Some(speed) = words.axis(axis) {
+            *limit = (speed > 0.0).then_some(MmPerSecond(speed));
+        }
+    }
+    // Beside E, P is the number of an extruder.
+    if let Some(speed) = words.get('P').filter(|_| !words.has('E')) {
+        limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
+    }
+    if let Some((motor, speed)) = extruder_word(words, program.tools(), config)? {
+        limits.actuator_rate[motor] = MmPerSecond(speed);
+    }
+    set_limits(ports, limits)?;
+    Ok(words.get('S').filter(|_| config.motion.compliant_seek_rate).map(MmPerSecond))
+}
+
+fn report_axis_speeds(limits: &Limits, program: &Interpreter, reply: &mut Reply<'_>) {
+    for (axis, limit) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
+        reply.say(format_args!(" {}:{:.6} ", axis.letter(), limit.map_or(0.0, |limit| limit.0)));
+    }
+    let (seek, most) = (program.modal().seek_rate.0, limits.max_speed.map_or(0.0, |limit| limit.0));
+    reply.say(format_args!(" S:{seek:.6} P:{most:.6} "));
+    if let Some(motor) = extruder_in_use(program.tools()) {
+        reply.say(format_args!("E:{:.6} ", limits.actuator_rate[motor].0));
+    }
+    reply.say(format_args!("\n"));
+}
+
+/// M203.1: greatest speeds of motors; without words says them.
+///
+/// # Errors
+/// When motion refuses the limits; nothing has changed then.
+pub(crate) fn motor_speeds(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
+    if words.is_bare() {
+        let own = motors().filter(|(axis, motor)| config.actuators[*motor].present && !tools.uses(*axis));
+        for (axis, motor) in own {
+            reply.say(format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
+        }
+        reply.say(format_args!("\n"));
+        return Ok(Answer::Ok);
+    }
+    for (axis, motor) in motors() {
+        let rate = &mut limits.actuator_rate[motor];
+        *rate = words.axis(axis).map_or(*rate, MmPerSecond);
+    }
+    set_limits(ports, limits)
+}
+
+/// M204: accelerations.
+///
+/// # Errors
+/// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
+pub(crate) fn accelerations(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
+    if let Some(acceleration) = words.get('S') {
+        limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
+    }
+    let own = |acceleration: f64| (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
+    for (axis, motor) in motors() {
+        if let Some(acceleration) = words.axis(axis) {
+            limits.actuator_acceleration[motor] = own(acceleration);
+        }
+    }
+    if let Some((motor, acceleration)) = extruder_word(words, tools, config)? {
+        limits.actuator_acceleration[motor] = own(acceleration);
+    }
+    set_limits(ports, limits)
+}
+
+/// M205: junction deviation and least speed.
+///
+/// # Errors
+/// When motion refuses the limits; nothing has changed then.
+pub(crate) fn corner_settings(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
+    if let Some(deviation) = words.get('X') {
+        limits.junction_deviation = Mm(deviation);
+        // It counts from now on.
+        limits.square_corner_velocity = None;
+    }
+    if let Some(deviation) = words.get('Z') {
+        limits.z_junction_deviation = (deviation >= 0.0).then_some(Mm(deviation));
+    }
+    if let Some(speed) = words.get('S') {
+        limits.minimum_speed = MmPerSecond(speed);
+    }
+    set_limits(ports, limits)
+}
+
+/// M220: scales all speeds, within a tenth and tenfold; without S says the factor.
+///
+/// # Errors
+/// None.
+pub(crate) fn speed_factor(ports: &mut impl MotionPort, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+    match words.get('S') {
+        Some(factor) => {
+            let factor = factor.clamp(*FACTOR.start(), *FACTOR.end());
+            ports.motion(|motion| motion.set_overrides(factor, factor));
+        }
+        None => {
+            let percent = ports.motion(|motion| motion.overrides().feed) * 100.0;
+            reply.say(format_args!("Speed factor at {percent:6.2} %\n"));
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+/// M92: sets steps per mm, and says them. The machine stands still.
+///
+/// # Errors
+/// When an extruder is named that there is not, or motion refuses the steps; nothing has changed then.
+pub(crate) fn steps_per_mm(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    if !words.is_bare() {
+        let mut settings = motion_config(ports)?;
+        set_steps(&mut settings, words, tools, config)?;
+        ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
+    }
+    let settings = ports.motion(|motion| motion.config().copied());
+    let steps = |motor: Actuator| settings.and_then(|all| all.actuators[motor]).map(|motor| motor.steps_per_mm);
+    for (axis, motor) in motors() {
+        if let Some(steps) = steps(motor).filter(|_| !tools.uses(axis)) {
+            reply.say(format_args!("{}:{steps:.6} ", axis.letter()));
+        }
+    }
+    if let Some(steps) = extruder_in_use(tools).and_then(steps) {
+        reply.say(format_args!("E:{steps:.6} "));
+    }
+    reply.say(format_args!("\n"));
+    Ok(Answer::Ok)
+}
+
+fn set_steps(
+    settings: &mut MotionConfig,
+    words: &Words<'_>,
+    tools: &Tools,
+    config: &MachineConfig,
+) -> Result<(), Failure> {
+    for (axis, motor) in motors() {
+        if let (Some(actuator), Some(steps)) = (&mut settings.actuators[motor], words.axis(axis)) {
+            actuator.steps_per_mm = steps;
+        }
+    }
+    if let Some((motor, steps)) = extruder_word(words, tools, config)?
+        && let Some(actuator) = &mut settings.actuators[motor]
+    {
+        actuator.steps_per_mm = steps;
+    }
+    Ok(())
+}
+
+/// M900 K: sets the pressure advance of the tool in use, or of tool P, in seconds; without K says it. The
+/// machine stands still.
+///
+/// # Errors
+/// When there is no such extruder, it has no pressure advance, or motion refuses it; nothing has changed
+/// then.
+pub(crate) fn pressure_advance(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let index = advance_of(extruder_axis(words, tools, config)?);
+    let Some(factor) = words.get('K') else {
+        let settings = ports.motion(|motion| motion.config().copied());
+        if let Some(Some(advance)) = settings.and_then(|settings| settings.filters.advance.get(index).copied()) {
+            reply.say(format_args!("K:{:.4} smooth time:{:.4}\n", advance.factor, advance.smooth_time));
+        }
+        return Ok(Answer::Ok);
+    };
+    let mut settings = motion_config(ports)?;
+    let Some(Some(advance)) = settings.filters.advance.get_mut(index) else {
+        return Err(Failure::refused("this extruder has no pressure advance"));
+    };
+    advance.factor = factor;
+    ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
+    Ok(Answer::Ok)
+}

@@ -1,0 +1,298 @@
+//! Switches: outputs that codes turn on and off, inputs that issue commands.
+
+use config::{Command, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
+use heapless::Vec;
+use program::Part;
+use units::{Duty, Micros, SwitchId};
+
+use crate::failure::{Failure, message};
+use crate::heat::Output;
+use crate::needs::needs;
+use crate::ports::{Input, InputLevels};
+use crate::sessions::Reply;
+
+/// Input switches are looked at this often; shorter presses may be missed.
+const INPUT_PERIOD: Micros = Micros::from_millis(20);
+
+/// Changes of outputs, to be applied in this order.
+pub(crate) type Changes = Vec<Output, MAX_SWITCHES>;
+
+/// Duties of switches on hardware timers, 0 to 1, by their places in the configuration's list.
+pub(crate) type Duties = Vec<(usize, f32), MAX_SWITCHES>;
+
+/// What one switch is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Status {
+    /// An output that is on, or an input that is.
+    on: bool,
+    /// Value of an output: 0 to 255, or percent for hardware PWM.
+    value: f32,
+    /// What it was told last may never have happened: the next word counts, also when it is the same.
+    unsure: bool,
+    /// Last level of an input.
+    level: bool,
+    /// An input changed and its command has not run yet.
+    pending: bool,
+}
+
+/// What all switches are told to do. An output that changes on the way of a move counts as changed from when
+/// that was said.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outputs {
+    status: Vec<Status, MAX_SWITCHES>,
+    due: Micros,
+}
+
+/// What on or off asks of an output, S being its word: whether it is on then, and its value.
+fn asked(config: &SwitchConfig, on: bool, s: Option<f32>) -> (bool, f32) {
+    if on { on_value(config, s) } else { (false, off_value(config)) }
+}
+
+fn on_value(config: &SwitchConfig, s: Option<f32>) -> (bool, f32) {
+    match config.output_kind {
+        OutputKind::Digital => (true, 255.0),
+        OutputKind::SigmaDelta => {
+            let max = f32::from(config.max_pwm.0);
+            let value = s.map_or(config.startup_value, |s| libm::roundf(s * max / 255.0)).clamp(0.0, max);
+            (value > 0.0, value)
+        }
+        OutputKind::HardwarePwm => {
+            let percent = s.unwrap_or(config.default_on_value).clamp(0.0, 100.0);
+            (percent > config.startup_value, percent)
+        }
+    }
+}
+
+const fn off_value(config: &SwitchConfig) -> f32 {
+    match config.output_kind {
+        OutputKind::HardwarePwm => config.startup_value,
+        _ => 0.0,
+    }
+}
+
+/// The value that plain on or off stands for.
+fn plain_value(config: &SwitchConfig, on: bool) -> f32 {
+    match (on, config.output_kind) {
+        (false, _) => off_value(config),
+        (true, OutputKind::Digital) => 255.0,
+        (true, OutputKind::SigmaDelta) => config.startup_value.clamp(0.0, f32::from(config.max_pwm.0)),
+        (true, OutputKind::HardwarePwm) => config.default_on_value,
+    }
+}
+
+fn is_off(config: &MachineConfig, switch: &SwitchConfig) -> bool {
+    config.off("switch", &switch.name).is_some()
+}
+
+fn output(config: &MachineConfig, switch: SwitchId) -> Option<&SwitchConfig> {
+    config.switches.get(switch.index()).filter(|config| !config.is_input())
+}
+
+impl Outputs {
+    /// All off.
+    #[must_use]
+    pub fn new(switches: &[SwitchConfig]) -> Self {
+        Self { status: switches.iter().map(|_| Status::default()).collect(), due: Micros(0) }
+    }
+
+    /// Whether a switch is on.
+    #[must_use]
+    pub fn is_on(&self, switch: SwitchId) -> bool {
+        self.status.get(switch.index()).is_some_and(|status| status.on)
+    }
+
+    /// Whether the switch of this name is on; false when there is none.
+    #[must_use]
+    pub fn is_on_by_name(&self, config: &MachineConfig, name: &str) -> bool {
+        let place = config.switches.iter().position(|switch| switch.name == name);
+        place.and_then(|place| self.status.get(place)).is_some_and(|status| status.on)
+    }
+
+    /// Refuses to turn an output on that an error in the configuration keeps off. `s` is the S word.
+    ///
+    /// # Errors
+    /// See [`needs`].
+    pub fn check(
+        config: &MachineConfig,
+        switch: SwitchId,
+        on: bool,
+        s: Option<f32>,
+        is_playing: bool,
+    ) -> Result<(), Failure> {
+        let turns_on = output(config, switch).is_some_and(|output| asked(output, on, s).0);
+        if turns_on { needs(config, Part::Switch(switch), is_playing) } else { Ok(()) }
+    }
+
+    /// Turns an output on or off, `s` being its S word. Gives the change for whoever applies it, at once or
+    /// on the way of a move; `None` when nothing changes.
+    pub fn turn(&mut self, config: &MachineConfig, switch: SwitchId, on: bool, s: Option<f32>) -> Option<Output> {
+        let (on, value) = asked(output(config, switch)?, on, s);
+        let status = self.status.get(switch.index())?;
+        if status.on == on && status.value == value && !status.unsure {
+            return None;
+        }
+        self.set(config, switch, on, value)
+    }
+
+    /// Changes that rode on the path were dropped with it: what the outputs do is not what they were told.
+    pub fn changes_were_dropped(&mut self) {
+        self.status.iter_mut().for_each(|status| status.unsure = true);
+    }
+
+    /// On or off with the values the configuration gives to these.
+    pub fn turn_plainly(&mut self, config: &MachineConfig, switch: SwitchId, on: bool) -> Option<Output> {
+        let value = plain_value(output(config, switch)?, on);
+        self.set(config, switch, on, value)
+    }
+
+    fn set(&mut self, config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Option<Output> {
+        let kind = config.switches.get(switch.index())?.output_kind;
+        let status = self.status.get_mut(switch.index())?;
+        (status.on, status.value, status.unsure) = (on, value, false);
+        Some(match kind {
+            OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
+            OutputKind::Digital => Output::Switch(switch.0, if on { Duty::FULL } else { Duty::OFF }),
+            OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(value.clamp(0.0, 255.0) as u8)),
+        })
+    }
+
+    /// The states that outputs have at boot; an input takes the level it finds.
+    pub fn start(&mut self, config: &MachineConfig, levels: InputLevels) -> Changes {
+        let mut changes = Changes::new();
+        for (index, switch) in (0..).zip(&config.switches).filter(|(_, switch)| !is_off(config, switch)) {
+            if switch.is_input() {
+                let level = levels.is_active(Input::Switch(index));
+                if let Some(status) = self.status.get_mut(usize::from(index)) {
+                    (status.level, status.on) = (level, level);
+                }
+            } else {
+                changes.extend(self.turn_plainly(config, SwitchId(index), switch.startup_state));
+            }
+        }
+        changes
+    }
+
+    /// A halt: every output to its halt state, but those that ignore halts.
+    pub fn halt(&mut self, config: &MachineConfig) -> Changes {
+        self.changes_were_dropped();
+        let mut changes = Changes::new();
+        for (index, switch) in (0..).zip(&config.switches) {
+            if switch.ignore_on_halt || switch.is_input() || is_off(config, switch) {
+                continue;
+            }
+            let on = switch.halt_set_to;
+            changes.extend(match switch.output_kind {
+                // A spindle or laser on a timer is never left running by a halt.
+                OutputKind::HardwarePwm => self.turn_plainly(config, SwitchId(index), false),
+                OutputKind::Digital | OutputKind::SigmaDelta => {
+                    self.set(config, SwitchId(index), on, if on { 255.0 } else { 0.0 })
+                }
+            });
+        }
+        changes
+    }
+
+    /// The safety door is open: duties, 0 to 1, of switches on timers while nothing may turn or burn, by
+    /// their places. What they are told to do stays.
+    pub fn door_opens(&self, config: &MachineConfig) -> Duties {
+        self.duties(config, |switch, _| off_value(switch))
+    }
+
+    /// The door is closed: duties of switches on timers as they are told.
+    pub fn door_closes(&self, config: &MachineConfig) -> Duties {
+        self.duties(config, |_, told| told)
+    }
+
+    fn duties(&self, config: &MachineConfig, percent: fn(&SwitchConfig, f32) -> f32) -> Duties {
+        let switches = config.switches.iter().zip(&self.status).enumerate();
+        let on_timers = switches.filter(|(_, (switch, _))| {
+            switch.output_kind == OutputKind::HardwarePwm && !switch.is_input() && !is_off(config, switch)
+        });
+        on_timers.map(|(index, (switch, status))| (index, percent(switch, status.value) / 100.0)).collect()
+    }
+
+    /// Looks at input switches; the command of one that changed waits for [`Self::take_command`].
+    pub fn look(&mut self, levels: InputLevels, config: &MachineConfig, now: Micros) {
+        if now < self.due {
+            return;
+        }
+        self.due = now.plus(INPUT_PERIOD);
+        for (index, (switch, status)) in (0..).zip(config.switches.iter().zip(&mut self.status)) {
+            if !switch.is_input() {
+                continue;
+            }
+            let level = levels.is_active(Input::Switch(index));
+            let pressed = level && !status.level;
+            let changed = level != status.level;
+            status.level = level;
+            match switch.input_behaviour {
+                InputBehaviour::Momentary if changed => (status.on, status.pending) = (level, true),
+                InputBehaviour::Toggle if pressed => (status.on, status.pending) = (!status.on, true),
+                _ => {}
+            }
+        }
+    }
+
+    /// The command of an input switch that changed, once.
+    pub fn take_command(&mut self, config: &MachineConfig) -> Option<Command> {
+        for (switch, status) in config.switches.iter().zip(&mut self.status) {
+            if core::mem::take(&mut status.pending) {
+                let command = if status.on { &switch.output_on_command } else { &switch.output_off_command };
+                if !command.is_empty() {
+                    return Some(command.clone());
+                }
+            }
+        }
+        None
+    }
+
+    /// `switch <name> is <0|1>` for every switch.
+    pub fn report(&self, config: &MachineConfig, reply: &mut Reply<'_>) {
+        for (switch, status) in config.switches.iter().zip(&self.status) {
+            reply.say(format_args!("switch {} is {}\n", switch.name, u8::from(status.on)));
+        }
+    }
+
+    /// `switch`, `switch n`, `switch n on|off|value`: says how it is, or sets it. Gives the change, to be
+    /// applied at once.
+    ///
+    /// # Errors
+    /// When it stays off, or the value is none.
+    pub fn switch_command(
+        &mut self,
+        config: &MachineConfig,
+        arguments: &str,
+        reply: &mut Reply<'_>,
+    ) -> Result<Option<Output>, Failure> {
+        let mut words = arguments.split_ascii_whitespace();
+        let Some(name) = words.next() else {
+            self.report(config, reply);
+            return Ok(None);
+        };
+        let named = (0..).zip(&config.switches).find(|(_, switch)| switch.name == name);
+        let Some((switch, settings)) = named.map(|(index, settings)| (SwitchId(index), settings)) else {
+            reply.say(format_args!("no such switch: {name}\n"));
+            return Ok(None);
+        };
+        let Some(value) = words.next() else {
+            reply.say(format_args!("switch {name} is {}\n", u8::from(self.is_on(switch))));
+            return Ok(None);
+        };
+        if settings.is_input() {
+            reply.say(format_args!("unknown command set-state.\n"));
+            return Ok(None);
+        }
+        // A file that is being played goes on: it is not the file that asks.
+        needs(config, Part::Switch(switch), false)?;
+        let change = match (value, value.parse::<f32>()) {
+            ("on" | "off", _) => self.turn_plainly(config, switch, value == "on"),
+            (_, Ok(number)) if number.is_finite() => self.set(config, switch, number > 0.0, number.clamp(0.0, 255.0)),
+            _ => return Err(Failure::Refused(message(format_args!("{value} is not on, off or a number")))),
+        };
+        reply.say(format_args!("switch {name} set to: {value}\n"));
+        Ok(change)
+    }
+}
+
+#[cfg(test)]
+mod tests;

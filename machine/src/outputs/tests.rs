@@ -1,0 +1,113 @@
+//! Outputs, a door and a button.
+
+use super::*;
+
+const FAN: SwitchId = SwitchId(0);
+const SPINDLE: SwitchId = SwitchId(1);
+const POWER: SwitchId = SwitchId(2);
+const BUTTON: SwitchId = SwitchId(3);
+
+fn machine() -> MachineConfig {
+    let switch = |name: &str, output_kind| SwitchConfig {
+        name: name.try_into().unwrap(),
+        output_kind,
+        max_pwm: Duty(200),
+        ..SwitchConfig::default()
+    };
+    let mut config = MachineConfig::default();
+    let spindle =
+        SwitchConfig { startup_value: 5.0, default_on_value: 60.0, ..switch("spindle", OutputKind::HardwarePwm) };
+    let power = SwitchConfig { startup_state: true, ..switch("power", OutputKind::Digital) };
+    let button = SwitchConfig {
+        input_pin: Some(config::Pin::new('A', 0)),
+        output_on_command: "M25".try_into().unwrap(),
+        output_off_command: "M24".try_into().unwrap(),
+        ..switch("button", OutputKind::Digital)
+    };
+    for switch in [switch("fan", OutputKind::SigmaDelta), spindle, power, button] {
+        assert!(config.switches.push(switch).is_ok());
+    }
+    config
+}
+
+fn pressed(down: bool) -> InputLevels {
+    InputLevels(if down { Input::Switch(BUTTON.0).bit() } else { 0 })
+}
+
+#[test]
+fn s_is_a_share_of_the_ceiling_or_percent_and_nothing_changes_twice() {
+    let config = machine();
+    let mut outputs = Outputs::new(&config.switches);
+    assert_eq!(outputs.turn(&config, FAN, true, Some(127.5)), Some(Output::Switch(0, Duty(100))));
+    assert_eq!(outputs.turn(&config, FAN, true, Some(127.5)), None);
+    assert_eq!(outputs.turn(&config, FAN, true, Some(1_000.0)), Some(Output::Switch(0, Duty(200))));
+    assert_eq!(outputs.turn(&config, FAN, true, Some(0.0)), Some(Output::Switch(0, Duty::OFF)));
+    assert!(!outputs.is_on(FAN));
+    assert_eq!(outputs.turn(&config, SPINDLE, true, Some(50.0)), Some(Output::Pwm(1, 0.5)));
+    assert_eq!(outputs.turn(&config, SPINDLE, true, None), Some(Output::Pwm(1, 0.6)));
+    assert!(outputs.is_on_by_name(&config, "spindle") && !outputs.is_on_by_name(&config, "pump"));
+    assert_eq!(outputs.turn(&config, SPINDLE, false, Some(50.0)), Some(Output::Pwm(1, 0.05)));
+    assert_eq!(outputs.turn(&config, POWER, true, Some(3.0)), Some(Output::Switch(2, Duty::FULL)));
+    assert_eq!(outputs.turn(&config, BUTTON, true, None), None);
+}
+
+#[test]
+fn a_change_that_was_dropped_with_its_path_can_be_asked_for_again() {
+    let config = machine();
+    let mut outputs = Outputs::new(&config.switches);
+    let on = outputs.turn(&config, POWER, true, None);
+    outputs.changes_were_dropped();
+    assert_eq!(outputs.turn(&config, POWER, true, None), on);
+    assert_eq!(outputs.turn(&config, POWER, true, None), None);
+}
+
+#[test]
+fn a_halt_leaves_no_timer_running_and_what_ignores_it_alone() {
+    let mut config = machine();
+    config.switches[POWER.index()].ignore_on_halt = true;
+    config.switches[SPINDLE.index()].halt_set_to = true;
+    let mut outputs = Outputs::new(&config.switches);
+    assert_eq!(outputs.start(&config, InputLevels(0)).len(), 3);
+    outputs.turn(&config, SPINDLE, true, None);
+    let changes = outputs.halt(&config);
+    assert_eq!(changes.as_slice(), [Output::Switch(0, Duty::OFF), Output::Pwm(1, 0.05)]);
+    assert!(outputs.is_on(POWER) && !outputs.is_on(SPINDLE));
+    // What rode on the path was dropped, so the next word counts.
+    assert!(outputs.turn(&config, POWER, true, None).is_some());
+}
+
+#[test]
+fn an_open_door_stops_timers_and_a_closed_one_lets_them_go_on() {
+    let config = machine();
+    let mut outputs = Outputs::new(&config.switches);
+    outputs.turn(&config, SPINDLE, true, Some(50.0));
+    assert_eq!(outputs.door_opens(&config).as_slice(), [(1, 0.05)]);
+    assert_eq!(outputs.door_closes(&config).as_slice(), [(1, 0.5)]);
+}
+
+#[test]
+fn a_button_gives_the_command_of_each_change_once() {
+    let config = machine();
+    let mut outputs = Outputs::new(&config.switches);
+    outputs.start(&config, pressed(false));
+    outputs.look(pressed(true), &config, Micros::from_millis(20));
+    assert_eq!(outputs.take_command(&config).as_deref(), Some("M25"));
+    assert_eq!(outputs.take_command(&config), None);
+    outputs.look(pressed(false), &config, Micros::from_millis(39));
+    assert_eq!(outputs.take_command(&config), None, "looked at too early");
+    outputs.look(pressed(false), &config, Micros::from_millis(40));
+    assert_eq!(outputs.take_command(&config).as_deref(), Some("M24"));
+}
+
+#[test]
+fn a_toggle_changes_with_each_press() {
+    let mut config = machine();
+    config.switches[BUTTON.index()].input_behaviour = InputBehaviour::Toggle;
+    let mut outputs = Outputs::new(&config.switches);
+    let mut commands = Vec::<Command, 8>::new();
+    for (turn, down) in (1..).zip([true, false, true, false]) {
+        outputs.look(pressed(down), &config, Micros::from_millis(20 * turn));
+        commands.extend(outputs.take_command(&config));
+    }
+    assert_eq!(commands.as_slice(), ["M25", "M24"]);
+}

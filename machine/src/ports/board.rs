@@ -1,0 +1,87 @@
+//! The board itself.
+
+use config::MachineConfig;
+use units::{Celsius, Ticks, Volts};
+
+/// Why the board could not be wired as the configuration asks. One line, naming pin or setting.
+pub type WiringError = heapless::String<128>;
+
+/// What a board says about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoardInfo {
+    /// Chip name, for `version`.
+    pub mcu: &'static str,
+    /// Four strap bits: 0 is the TMC2590 board, 1 the TMC2660 board.
+    pub board_id: u8,
+    /// Core clock in MHz.
+    pub core_mhz: u32,
+    /// Firmware version.
+    pub version: &'static str,
+    /// Build date.
+    pub build_date: &'static str,
+    /// It starts anew because the watchdog was not fed.
+    pub after_watchdog: bool,
+    /// The chip is set to start its second core, which nothing tells what to do.
+    pub second_core_starts: bool,
+}
+
+/// Memory use, for `mem`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryReport {
+    /// Statically placed bytes (data and bss).
+    pub static_bytes: u32,
+    /// Stack bytes never touched since boot, when the board can tell.
+    pub stack_unused_bytes: Option<u32>,
+}
+
+/// How well the step interrupt kept the times of steps, since boot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepTimes {
+    /// Events played more than 250 ns late.
+    pub late: u32,
+    /// Late events that had to be delayed further, to more than 10 us: played at once, the motor's driver would have missed a step.
+    pub delayed: u32,
+    /// The worst lateness.
+    pub worst: Ticks,
+}
+
+/// The supply voltages the machine decides by; `None` when the reading failed or is not configured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SupplyVoltages {
+    /// Motor supply, after its divider.
+    pub motor: Option<Volts>,
+    /// MOSFET (heater) supply, after its divider.
+    pub fets: Option<Volts>,
+}
+
+/// The board.
+pub trait Board {
+    /// Binds pins and peripherals as configured. Called once, at the end of boot. Whatever could not be bound is
+    /// reported line by line and left inactive; true when everything was bound.
+    fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool;
+
+    /// A named voltage monitor (`vmotor`, `vfet`, `vref`, `vbat` and configured ones); `None` when there is none of that name
+    /// or the reading failed.
+    fn voltage(&mut self, name: &str) -> Option<Volts>;
+
+    /// Temperature of the chip itself.
+    fn chip_celsius(&mut self) -> Option<Celsius>;
+
+    /// Board LED `index` (0 to 3).
+    fn set_led(&mut self, index: u8, on: bool);
+
+    /// What the board is.
+    fn board(&self) -> BoardInfo;
+
+    /// Memory use.
+    fn memory(&self) -> MemoryReport;
+
+    /// Whether steps came on time.
+    fn step_times(&self) -> StepTimes;
+
+    /// The executor still runs. The watchdog is fed only when all reporters do this.
+    fn report_alive(&mut self);
+
+    /// Asks for a reset one second from now, so that replies can leave.
+    fn request_reset(&mut self);
+}

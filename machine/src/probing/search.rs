@@ -1,0 +1,152 @@
+//! A search along a straight line that ends where the probe's contact changes.
+
+use motion::Mode;
+use program::Contact;
+use units::{Axis, Micros, MmPerSecond, PerAxis};
+
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::homing::wait_trigger;
+use crate::ports::{Input, InputLevels, Ports};
+use crate::safety::Event;
+use crate::tuning::Tuning;
+
+/// Searches that a contact which does not last may cut short; then the wiring is to blame.
+const RETRIES: u8 = 3;
+
+/// A search along a straight line from where the machine stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Search {
+    /// Where it ends without a contact, in machine space.
+    pub target: PerAxis<f64>,
+    /// How fast.
+    pub rate: MmPerSecond,
+    /// What ends it.
+    pub until: Contact,
+}
+
+impl Search {
+    /// Straight down from here (up, with `upwards`), mm.
+    pub fn down(from: PerAxis<f64>, rate: MmPerSecond, travel: f64, upwards: bool) -> Self {
+        let mut target = from;
+        target[Axis::Z] += if upwards { travel } else { -travel };
+        Self { target, rate, until: Contact::Closes }
+    }
+}
+
+/// Whether the probe's contact is closed.
+#[must_use]
+pub(crate) const fn touches(inputs: InputLevels, tuning: &Tuning) -> bool {
+    inputs.is_active(Input::Probe) != tuning.probe_inverted
+}
+
+/// The input that fires at this change.
+const fn input_of(until: Contact, inverted: bool) -> Input {
+    match (until, inverted) {
+        (Contact::Closes, false) | (Contact::Opens, true) => Input::Probe,
+        _ => Input::ProbeOpen,
+    }
+}
+
+/// Whether the contact is already as the search would leave it.
+fn is_at_end<P: Ports>(hands: &mut Hands<'_, '_, P>, until: Contact) -> bool {
+    let inputs = hands.inputs();
+    touches(inputs, hands.tuning()) == (until == Contact::Closes)
+}
+
+/// Probing moves, so it needs what moves need.
+pub(super) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
+    if hands.config().motion.must_be_homed && !hands.all_homed() {
+        return Err(Failure::alarm("Must be homed before moving"));
+    }
+    Ok(())
+}
+
+/// Searches. Returns where the contact changed, exactly, while the machine stands a braking distance past it;
+/// or `None` when it did not change on the way, and the machine stands at the target.
+pub(super) async fn search<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    search: &Search,
+) -> Result<Option<PerAxis<f64>>, Failure> {
+    hands.standstill().await?;
+    hands.apply(Event::ProbingBegins);
+    let found = search_at_standstill(hands, search).await;
+    // Ending in a hold would leave the operator to resume a search that is over. An alarm waits for nobody.
+    let held = match &found {
+        Err(Failure::Alarm(_) | Failure::Halted) => Ok(()),
+        _ => hands.wait_while_held().await,
+    };
+    hands.apply(Event::ProbingEnds);
+    held.and(found)
+}
+
+async fn search_at_standstill<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    search: &Search,
+) -> Result<Option<PerAxis<f64>>, Failure> {
+    let dwell = hands.tuning().probe.dwell;
+    hands.wait(dwell).await?;
+    if is_at_end(hands, search.until) {
+        return Err(Failure::refused("ZProbe triggered before move, aborting command."));
+    }
+    // Filters would delay the stop at the contact.
+    hands.motion(|motion| motion.bypass_filters(true));
+    hands.search_begins();
+    let found = search_past_sparks(hands, search).await;
+    hands.search_ends();
+    hands.motion(|motion| motion.bypass_filters(false));
+    let found = found?;
+    hands.standstill().await?;
+    Ok(found)
+}
+
+/// Searches again while the contact does not last.
+async fn search_past_sparks<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    search: &Search,
+) -> Result<Option<PerAxis<f64>>, Failure> {
+    let debounce = hands.tuning().probe.debounce;
+    // A rapid, for a laser stays off then; and an override is for cutting.
+    let rate = search.rate * (1.0 / hands.motion(|motion| motion.overrides().rapid));
+    for _ in 0..=RETRIES {
+        // A contact that changes between the look before and this store is found by the feed, which reads
+        // armed inputs.
+        let input = input_of(search.until, hands.tuning().probe_inverted);
+        hands.latch().arm(input.bit());
+        hands.go(search.target, rate, Mode::Rapid).await?;
+        let Some(trigger) = wait_trigger(hands).await? else { return Ok(None) };
+        // A contact may come while the operator holds the machine: what follows it waits for him.
+        hands.wait_while_held().await?;
+        hands.wait(debounce).await?;
+        if debounce == Micros(0) || is_at_end(hands, search.until) {
+            return Ok(Some(hands.motion(|motion| motion.position_of_steps(&trigger.steps))));
+        }
+    }
+    Err(Failure::alarm("the probe fires but does not stay triggered: check its wiring"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverted_contact_touches_while_its_input_is_open() {
+        for (level, inverted) in [(false, false), (false, true), (true, false), (true, true)] {
+            let inputs = InputLevels(if level { Input::Probe.bit() } else { 0 });
+            let tuning = Tuning { probe_inverted: inverted, ..Tuning::default() };
+            assert_eq!(touches(inputs, &tuning), level != inverted);
+            // The latch fires on what then closes the contact.
+            let fires = input_of(Contact::Closes, inverted);
+            assert_eq!(fires, if inverted { Input::ProbeOpen } else { Input::Probe });
+            assert_ne!(fires, input_of(Contact::Opens, inverted));
+        }
+    }
+
+    #[test]
+    fn a_search_goes_down_or_up_by_its_travel_alone() {
+        let here = PerAxis([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let down = Search::down(here, MmPerSecond(5.0), 10.0, false);
+        assert_eq!(down.target, PerAxis([1.0, 2.0, -7.0, 4.0, 5.0, 6.0]));
+        assert_eq!(Search::down(here, MmPerSecond(5.0), 10.0, true).target[Axis::Z], 13.0);
+    }
+}

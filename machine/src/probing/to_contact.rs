@@ -1,0 +1,78 @@
+//! One search for a person or a program: G30 down to the bed, G38 along a line.
+
+use program::{ProbeAlong, ProbeDown};
+use units::Axis;
+
+use super::search::{Search, check_homed, search};
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::leveling;
+use crate::ports::Ports;
+
+/// G30: searches for the bed and returns to where it began, or stays where the contact was; then Z may read
+/// as given there. Without a probe it is unknown, as programs for printers expect.
+pub(crate) async fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDown) -> Outcome {
+    if !hands.config().probe.enable {
+        return Ok(Answer::Unknown);
+    }
+    check_homed(hands)?;
+    let settings = hands.tuning().probe;
+    let rate = probe.rate.unwrap_or(settings.slow_rate);
+    hands.standstill().await?;
+    let start = hands.position();
+    let upwards = settings.reverse_z != probe.reversed;
+    let found = search(hands, &Search::down(start, rate, settings.max_travel.0, upwards)).await?;
+    match found {
+        Some(contact) if probe.stays => hands.go_there(contact, rate).await?,
+        None if probe.stays => {}
+        _ => hands.go_there(start, settings.return_rate).await?,
+    }
+    let Some(contact) = found else {
+        if hands.is_playing() {
+            // The file waits here: what follows counts on the height.
+            return Err(Failure::refused("ZProbe not triggered"));
+        }
+        hands.say(format_args!("ZProbe not triggered\n"));
+        return Ok(Answer::Ok);
+    };
+    hands.say(format_args!("Z:{:.4}\n", start[Axis::Z] - contact[Axis::Z]));
+    if let Some(reads) = probe.reads {
+        hands.read_contact(contact[Axis::Z], reads);
+    }
+    Ok(Answer::Ok)
+}
+
+/// G38: searches along a line, and stands where the contact changed. Without a probe it is refused, for what
+/// follows it relies on what it finds.
+pub(crate) async fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
+    if !hands.config().probe.enable {
+        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+    }
+    check_homed(hands)?;
+    let rate = probe.rate.unwrap_or(hands.tuning().probe.slow_rate);
+    hands.standstill().await?;
+    // The tool goes straight, not along the bed's shape.
+    let target = hands.motion(|motion| motion.compensation().motors(&probe.target));
+    leveling::set_compensation_aside(hands)?;
+    let found = search_and_return(hands, &Search { target, rate, until: probe.until }).await;
+    let put_back = leveling::put_compensation_back(hands).await;
+    let found = found?;
+    put_back?;
+    let position = hands.position();
+    let [x, y, z] = Axis::PRIMARY.map(|axis| position[axis]);
+    hands.set_last_probe([x, y, z], found);
+    hands.say(format_args!("[PRB:{x:.3},{y:.3},{z:.3}:{}]\n", u8::from(found)));
+    if !found && probe.must_find {
+        hands.halt(format_args!("ALARM: Probe fail\n"));
+        return Err(Failure::Halted);
+    }
+    Ok(Answer::Ok)
+}
+
+/// Whether the contact was found; the machine then stands there.
+async fn search_and_return<P: Ports>(hands: &mut Hands<'_, '_, P>, line: &Search) -> Result<bool, Failure> {
+    let Some(contact) = search(hands, line).await? else { return Ok(false) };
+    // Braking went a little past it.
+    hands.go_there(contact, line.rate).await?;
+    Ok(true)
+}

@@ -1,0 +1,45 @@
+//! What the machine says about itself. Everything here answers at once, from what it is given.
+
+mod device;
+mod get;
+mod position;
+mod program;
+mod status;
+
+pub(crate) use device::{firmware, memory, version};
+pub(crate) use get::get;
+pub(crate) use position::{end_switches, position};
+pub(crate) use program::{filament_diameter, flow_factor, modal, offsets};
+pub(crate) use status::{Status, status};
+
+use ::program::Tools;
+use config::MachineConfig;
+use units::{Actuator, Axis};
+
+/// A line: a status report with positions, rates and eight heaters is the longest one.
+type Line = heapless::String<512>;
+
+/// Formats onto a line; what does not fit is cut at its end.
+macro_rules! add {
+    ($line:expr, $($format:tt)*) => {{
+        // See the macro's comment: a cut line is still a line.
+        let _ = core::fmt::Write::write_fmt(&mut $line, format_args!($($format)*));
+    }};
+}
+use add;
+
+/// Whether an axis beside X Y and Z has a motor of its own.
+fn has_axis(config: &MachineConfig, axis: Axis) -> bool {
+    let motor = Actuator::from_index(axis as usize).map(|motor| &config.actuators[motor]);
+    motor.is_some_and(|motor| motor.present && motor.slaved_to.is_none())
+}
+
+/// A, B and C, as far as the machine has them.
+fn auxiliary_axes(config: &MachineConfig) -> impl Iterator<Item = Axis> + '_ {
+    [Axis::A, Axis::B, Axis::C].into_iter().filter(|axis| has_axis(config, *axis))
+}
+
+/// The same, without those that extruders turn.
+fn free_axes<'a>(config: &'a MachineConfig, tools: &'a Tools) -> impl Iterator<Item = Axis> + 'a {
+    auxiliary_axes(config).filter(|axis| !tools.uses(*axis))
+}

@@ -1,0 +1,101 @@
+//! Where the machine is, and what its switches say: M114, `get pos`, M119.
+
+use config::{HomingDirection, MachineConfig};
+use motion::Motion;
+use program::Interpreter;
+use units::{Axis, PerAxis};
+
+use super::{Line, add, free_axes};
+use crate::failure::{Answer, Outcome};
+use crate::ports::{Input, Inputs, MotionPort};
+use crate::probing::touches;
+use crate::sessions::Reply;
+use crate::tuning::Tuning;
+
+/// M114 and its subcodes.
+///
+/// # Errors
+/// None; a subcode that nobody knows is [`Answer::Unknown`].
+pub(crate) fn position(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    program: &Interpreter,
+    subcode: u8,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let modal = program.modal();
+    let (live, last) = ports.motion(|motion| (motion.live_position(), motion.commanded_position()));
+    let (label, position, in_units) = match subcode {
+        0 => ("C", modal.work(&last), true),
+        1 => ("WCS", modal.work(&live), true),
+        2 => ("MCS", live, false),
+        3 => ("APOS", ports.motion(|motion| motor_position(motion, &live)), false),
+        4 => ("MP", last, false),
+        5 => ("CMP", ports.motion(|motion| motion.compensation().motors(&last)), false),
+        _ => return Ok(Answer::Unknown),
+    };
+    let [x, y, z, ..] = position.0.map(|mm| if in_units { modal.in_program_units(mm) } else { mm });
+    let mut line = Line::new();
+    add!(line, "{label}: X:{x:.4} Y:{y:.4} Z:{z:.4}");
+    if matches!(subcode, 2..=4) {
+        for axis in free_axes(config, program.tools()) {
+            add!(line, " {}:{:.4}", axis.letter(), position[axis]);
+        }
+    }
+    if let Some(tool) = program.tools().active().filter(|_| matches!(subcode, 0 | 1 | 3)) {
+        add!(line, " E:{:.4} ", tool.e);
+    }
+    reply.say(format_args!("ok {line}\n"));
+    Ok(Answer::Said)
+}
+
+/// Motor positions in mm, dressed as a position.
+fn motor_position(motion: &Motion, machine: &PerAxis<f64>) -> PerAxis<f64> {
+    let place = motion.compensation().motors(machine);
+    motion.config().map_or(*machine, |config| PerAxis(config.kinematics.actuators(&place).0))
+}
+
+/// `get pos`
+pub(super) fn positions(ports: &mut impl MotionPort, program: &Interpreter, reply: &mut Reply<'_>) {
+    let modal = program.modal();
+    let (live, commanded, steps) =
+        ports.motion(|motion| (motion.live_position(), motion.commanded_position(), motion.steps()));
+    let (last, now) = (modal.work(&commanded), modal.work(&live));
+    for (label, position) in [("last C", last), ("realtime WCS", now), ("MCS", live), ("MP", commanded)] {
+        let [x, y, z, ..] = position.0;
+        reply.say(format_args!("{label}: X:{x:.4} Y:{y:.4} Z:{z:.4}\n"));
+    }
+    reply.say(format_args!("RAW:"));
+    for (axis, count) in Axis::ALL.into_iter().zip(steps.0) {
+        reply.say(format_args!(" {}:{count}", axis.letter()));
+    }
+    reply.say(format_args!("\n"));
+}
+
+/// M119: `X_min:0 Y_min:0 pins- (X:H:L)PD0^:0 `
+pub(crate) fn end_switches(ports: &impl Inputs, config: &MachineConfig, tuning: &Tuning, reply: &mut Reply<'_>) {
+    let levels = ports.inputs();
+    let mut line = Line::new();
+    let stops = || (0..).zip(&config.endstops).filter(|(_, stop)| stop.pin.is_some());
+    for (index, stop) in stops() {
+        let Some(axis) = stop.axis else { continue };
+        let end = match stop.homing_direction {
+            HomingDirection::ToMin => "min",
+            HomingDirection::ToMax => "max",
+            HomingDirection::None => "limit",
+        };
+        add!(line, "{}_{end}:{} ", axis.letter(), u8::from(levels.is_active(Input::Endstop(index))));
+    }
+    add!(line, "pins- ");
+    for (index, stop) in stops() {
+        let Some((axis, pin)) = stop.axis.zip(stop.pin) else { continue };
+        let homes = if stop.homing_direction == HomingDirection::None { "" } else { ":H" };
+        let limits = if stop.limit_enable { ":L" } else { "" };
+        let level = u8::from(levels.is_active(Input::Endstop(index)));
+        add!(line, "({}{homes}{limits}){pin}:{level} ", axis.letter());
+    }
+    if let Some(pin) = config.probe.pin.filter(|_| config.probe.enable) {
+        add!(line, "(Probe){pin}:{} ", u8::from(touches(levels, tuning)));
+    }
+    reply.say(format_args!("{line}\n"));
+}

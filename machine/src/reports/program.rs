@@ -1,0 +1,99 @@
+//! What words mean at present: `$G`, `$#`, M200, M221.
+
+use config::MachineConfig;
+use program::{Interpreter, Tools, Words, write_system_name};
+use units::Plane;
+
+use super::status::requested_rate;
+use crate::failure::{Answer, Outcome};
+use crate::needs::failure_of;
+use crate::outputs::Outputs;
+use crate::sessions::Reply;
+
+/// The name of a coordinate system.
+fn system_name(system: usize) -> heapless::String<8> {
+    let mut name = heapless::String::new();
+    // Eight characters hold every name.
+    let _ = write_system_name(&mut name, system);
+    name
+}
+
+/// `[GC:G0 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F4000.0000 S0.0000]`
+pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Outputs, reply: &mut Reply<'_>) {
+    let modal = program.modal();
+    let plane = match modal.plane {
+        Plane::Xy => 17,
+        Plane::Xz => 18,
+        Plane::Yz => 19,
+    };
+    let system = system_name(modal.system);
+    let (motion, path, units) = (modal.motion.code(), modal.corner.code(), if modal.inches { 20 } else { 21 });
+    let distance = if modal.absolute { 90 } else { 91 };
+    let spindle = if outputs.is_on_by_name(config, "spindle") { 3 } else { 5 };
+    let feed = modal.in_program_units(requested_rate(program).per_minute());
+    let (power, tool) = (modal.power, program.tools().active_id());
+    reply.say(format_args!(
+        "[GC:{motion} {system} G{plane} G{units} G{distance} G94 {path} M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
+    ));
+}
+
+/// `$#`: every offset.
+pub(crate) fn offsets(program: &Interpreter, verbose: bool, reply: &mut Reply<'_>) {
+    let modal = program.modal();
+    if verbose {
+        work_system(program, reply);
+    }
+    for (system, offsets) in modal.systems.iter().enumerate() {
+        say_offsets(program, &system_name(system), *offsets, reply);
+    }
+    let park = program.park();
+    say_offsets(program, "G28", [park.x, park.y, park.z.unwrap_or(0.0)], reply);
+    say_offsets(program, "G30", [0.0; 3], reply);
+    say_offsets(program, "G92", modal.g92, reply);
+    let [x, y, z] = modal.tool_offset.map(|mm| modal.in_program_units(mm));
+    if verbose {
+        reply.say(format_args!("[Tool Offset:{x:.4},{y:.4},{z:.4}]\n"));
+    } else {
+        reply.say(format_args!("[TLO:{z:.4}]\n"));
+    }
+    let ([x, y, z], found) = program.last_probe();
+    reply.say(format_args!("[PRB:{x:.4},{y:.4},{z:.4}:{}]\n", u8::from(found)));
+}
+
+fn say_offsets(program: &Interpreter, name: &str, offsets: [f64; 3], reply: &mut Reply<'_>) {
+    let [x, y, z] = offsets.map(|mm| program.modal().in_program_units(mm));
+    reply.say(format_args!("[{name}:{x:.4},{y:.4},{z:.4}]\n"));
+}
+
+/// `get wcs`
+pub(super) fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
+    reply.say(format_args!("[current WCS: {}]\n", system_name(program.modal().system)));
+}
+
+/// M200 without D.
+///
+/// # Errors
+/// When P names an extruder that there is not.
+pub(crate) fn filament_diameter(
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+    match tool.settings.filament_diameter {
+        Some(diameter) => reply.say(format_args!("Filament Diameter: {diameter:.6}\n")),
+        None => reply.say(format_args!("Volumetric extrusion is disabled\n")),
+    }
+    Ok(Answer::Ok)
+}
+
+/// M221 without S.
+///
+/// # Errors
+/// When P names an extruder that there is not.
+pub(crate) fn flow_factor(config: &MachineConfig, tools: &Tools, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+    reply.say(format_args!("Flow rate at {:6.2} %\n", tool.flow * 100.0));
+    Ok(Answer::Ok)
+}

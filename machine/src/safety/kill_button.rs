@@ -1,0 +1,92 @@
+//! The kill button: pressed it halts, held or released it may clear a halt.
+
+use config::KillButton as Settings;
+use units::Micros;
+
+/// How long the button is held to clear a halt.
+const UNKILL_HOLD: Micros = Micros::from_seconds(2);
+
+/// What a look at the button means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Press {
+    /// Nothing new.
+    Nothing,
+    /// Halt.
+    Kill,
+    /// The halt was cleared while a latching button is still down: halt again.
+    StillLatched,
+    /// Clear the halt.
+    Clear,
+}
+
+/// The button's memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct KillButton {
+    /// It has been down since then.
+    down_since: Option<Micros>,
+    /// It already did what this press means.
+    used: bool,
+}
+
+impl KillButton {
+    /// One look at the button.
+    pub fn look(&mut self, settings: &Settings, pressed: bool, is_halted: bool, now: Micros) -> Press {
+        if !pressed {
+            let was_down = self.down_since.take().is_some();
+            self.used = false;
+            let clears = was_down && settings.toggle && settings.unkill && is_halted;
+            return if clears { Press::Clear } else { Press::Nothing };
+        }
+        let since = *self.down_since.get_or_insert(now);
+        match (is_halted, self.used) {
+            (true, used) if settings.toggle || !settings.unkill || used => Press::Nothing,
+            (true, _) if now.since(since) < UNKILL_HOLD => Press::Nothing,
+            (true, _) => {
+                self.used = true;
+                Press::Clear
+            }
+            (false, true) if settings.toggle => Press::StillLatched,
+            (false, true) => Press::Nothing,
+            (false, false) => {
+                // This press has halted; only a new one, or one held on a halted machine, may clear.
+                self.used = true;
+                Press::Kill
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks at the button each 100 ms; what came of it.
+    fn course(settings: Settings, looks: &[(bool, bool)]) -> Vec<(usize, Press)> {
+        let mut button = KillButton::default();
+        let look = |(index, (pressed, halted)): (usize, &(bool, bool))| {
+            (index, button.look(&settings, *pressed, *halted, Micros::from_millis(100 * index as u64)))
+        };
+        looks.iter().enumerate().map(look).filter(|(_, press)| *press != Press::Nothing).collect()
+    }
+
+    fn settings(toggle: bool, unkill: bool) -> Settings {
+        Settings { enable: true, pin: None, toggle, unkill }
+    }
+
+    #[test]
+    fn a_press_halts_once_and_a_new_one_that_is_held_clears() {
+        let mut looks = vec![(true, false)];
+        looks.extend([(true, true); 30]);
+        looks.push((false, true));
+        looks.extend([(true, true); 22]);
+        assert_eq!(course(settings(false, true), &looks), [(0, Press::Kill), (52, Press::Clear)]);
+        assert_eq!(course(settings(false, false), &looks), [(0, Press::Kill)]);
+    }
+
+    #[test]
+    fn a_latching_button_clears_when_it_is_released_and_halts_while_it_is_not() {
+        let looks = [(true, false), (true, true), (true, false), (true, true), (false, true)];
+        let expected = [(0, Press::Kill), (2, Press::StillLatched), (4, Press::Clear)];
+        assert_eq!(course(settings(true, true), &looks), expected);
+    }
+}

@@ -1,0 +1,155 @@
+//! Hard limits: an endstop with `limit_enable` that is hit by a move halts.
+//!
+//! A limit guards once it has been open for [`REARM_TIME`]; one that is still operated (after homing, say) or bounces while
+//! it is left does not stop the move that leaves it. While armed, the input's interrupt stops motion through the latch;
+//! the poll here notices and halts.
+//!
+//! A search with the probe has the latch to itself, and may end where a limit closes too: Z's switch beside the bed it probes.
+//! So in a search a limit that closes halts only when the machine goes on past it.
+
+use config::MachineConfig;
+use motion::Latch;
+use units::{Axis, Micros, PerAxis};
+
+use crate::ports::{Input, InputLevels};
+
+/// A search may go on this far past a limit, mm, to the contact that ends it: as far as past any switch.
+const PAST_A_LIMIT: f64 = crate::homing::OVERTRAVEL;
+/// A limit must have been open this long before it guards again.
+const REARM_TIME: Micros = Micros::from_millis(50);
+
+/// Which limits guard.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// Inputs that are limits.
+    mask: u32,
+    /// Limits that guard now.
+    guarding: u32,
+    /// Since when no limit has been seen to change.
+    quiet_since: Micros,
+    /// Levels at the last poll.
+    levels: u32,
+    /// A search has the latch.
+    searching: bool,
+    /// Where the machine was when a limit closed during the search.
+    closed_at: Option<PerAxis<f64>>,
+}
+
+/// A limit that was hit: its place in the configuration's list of endstops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hit(pub usize);
+
+impl Limits {
+    /// Takes the limits from the configuration.
+    pub fn configure(&mut self, config: &MachineConfig, now: Micros) {
+        let limits = config.endstops.iter().enumerate().filter(|(_, stop)| stop.limit_enable && stop.pin.is_some());
+        self.mask = limits.fold(0, |bits, (index, _)| bits | Input::Endstop(index as u8).bit());
+        self.quiet_since = now;
+    }
+
+    /// Whether there are any.
+    #[must_use]
+    pub const fn exist(&self) -> bool {
+        self.mask != 0
+    }
+
+    /// A search has the latch.
+    #[must_use]
+    pub const fn is_searching(&self) -> bool {
+        self.searching
+    }
+
+    /// One poll. `moving`: what is hit then must halt the machine; `here` is where the motors are.
+    pub fn poll(
+        &mut self,
+        levels: InputLevels,
+        moving: bool,
+        latch: &Latch,
+        now: Micros,
+        here: impl FnOnce() -> PerAxis<f64>,
+    ) -> Option<Hit> {
+        let hit = self.guarding & levels.0;
+        if hit != 0 && moving && self.counts(latch, here) {
+            self.guarding = 0;
+            latch.disarm();
+            return Some(Hit(hit.trailing_zeros() as usize));
+        }
+        if !self.searching
+            && let Some(guarding) = self.update(levels.0, now)
+        {
+            self.guarding = guarding;
+            latch.arm(guarding);
+        }
+        None
+    }
+
+    /// The limits that should guard given these levels; `None` while that is unchanged.
+    fn update(&mut self, levels: u32, now: Micros) -> Option<u32> {
+        let levels = levels & self.mask;
+        if levels != self.levels {
+            self.levels = levels;
+            self.quiet_since = now;
+        }
+        let open = self.mask & !levels;
+        let wanted = if now.since(self.quiet_since) >= REARM_TIME { open } else { self.guarding & open };
+        (wanted != self.guarding).then_some(wanted)
+    }
+
+    /// Whether a limit that closed must stop the machine: always, but for a search that ends there.
+    fn counts(&mut self, latch: &Latch, here: impl FnOnce() -> PerAxis<f64>) -> bool {
+        if !self.searching {
+            return true;
+        }
+        // The contact has been found: it brakes.
+        if latch.armed() == 0 {
+            return false;
+        }
+        let here = here();
+        let at = *self.closed_at.get_or_insert(here);
+        Axis::PRIMARY.into_iter().any(|axis| libm::fabs(here[axis] - at[axis]) > PAST_A_LIMIT)
+    }
+
+    /// Homing takes the latch for itself.
+    pub fn suspend(&mut self, latch: &Latch, now: Micros) {
+        self.guarding = 0;
+        self.quiet_since = now;
+        latch.disarm();
+    }
+
+    /// A search takes the latch. The limits that guard now still do, by the poll alone.
+    pub const fn search_begins(&mut self) {
+        self.searching = true;
+        self.closed_at = None;
+    }
+
+    /// The search is over. Limits guard again once they are open.
+    pub fn search_ends(&mut self, latch: &Latch, now: Micros) {
+        self.searching = false;
+        self.suspend(latch, now);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_guards_only_after_it_has_been_open_for_a_while() {
+        let mut watch = Limits { mask: 0b11, ..Limits::default() };
+        let course = [
+            (0, 0b01, None),
+            (100, 0b01, Some(0b10)),
+            // Left, with a bounce.
+            (110, 0b00, None),
+            (120, 0b01, None),
+            (130, 0b00, None),
+            (170, 0b00, None),
+            (181, 0b00, Some(0b11)),
+        ];
+        for (millis, levels, expected) in course {
+            let update = watch.update(levels, Micros::from_millis(millis));
+            assert_eq!(update, expected, "at {millis} ms");
+            watch.guarding = update.unwrap_or(watch.guarding);
+        }
+    }
+}

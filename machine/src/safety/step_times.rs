@@ -1,0 +1,90 @@
+//! Steps that came late are told, and end the job where a step might have been lost: never silent.
+//!
+//! A step somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least distance, or the feed came so late that
+//! the motion stood still in the middle of its way, a motor may not have followed: the machine halts, braking along the path. All steps were
+//! given in any case, so positions are kept.
+
+use core::fmt;
+
+use units::Micros;
+
+use crate::ports::StepTimes;
+
+/// Late steps are told no more often than this.
+const TELL_PERIOD: Micros = Micros::from_seconds(1);
+
+/// What has been told.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepTimesWatch {
+    told: StepTimes,
+    told_feed: u32,
+    tell_due: Micros,
+}
+
+/// News of late steps, in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lateness {
+    /// The motion stood still for a moment: the machine halts.
+    FeedCameLate,
+    /// Steps had to be delayed: the machine halts.
+    Delayed {
+        /// The worst lateness, us.
+        worst_us: f64,
+    },
+    /// Steps came late and nothing was lost.
+    Late {
+        /// How many.
+        count: u32,
+        /// The worst lateness, us.
+        worst_us: f64,
+    },
+}
+
+impl Lateness {
+    /// A step may have been lost.
+    #[must_use]
+    pub const fn halts(self) -> bool {
+        !matches!(self, Self::Late { .. })
+    }
+}
+
+impl fmt::Display for Lateness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FeedCameLate => f.write_str(
+                "ERROR: steps were not ready in time and the motion stood still for a moment. Positions are kept; check them, then M999",
+            ),
+            Self::Delayed { worst_us } => write!(
+                f,
+                "ERROR: steps came up to {worst_us:.1} us late and had to be delayed for their driver. Positions are kept; check them, then M999"
+            ),
+            Self::Late { count, worst_us } => write!(f, "WARNING: {count} steps came late, by up to {worst_us:.1} us"),
+        }
+    }
+}
+
+/// A lateness in microseconds.
+#[must_use]
+pub fn microseconds(worst: units::Ticks) -> f64 {
+    worst.0 as f64 / f64::from(units::STEP_CLOCK_HZ / 1_000_000)
+}
+
+impl StepTimesWatch {
+    /// One poll; `feed_late` counts the feed's runs that came too late.
+    pub fn poll(&mut self, times: StepTimes, feed_late: u32, now: Micros) -> Option<Lateness> {
+        let told = *self;
+        let lost_time = times.delayed != told.told.delayed || feed_late != told.told_feed;
+        if !lost_time && (times.late == told.told.late || now < told.tell_due) {
+            return None;
+        }
+        *self = Self { told: times, told_feed: feed_late, tell_due: now.plus(TELL_PERIOD) };
+        let worst_us = microseconds(times.worst);
+        Some(if feed_late != told.told_feed {
+            Lateness::FeedCameLate
+        } else if times.delayed != told.told.delayed {
+            Lateness::Delayed { worst_us }
+        } else {
+            Lateness::Late { count: times.late.wrapping_sub(told.told.late), worst_us }
+        })
+    }
+}

@@ -1,0 +1,259 @@
+//! The lines that M500 saves and M503 shows: settings as G-code, with a comment before each.
+//!
+//! They are the lines, in the order and with the decimals, that Smoothieware v2 writes, so that either
+//! firmware reads the other's file. A value that needs more decimals to come back as it was gets them.
+
+use core::fmt::{self, Write};
+
+use config::MachineConfig;
+use motion::MotionConfig;
+use program::{Interpreter, ParkPosition, Tool, write_system_name};
+use units::{Actuator, Axis};
+
+use crate::arms::{write_arms, write_homing};
+use crate::bed::Bed;
+use crate::heat::LawSettings;
+use crate::leveling::write_leveling;
+use crate::motion_codes::advance_of;
+use crate::motors::write_currents;
+use crate::ports::{HeatPort, MotionPort};
+use crate::probing::write_probe;
+use crate::tuning::Tuning;
+
+/// The lines of one part of the machine.
+pub type Text = heapless::String<1_408>;
+/// How many parts there are.
+pub const PARTS: u8 = 8;
+
+/// A value with at least so many decimals, more where they are needed to read it back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Value(pub f64, pub usize);
+
+impl Value {
+    /// A value that differs by less than this share of itself is the same: half of single precision's last
+    /// place, in which Smoothieware calculates.
+    const SAME: f64 = 6e-8;
+    const MOST_DECIMALS: usize = 9;
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value, least) = *self;
+        // Powers of ten up to nine are exact.
+        let lost = |decimals: usize| {
+            let scale = (0..decimals).fold(1.0, |scale, _| scale * 10.0);
+            libm::fabs(libm::round(value * scale) / scale - value)
+        };
+        let enough = (least..Self::MOST_DECIMALS).find(|decimals| lost(*decimals) <= libm::fabs(value) * Self::SAME);
+        write!(f, "{value:.*}", enough.unwrap_or(Self::MOST_DECIMALS))
+    }
+}
+
+/// The lines of part n of [`PARTS`].
+///
+/// # Errors
+/// When they do not fit whole: half a line would be another setting.
+pub(crate) fn part(
+    n: u8,
+    ports: &mut (impl MotionPort + HeatPort),
+    program: &Interpreter,
+    config: &MachineConfig,
+    tuning: &Tuning,
+    bed: &Bed,
+) -> Result<Text, fmt::Error> {
+    let mut text = Text::new();
+    let motion = ports.motion(|motion| motion.config().copied());
+    match n {
+        0 => motion.map_or(Ok(()), |motion| write_motion(&mut text, &motion, program, config)),
+        1 => motion.map_or(Ok(()), |motion| write_arms(&mut text, &motion, tuning, config)),
+        2 => write_offsets(&mut text, program, config),
+        3 => motion.map_or(Ok(()), |motion| write_extruders(&mut text, &motion, program, config)),
+        4 => write_heaters(&mut text, ports, config),
+        5 => write_homing(&mut text, tuning, config),
+        6 => write_probe(&mut text, config, tuning).and_then(|()| write_leveling(&mut text, ports, config, bed)),
+        _ => write_currents(&mut text, tuning, config),
+    }?;
+    Ok(text)
+}
+
+/// Motors that are not an extruder's, whose settings go by its tool.
+fn axis_motors<'a>(program: &'a Interpreter, config: &'a MachineConfig) -> impl Iterator<Item = (Axis, Actuator)> + 'a {
+    let motors = Axis::ALL.into_iter().zip(Actuator::ALL);
+    motors.filter(|(axis, motor)| config.actuators[*motor].present && !program.tools().uses(*axis))
+}
+
+fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, config: &MachineConfig) -> fmt::Result {
+    let limits = &motion.limits;
+    write!(text, ";Steps per unit:\nM92")?;
+    for (axis, motor) in axis_motors(program, config) {
+        if let Some(actuator) = motion.actuators[motor] {
+            write!(text, " {}{}", axis.letter(), Value(actuator.steps_per_mm, 5))?;
+        }
+    }
+    write!(text, "\n;Acceleration mm/s^2:\nM204 S{}", Value(limits.acceleration.0, 5))?;
+    for (axis, motor) in axis_motors(program, config) {
+        if let Some(own) = limits.actuator_acceleration[motor] {
+            write!(text, " {}{}", axis.letter(), Value(own.0, 5))?;
+        }
+    }
+    write!(text, "\n;Junction deviation mm, of Z alone, least speed mm/s:\nM205")?;
+    // An X would set the square corner velocity aside.
+    if limits.square_corner_velocity.is_none() {
+        write!(text, " X{}", Value(limits.junction_deviation.0, 5))?;
+    }
+    let z_deviation = limits.z_junction_deviation.map_or(-1.0, |deviation| deviation.0);
+    write!(text, " Z{} S{}", Value(z_deviation, 5), Value(limits.minimum_speed.0, 5))?;
+    write!(text, "\n;Max speeds in mm/s:\nM203")?;
+    for (axis, speed) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
+        write!(text, " {}{}", axis.letter(), Value(speed.map_or(0.0, |speed| speed.0), 5))?;
+    }
+    // Smoothieware's rate has single precision, and so has its text.
+    write!(text, " S{:.5}", program.modal().seek_rate.0 as f32)?;
+    // No limit is worth saving where the configuration has one.
+    if limits.max_speed.is_some() || config.motion.max_speed.is_some() {
+        write!(text, " P{}", Value(limits.max_speed.map_or(0.0, |speed| speed.0), 5))?;
+    }
+    write!(text, "\n;Max actuator speeds in mm/s:\nM203.1")?;
+    for (axis, motor) in axis_motors(program, config) {
+        write!(text, " {}{}", axis.letter(), Value(limits.actuator_rate[motor].0, 5))?;
+    }
+    writeln!(text)
+}
+
+/// Coordinate systems with `save_wcs`, the G92 offset with `save_g92`, the park position.
+fn write_offsets(text: &mut Text, program: &Interpreter, config: &MachineConfig) -> fmt::Result {
+    let modal = program.modal();
+    if !config.motion.save_wcs {
+        writeln!(text, ";WCS settings are not saved")?;
+    } else {
+        writeln!(text, ";WCS settings")?;
+        write_system_name(text, modal.system)?;
+        writeln!(text)?;
+        for (index, [x, y, z]) in modal.systems.into_iter().enumerate() {
+            if [x, y, z] != [0.0; 3] {
+                let [x, y, z] = [x, y, z].map(|mm| Value(mm, 6));
+                write!(text, "G10 L2 P{} X{x} Y{y} Z{z} ; ", index + 1)?;
+                write_system_name(text, index)?;
+                writeln!(text)?;
+            }
+        }
+    }
+    if config.motion.save_g92 && modal.g92 != [0.0; 3] {
+        let [x, y, z] = modal.g92.map(|mm| Value(mm, 6));
+        writeln!(text, "G92.3 X{x} Y{y} Z{z}")?;
+    }
+    write_park_position(text, program.park())
+}
+
+fn write_park_position(text: &mut Text, park: &ParkPosition) -> fmt::Result {
+    if *park == ParkPosition::default() {
+        return Ok(());
+    }
+    write!(text, ";Park position:\nG28.1 X{} Y{}", Value(park.x, 4), Value(park.y, 4))?;
+    if let Some(z) = park.z {
+        write!(text, " Z{}", Value(z, 4))?;
+    }
+    writeln!(text)
+}
+
+fn write_extruders(
+    text: &mut Text,
+    motion: &MotionConfig,
+    program: &Interpreter,
+    config: &MachineConfig,
+) -> fmt::Result {
+    program.tools().all().iter().try_for_each(|tool| write_extruder(text, motion, tool, config))
+}
+
+fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &MachineConfig) -> fmt::Result {
+    let (settings, id) = (&tool.settings, tool.settings.id);
+    let motor = Actuator::from_index(settings.axis as usize);
+    if let Some(steps) = motor.and_then(|motor| motion.actuators[motor]).map(|motor| motor.steps_per_mm) {
+        writeln!(text, ";E steps per mm:\nM92 E{} P{id}", Value(steps, 4))?;
+    }
+    writeln!(text, ";E filament diameter:\nM200 D{} P{id}", Value(settings.filament_diameter.unwrap_or(0.0), 4))?;
+    writeln!(
+        text,
+        ";E retract length, feedrate, zlift length, feedrate:\nM207 S{} F{} Z{} Q{} P{id}",
+        Value(settings.retract_length, 4),
+        Value(settings.retract_rate.per_minute(), 4),
+        Value(settings.z_lift, 4),
+        Value(settings.z_lift_rate.per_minute(), 4)
+    )?;
+    writeln!(
+        text,
+        ";E retract recover length, feedrate:\nM208 S{} F{} P{id}",
+        Value(settings.recover_length, 4),
+        Value(settings.recover_rate.per_minute(), 4)
+    )?;
+    if let Some(own) = motor.and_then(|motor| motion.limits.actuator_acceleration[motor]) {
+        writeln!(text, ";E acceleration mm/s^2:\nM204 E{} P{id}", Value(own.0, 4))?;
+    }
+    if let Some(rate) = motor.map(|motor| motion.limits.actuator_rate[motor]) {
+        writeln!(text, ";E max speed mm/s:\nM203 E{} P{id}", Value(rate.0, 4))?;
+    }
+    let advance = motion.filters.advance.get(advance_of(settings.axis)).copied().flatten();
+    let configured = config.extruders.iter().find(|extruder| extruder.tool_id == id);
+    let has_configured = configured.is_some_and(|extruder| extruder.pressure_advance_s > 0.0);
+    // Zero is worth saving where the configuration says something else.
+    if let Some(advance) = advance.filter(|advance| advance.factor > 0.0 || has_configured) {
+        writeln!(text, ";Pressure advance (s):\nM900 K{} P{id}", Value(advance.factor, 5))?;
+    }
+    Ok(())
+}
+
+fn write_heaters(text: &mut Text, ports: &mut impl HeatPort, config: &MachineConfig) -> fmt::Result {
+    ports.heat(|heat| {
+        for (id, controller) in config.heaters() {
+            let tool_id = controller.tool_id;
+            let Some(settings) = heat.heater(id).map(|heater| &heater.settings).filter(|settings| settings.heats)
+            else {
+                continue;
+            };
+            if let LawSettings::Pid(g) = settings.law {
+                let [p, i, d, i_max] = [g.p, g.i, g.d, g.i_max].map(|gain| Value(f64::from(gain), 4));
+                let (duty, on_measurement) = (settings.max_duty.0, u8::from(g.on_measurement));
+                writeln!(
+                    text,
+                    ";PID settings, i_max, max_pwm, PonM:\nM301 S{tool_id} P{p} I{i} D{d} X{i_max} Y{duty} Z{on_measurement}"
+                )?;
+            }
+            let max = Value(f64::from(settings.max.0), 4);
+            writeln!(text, ";Max temperature setting:\nM143 S{tool_id} P{max}")?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn printed(value: f64, least: usize) -> std::string::String {
+        std::format!("{}", Value(value, least))
+    }
+
+    #[test]
+    fn round_values_read_as_smoothieware_writes_them() {
+        assert_eq!(printed(100.0, 5), "100.00000");
+        assert_eq!(printed(-0.25, 2), "-0.25");
+        assert_eq!(printed(f64::from(0.4_f32), 4), "0.4000");
+        assert_eq!(printed(0.0, 2), "0.00");
+    }
+
+    #[test]
+    fn others_get_the_decimals_they_need() {
+        assert_eq!(printed(0.125, 2), "0.125");
+        assert_eq!(printed(0.012_345_678, 5), "0.012345678");
+        assert_eq!(printed(50.0 / 3.0, 5), "16.666667");
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_printed_reads_back(value in -100_000.0..100_000.0_f64, least in 2..6_usize) {
+            let read: f64 = printed(value, least).parse().unwrap();
+            prop_assert!((read - value).abs() <= 1e-9 + value.abs() * 6e-8, "{value} came back as {read}");
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! The queue between a session's receiver and the executor.
+//!
+//! One writer (the receive task) and one reader (the executor), atomics only. What acts at once is taken out of the stream on the
+//! writing side, so a feed hold or an emergency stop is seen even when the line queue is full.
+//!
+//! A transport that can hold its sender back (USB, TCP) asks for [`Inbox::room`] and never overfills it. A UART without
+//! handshake cannot. What does not fit is then lost by whole lines, never by bytes: half a line would be another command. Once
+//! a line is lost, so is all that follows until the reader has caught up, so that lines stay in order; and each lost line is
+//! counted, so that each gets an answer.
+//!
+//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, some hundred lines that a person pastes while the
+//! machine is busy.
+
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+
+use gcode::realtime::{Heard, Realtime, Receiver};
+
+/// Bytes an inbox holds. A power of two.
+pub const INBOX_BYTES: usize = 4_096;
+/// How many `?` may wait; more are dropped, as Smoothieware v2 does.
+const MAX_QUERIES: u32 = 8;
+/// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any line.
+const FORGET_LINE: u8 = 0x18;
+
+/// The bit of a request that is not counted.
+const fn bit(request: Realtime) -> u32 {
+    1 << request as u32
+}
+
+/// Where in its lines a receiver is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Place {
+    #[default]
+    LineStart,
+    /// As `LineStart`; an LF still belongs to the line before.
+    AfterReturn,
+    InLine,
+    /// In a line that is lost.
+    Losing,
+}
+
+/// What the receive task of an inbox keeps between two bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Intake {
+    place: Place,
+    receiver: Receiver,
+}
+
+impl Intake {
+    /// At the beginning of a line.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { place: Place::LineStart, receiver: Receiver::new() }
+    }
+}
+
+/// What the stream has next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// A byte of a line.
+    Byte(u8),
+    /// The line so far is to be forgotten: its rest did not fit.
+    ForgetLine,
+}
+
+/// A console's receive queue.
+#[derive(Debug)]
+pub struct Inbox {
+    bytes: [AtomicU8; INBOX_BYTES],
+    /// Count of bytes ever received, wrapping. Written by the receive task only.
+    received: AtomicU32,
+    /// Count of bytes ever taken, wrapping. Written by the dispatcher only.
+    taken: AtomicU32,
+    /// Pending realtime requests but `?`, one bit each.
+    requests: AtomicU32,
+    /// Pending `?`.
+    queries: AtomicU32,
+    /// The session speaks GRBL's dialect, which has more bytes that act at once. Written by the executor.
+    extended: AtomicBool,
+    /// How often somebody came or went: even while somebody is there. Written by the transport.
+    visits: AtomicU32,
+    /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
+    lost: AtomicU32,
+}
+
+impl Default for Inbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Inbox {
+    /// An empty inbox of a line that is always open. All zero, so that it lies in memory that start-up clears.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::visited(0)
+    }
+
+    /// An empty inbox of a transport whose peers come and go; nobody is there yet.
+    #[must_use]
+    pub const fn closed() -> Self {
+        Self::visited(1)
+    }
+
+    const fn visited(visits: u32) -> Self {
+        Self {
+            bytes: [const { AtomicU8::new(0) }; INBOX_BYTES],
+            received: AtomicU32::new(0),
+            taken: AtomicU32::new(0),
+            requests: AtomicU32::new(0),
+            queries: AtomicU32::new(0),
+            extended: AtomicBool::new(false),
+            visits: AtomicU32::new(visits),
+            lost: AtomicU32::new(0),
+        }
+    }
+
+    /// How many more bytes surely fit. A transport that can hold its sender back asks before it receives.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        let used = self.received.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Acquire));
+        // One place is kept for FORGET_LINE.
+        (INBOX_BYTES - 1).saturating_sub(used as usize)
+    }
+
+    /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped. For the one receive
+    /// task, which keeps `intake`.
+    pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
+        match intake.receiver.hear(byte, self.extended.load(Ordering::Relaxed)) {
+            Heard::Request(request) => {
+                self.request(request);
+                return true;
+            }
+            Heard::Emergency => self.request(Realtime::Emergency),
+            Heard::Byte => {}
+        }
+        let at = intake.place;
+        let ended = match byte {
+            // CR LF is one end.
+            b'\n' if at == Place::AfterReturn => {
+                intake.place = Place::LineStart;
+                return true;
+            }
+            b'\n' => Some(Place::LineStart),
+            b'\r' => Some(Place::AfterReturn),
+            _ => None,
+        };
+        let kept = match at {
+            Place::Losing => false,
+            Place::InLine => self.room() > 0,
+            // Whole lines wait until the reader has heard of those lost before them.
+            Place::LineStart | Place::AfterReturn => self.room() > 0 && self.lost.load(Ordering::Acquire) == 0,
+        };
+        match (kept, at) {
+            (true, _) => self.push(byte),
+            (false, Place::InLine) => self.push(FORGET_LINE),
+            _ => {}
+        }
+        if !kept && ended.is_some() {
+            self.lost.fetch_add(1, Ordering::Release);
+        }
+        intake.place = ended.unwrap_or(if kept { Place::InLine } else { Place::Losing });
+        kept
+    }
+
+    /// Somebody has come to the other end, or gone. For the transport.
+    pub fn set_open(&self, open: bool) {
+        let visits = self.visits.load(Ordering::Relaxed);
+        if visits.is_multiple_of(2) != open {
+            self.visits.store(visits.wrapping_add(1), Ordering::Release);
+        }
+    }
+
+    /// How often somebody came or went: even while somebody is there.
+    pub fn visits(&self) -> u32 {
+        self.visits.load(Ordering::Acquire)
+    }
+
+    /// Whether bytes of GRBL's dialect act at once.
+    pub fn set_extended(&self, extended: bool) {
+        self.extended.store(extended, Ordering::Relaxed);
+    }
+
+    fn push(&self, byte: u8) {
+        let received = self.received.load(Ordering::Relaxed);
+        if let Some(slot) = self.bytes.get(received as usize % INBOX_BYTES) {
+            slot.store(byte, Ordering::Relaxed);
+        }
+        self.received.store(received.wrapping_add(1), Ordering::Release);
+    }
+
+    /// Leaves a realtime request, as its character would.
+    pub fn request(&self, request: Realtime) {
+        if request == Realtime::Status {
+            if self.queries.load(Ordering::Relaxed) < MAX_QUERIES {
+                self.queries.fetch_add(1, Ordering::Relaxed);
+            }
+        } else {
+            self.requests.fetch_or(bit(request), Ordering::AcqRel);
+        }
+    }
+
+    /// Takes what is next in the stream.
+    pub fn take(&self) -> Option<Received> {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if taken == self.received.load(Ordering::Acquire) {
+            return None;
+        }
+        let byte = self.bytes.get(taken as usize % INBOX_BYTES)?.load(Ordering::Relaxed);
+        self.taken.store(taken.wrapping_add(1), Ordering::Release);
+        Some(if byte == FORGET_LINE { Received::ForgetLine } else { Received::Byte(byte) })
+    }
+
+    /// Takes the most urgent pending request.
+    pub fn take_request(&self) -> Option<Realtime> {
+        if self.requests.load(Ordering::Relaxed) != 0 {
+            for request in Realtime::ALL {
+                if self.requests.fetch_and(!bit(request), Ordering::AcqRel) & bit(request) != 0 {
+                    return Some(request);
+                }
+            }
+        }
+        if self.queries.load(Ordering::Relaxed) > 0 {
+            self.queries.fetch_sub(1, Ordering::Relaxed);
+            return Some(Realtime::Status);
+        }
+        None
+    }
+
+    /// Whether anything waits to be taken: bytes, requests or the news of lost lines.
+    #[must_use]
+    pub fn has_news(&self) -> bool {
+        self.taken.load(Ordering::Relaxed) != self.received.load(Ordering::Acquire)
+            || self.requests.load(Ordering::Relaxed) != 0
+            || self.queries.load(Ordering::Relaxed) != 0
+            || self.lost.load(Ordering::Relaxed) != 0
+    }
+
+    /// Lines lost since the last call, once everything that came before them has been taken.
+    pub fn take_lost(&self) -> u32 {
+        let caught_up = self.taken.load(Ordering::Relaxed) == self.received.load(Ordering::Acquire);
+        if caught_up { self.lost.swap(0, Ordering::AcqRel) } else { 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::String;
+    use std::vec::Vec;
+
+    /// Takes what is there; the lines that ended, and how many are said to be lost behind them.
+    fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
+        while let Some(received) = inbox.take() {
+            match received {
+                Received::ForgetLine => line.clear(),
+                Received::Byte(b'\n' | b'\r') => lines.push(core::mem::take(line)),
+                Received::Byte(byte) => line.push(char::from(byte)),
+            }
+        }
+        lines.extend((0..inbox.take_lost()).map(|_| "lost".into()));
+    }
+
+    #[test]
+    fn realtime_characters_leave_the_stream_even_when_it_is_full() {
+        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        while inbox.room() > 0 {
+            assert!(inbox.receive(&mut intake, b'a'));
+        }
+        assert!(!inbox.receive(&mut intake, b'b'), "a full inbox must refuse");
+        assert!(
+            inbox.receive(&mut intake, b'?') && inbox.receive(&mut intake, b'!') && inbox.receive(&mut intake, 0x18)
+        );
+        assert_eq!(inbox.take_request(), Some(Realtime::Abort));
+        assert_eq!(inbox.take_request(), Some(Realtime::Hold));
+        assert_eq!(inbox.take_request(), Some(Realtime::Status));
+        assert_eq!(inbox.take_request(), None);
+    }
+
+    #[test]
+    fn at_most_eight_queries_wait() {
+        let inbox = Inbox::new();
+        for _ in 0..20 {
+            inbox.request(Realtime::Status);
+        }
+        let answered = core::iter::from_fn(|| inbox.take_request()).count();
+        assert_eq!(answered, 8);
+    }
+
+    #[test]
+    fn carriage_returns_and_line_feeds_end_one_line_together() {
+        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        b"a\r\nb\rc\n\nd\r\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+        let mut lines = Vec::new();
+        read(&inbox, &mut String::new(), &mut lines);
+        assert_eq!(lines, ["a", "b", "c", "", "d"]);
+    }
+
+    proptest! {
+        /// However lines come and are read: each is read whole or counted as lost, in order.
+        #[test]
+        fn each_line_is_read_whole_or_counted(
+            rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
+        ) {
+            let (inbox, mut intake) = (Inbox::new(), Intake::new());
+            let (mut line, mut lines, mut sent) = (String::new(), Vec::new(), Vec::new());
+            for (burst, returns, length) in rounds {
+                for _ in 0..burst {
+                    let text = std::format!("{}:{}", sent.len(), "x".repeat(length));
+                    let end: &[u8] = if returns { b"\r\n" } else { b"\n" };
+                    for byte in text.bytes().chain(end.iter().copied()) {
+                        let _kept = inbox.receive(&mut intake, byte);
+                    }
+                    sent.push(text);
+                }
+                read(&inbox, &mut line, &mut lines);
+            }
+            prop_assert_eq!(lines.len(), sent.len());
+            for (read, sent) in lines.iter().zip(&sent) {
+                prop_assert!(read == sent || read == "lost", "{read} is not {sent}");
+            }
+            // Nothing is lost without need.
+            let lost = lines.iter().filter(|line| *line == "lost").count();
+            prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The bodies of the periodic tasks, once: the board's tasks and the host runner call them with the same periods.
+//!
+//! | task | period | body |
+//! |---|---|---|
+//! | heat and slow outputs | [`HEAT_PERIOD_US`] | [`HeatTask::run`] |
+//! | step feed | [`FEED_PERIOD_US`] | [`FeedTask::run`] |
+//! | drivers and supplies | every [`CONTROLS_PER_SLOW`] control ticks | [`crate::supervisor::Supervisor::tick`] |
+//! | executor | whenever nothing else runs | [`crate::run`] |
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use motion::queue::StepQueue;
+use motion::{Access, Latch, Mark, StepFeed};
+use units::{Micros, Ticks};
+
+use crate::heat::{HeatControl, MODULATION_HZ};
+use crate::ports::{OutputLevels, SensorReadings};
+
+/// Between two runs of the heat task: a tick of the modulators.
+pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;
+/// Between two runs of the step feed.
+pub const FEED_PERIOD_US: u32 = 500;
+/// Modulation ticks between two control ticks: 100 Hz.
+pub const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
+/// Control ticks between two runs of the slow watch: 10 Hz.
+pub const CONTROLS_PER_SLOW: u32 = 10;
+
+/// How far the motors have come, from the feed to the heat task: outputs that ride on motion change there. Lives in a `static`.
+#[derive(Debug, Default)]
+pub struct ReachedMark(AtomicU32);
+
+impl ReachedMark {
+    /// No mark was ever made.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    fn set(&self, mark: Mark) {
+        self.0.store(mark.0, Ordering::Release);
+    }
+
+    fn get(&self) -> Mark {
+        Mark(self.0.load(Ordering::Acquire))
+    }
+}
+
+/// The pins and sensors of the heat task.
+pub trait HeatIo {
+    /// The latest readings.
+    fn readings(&mut self) -> SensorReadings;
+
+    /// Writes the outputs whose level changes.
+    fn apply(&mut self, levels: OutputLevels);
+
+    /// Sets a switch on a hardware timer, by its place in the configuration's list, 0 to 1.
+    fn set_pwm(&mut self, switch: usize, duty: f32);
+}
+
+/// What is due after a run of the heat task.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Due {
+    /// Heat control ran: it is alive.
+    pub controlled: bool,
+    /// The slow watch is to run.
+    pub slow: bool,
+}
+
+/// Counts the heat task's runs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct HeatTask {
+    ticks: u32,
+    controls: u32,
+}
+
+impl HeatTask {
+    /// Before the first run.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ticks: 0, controls: 0 }
+    }
+
+    /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the modulators.
+    pub fn run(&mut self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) -> Due {
+        heat.reach(reached.get(), now);
+        self.ticks += 1;
+        let mut due = Due::default();
+        if self.ticks >= TICKS_PER_CONTROL {
+            self.ticks = 0;
+            due.controlled = true;
+            let readings = io.readings();
+            heat.tick(now, &readings);
+            self.controls += 1;
+            if self.controls >= CONTROLS_PER_SLOW {
+                self.controls = 0;
+                due.slow = true;
+            }
+        }
+        io.apply(heat.modulation_tick());
+        while let Some((switch, duty)) = heat.take_pwm_change() {
+            io.set_pwm(switch, duty);
+        }
+        due
+    }
+}
+
+/// The step feed, which tells how far the motors have come.
+#[derive(Debug)]
+pub struct FeedTask {
+    feed: StepFeed,
+}
+
+impl Default for FeedTask {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FeedTask {
+    /// Before the first run.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { feed: StepFeed::new() }
+    }
+
+    /// One run. The caller then makes sure that the step timer is armed.
+    pub fn run(
+        &mut self,
+        now: Ticks,
+        motion: &mut impl Access,
+        queue: &StepQueue,
+        latch: &Latch,
+        reached: &ReachedMark,
+    ) {
+        reached.set(self.feed.run(now, motion, queue, latch).mark);
+    }
+}
