@@ -1,4 +1,4 @@
-//! Idle: the machine's controller as the one future there is, asleep between polls.
+//! Idle: the machine's executor as the one future there is, asleep between polls.
 
 use core::convert::Infallible;
 use core::future::Future;
@@ -7,7 +7,6 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::{Context, Waker};
 
 use bsp_prime::thread_stack;
-use machine::Controller;
 use machine::ports::Ports;
 use motion::{Access, Motion};
 use rtic::Mutex;
@@ -15,7 +14,7 @@ use rtic::Mutex;
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// Has the controller polled once more. Called by whoever brings it bytes, and by the feed at each run; the step interrupt does not, or every step
+/// Has the executor polled once more. Called by whoever brings it bytes, and by the feed at each run; the step interrupt does not, or every step
 /// would cost a poll.
 pub fn wake() {
     AWAKE.store(true, Ordering::Release);
@@ -30,14 +29,13 @@ impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {
     }
 }
 
-/// Runs the controller for ever, on the thread stack: its state is larger than DTCM.
+/// Runs the executor for ever, on the thread stack: its state is larger than DTCM.
 pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
     thread_stack::run(move || poll_for_ever(ports()))
 }
 
 fn poll_for_ever(ports: impl Ports) -> Infallible {
-    let mut controller = Controller::new(ports);
-    let mut machine = pin!(controller.run());
+    let mut machine = pin!(machine::run(ports));
     // No waker: what it waits for is announced by `wake`.
     let mut context = Context::from_waker(Waker::noop());
     loop {

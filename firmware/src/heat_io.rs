@@ -2,17 +2,16 @@
 
 use bsp_prime::adc::Thermistors;
 use bsp_prime::pins::Output;
+use bsp_prime::pwm::Pwm;
 use machine::heat::HeatControl;
 use machine::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit};
-
-/// Modulation ticks between two control ticks: 100 Hz.
-const TICKS_PER_CONTROL: u32 = machine::heat::MODULATION_HZ / 100;
+use machine::tasks::{self, Due, HeatTask};
 
 /// Heat control with its inputs and outputs: one resource, since one is never used without the other.
 pub struct Heat {
     pub control: HeatControl,
     pub io: HeatIo,
-    ticks: u32,
+    task: HeatTask,
 }
 
 pub struct HeatIo {
@@ -21,6 +20,10 @@ pub struct HeatIo {
     pub thermistors: Thermistors,
     /// For each temperature controller, the place of its input in the scan.
     pub sensors: [Option<usize>; MAX_HEATERS],
+    /// Timers of hardware PWM switches.
+    pub pwm: Pwm,
+    /// Timer and channel of each hardware PWM switch.
+    pub pwm_switches: [Option<(usize, usize)>; MAX_SWITCHES],
     fets: Output,
     fets_power: Output,
     /// Levels that the pins have now.
@@ -28,36 +31,30 @@ pub struct HeatIo {
 }
 
 impl Heat {
-    pub fn new(thermistors: Thermistors, fets: Output, fets_power: Output) -> Self {
+    pub fn new(thermistors: Thermistors, fets: Output, fets_power: Output, pwm: Pwm) -> Self {
         let io = HeatIo {
             heaters: [const { None }; MAX_HEATERS],
             switches: [const { None }; MAX_SWITCHES],
             thermistors,
             sensors: [None; MAX_HEATERS],
+            pwm,
+            pwm_switches: [None; MAX_SWITCHES],
             fets,
             fets_power,
             present: OutputLevels::default(),
         };
-        Self { control: HeatControl::new(), io, ticks: 0 }
+        Self { control: HeatControl::new(), io, task: HeatTask::new() }
     }
 
-    /// One tick of the modulators, and every so many one of the controllers. True after a control tick.
-    pub fn tick(&mut self) -> bool {
-        self.ticks += 1;
-        let control_is_due = self.ticks >= TICKS_PER_CONTROL;
-        if control_is_due {
-            self.ticks = 0;
-            let readings = self.io.readings();
-            self.control.tick(bsp_prime::time::now(), &readings);
-        }
-        let levels = self.control.modulation_tick();
-        self.io.apply(levels);
-        control_is_due
+    /// One run of the heat task.
+    pub fn run(&mut self) -> Due {
+        let Self { control, io, task } = self;
+        task.run(bsp_prime::time::now(), &crate::REACHED, control, io)
     }
 }
 
-impl HeatIo {
-    fn readings(&self) -> SensorReadings {
+impl tasks::HeatIo for HeatIo {
+    fn readings(&mut self) -> SensorReadings {
         self.sensors.map(|input| match input.map(|input| self.thermistors.average(input)) {
             Some(Ok(counts)) => SensorReading::Counts(counts),
             // Not scanned yet, or a scan that stopped: a missing sensor, which keeps the heater off.
@@ -85,5 +82,11 @@ impl HeatIo {
             self.fets.set(levels.fets_enabled);
         }
         self.present = levels;
+    }
+
+    fn set_pwm(&mut self, switch: usize, duty: f32) {
+        if let Some(Some((timer, channel))) = self.pwm_switches.get(switch) {
+            self.pwm.set(*timer, *channel, duty);
+        }
     }
 }

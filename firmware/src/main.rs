@@ -19,7 +19,8 @@
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
 
 use defmt_rtt as _;
-use machine::ports::Inbox;
+use machine::sessions::Inbox;
+use machine::tasks::ReachedMark;
 use machine::watchdog::Reports;
 use motion::Latch;
 
@@ -37,6 +38,8 @@ mod wiring;
 static LATCH: Latch = Latch::new();
 /// Received bytes of the debug console, UART 0 and UART 1.
 static INBOXES: [Inbox; 3] = [const { Inbox::new() }; 3];
+/// How far the motors have come, from the feed to the heat task.
+static REACHED: ReachedMark = ReachedMark::new();
 /// Who has shown to be alive since the watchdog was fed.
 static REPORTS: Reports = Reports::new();
 
@@ -49,24 +52,19 @@ mod app {
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
     use bsp_prime::{Board, sd, trigger};
+    use machine::sessions::Intake;
+    use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use machine::watchdog::Reporter;
-    use motion::{Motion, StepFeed, Store};
+    use motion::{Motion, Store};
 
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{INBOXES, LATCH, REPORTS, dispatcher, fault};
+    use crate::{INBOXES, LATCH, REACHED, REPORTS, dispatcher, fault};
 
-    /// Between two runs of the step feed.
-    const FEED_PERIOD_US: u32 = 500;
-    /// Between two ticks of the modulators.
-    const HEAT_PERIOD_US: u32 = 1_000_000 / machine::heat::MODULATION_HZ;
-    /// Control ticks (100 Hz) between two runs of the slow task.
-    const CONTROLS_PER_SLOW: u8 = 10;
-
-    /// What motion keeps that no step waits for. In AXI SRAM: DTCM is for what the step interrupt, the feed and the planner touch all the time.
-    #[unsafe(link_section = ".axidata")]
+    /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what the step interrupt, the feed and the planner touch all the time.
+    #[unsafe(link_section = ".axizero")]
     static mut STORE: Store = Store::new();
 
     /// The one reference to [`STORE`].
@@ -86,7 +84,7 @@ mod app {
 
     #[local]
     struct Local {
-        step_feed: StepFeed,
+        step_feed: FeedTask,
         feed_tick: Ticker,
         heat_tick: Ticker,
         watchdog: Watchdog,
@@ -115,7 +113,6 @@ mod app {
             pins: board.pins,
             motor_bus: board.motor_bus,
             motors_enable: board.guards.motors,
-            pwm: board.pwm,
             leds: board.leds,
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
@@ -125,12 +122,12 @@ mod app {
         };
         let shared = Shared {
             motion: cx.local.motion,
-            heat: Heat::new(board.thermistors, board.guards.fets, board.guards.fets_power),
+            heat: Heat::new(board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
             slow: Slow::new(board.supplies),
             triggers: TriggerInputs::default(),
         };
         let local = Local {
-            step_feed: StepFeed::new(),
+            step_feed: FeedTask::new(),
             feed_tick,
             heat_tick,
             watchdog: board.watchdog,
@@ -178,32 +175,35 @@ mod app {
         trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
     }
 
-    #[task(binds = USART2, priority = 6, local = [debug])]
+    #[task(binds = USART2, priority = 6, local = [debug, intake: Intake = Intake::new()])]
     fn debug_bytes(cx: debug_bytes::Context) {
         let [inbox, _, _] = &INBOXES;
+        let intake = cx.local.intake;
         cx.local.debug.on_interrupt(|byte| {
             // A full inbox counts what it loses.
-            let _taken = inbox.receive(byte);
+            let _taken = inbox.receive(intake, byte);
         });
         dispatcher::wake();
     }
 
-    #[task(binds = USART3, priority = 6, local = [uart0])]
+    #[task(binds = USART3, priority = 6, local = [uart0, intake: Intake = Intake::new()])]
     fn uart0_bytes(cx: uart0_bytes::Context) {
         let [_, inbox, _] = &INBOXES;
+        let intake = cx.local.intake;
         cx.local.uart0.on_interrupt(|byte| {
             // A full inbox counts what it loses.
-            let _taken = inbox.receive(byte);
+            let _taken = inbox.receive(intake, byte);
         });
         dispatcher::wake();
     }
 
-    #[task(binds = UART4, priority = 6, local = [uart1])]
+    #[task(binds = UART4, priority = 6, local = [uart1, intake: Intake = Intake::new()])]
     fn uart1_bytes(cx: uart1_bytes::Context) {
         let [_, _, inbox] = &INBOXES;
+        let intake = cx.local.intake;
         cx.local.uart1.on_interrupt(|byte| {
             // A full inbox counts what it loses.
-            let _taken = inbox.receive(byte);
+            let _taken = inbox.receive(intake, byte);
         });
         dispatcher::wake();
     }
@@ -214,21 +214,19 @@ mod app {
     }
 
     // Heaters and slow outputs. Above planning, so that no job can starve heat safety.
-    #[task(binds = TIM7, priority = 5, shared = [heat], local = [heat_tick, watchdog, controls: u8 = 0])]
+    #[task(binds = TIM7, priority = 5, shared = [heat], local = [heat_tick, watchdog])]
     fn heat(mut cx: heat::Context) {
         cx.local.heat_tick.acknowledge();
         time::keep_clocks();
-        let controlled = cx.shared.heat.lock(|heat| heat.tick());
-        if !controlled {
+        let due = cx.shared.heat.lock(|heat| heat.run());
+        if !due.controlled {
             return;
         }
         REPORTS.report(Reporter::Heat);
         if REPORTS.take_complete() {
             cx.local.watchdog.feed();
         }
-        *cx.local.controls += 1;
-        if *cx.local.controls >= CONTROLS_PER_SLOW {
-            *cx.local.controls = 0;
+        if due.slow {
             // Still running from the last time: then it comes round again in a tenth of a second.
             let _still_busy = slow::spawn();
             // So that it reports, whether or not anything moves.
@@ -242,7 +240,7 @@ mod app {
         cx.local.feed_tick.acknowledge();
         cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
         let mut motion = dispatcher::Locked(&mut cx.shared.motion);
-        cx.local.step_feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH);
+        cx.local.step_feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH, &REACHED);
         if !step_engine::queue().is_empty() {
             step_engine::wake();
         }

@@ -1,7 +1,6 @@
 //! The board as the machine sees it: every port of `machine`, each a few lines onto the board package or an RTIC lock.
 
 use bsp_prime::pins::{Input, Output, Pins};
-use bsp_prime::pwm::Pwm;
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::MotorBus;
 use bsp_prime::uart::{Frame, Parity, UartPort};
@@ -10,9 +9,10 @@ use config::{MachineConfig, OutputPin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
-    StepTimes, Storage, StorageError,
+    Board, BoardInfo, Clock, Consoles, DirectoryEntry, DriversPort, FileHandle, HeatPort, InputLevels, Inputs,
+    LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage, StorageError,
 };
+use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
 use machine::watchdog::Reporter;
 use motion::{Latch, Motion};
@@ -20,7 +20,7 @@ use rtic::Mutex;
 use units::{Celsius, Micros, Ticks, Volts};
 
 use crate::drivers::DriverBank;
-use crate::heat_io::Heat;
+use crate::heat_io::{Heat, HeatIo};
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
@@ -37,7 +37,6 @@ pub struct Owned {
     pub pins: Pins,
     pub motor_bus: MotorBus,
     pub motors_enable: Output,
-    pub pwm: Pwm,
     pub leds: [Output; 4],
     pub debug: UartPort,
     pub uarts: [UartPort; 2],
@@ -62,8 +61,6 @@ pub struct BoardPorts<M, H, S, T> {
     /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written to it.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
-    /// Timer and channel of each hardware PWM switch.
-    pwm_switches: [Option<(usize, usize)>; machine::ports::MAX_SWITCHES],
     reset_at: Option<Micros>,
     plan: fn(),
 }
@@ -77,13 +74,12 @@ where
 {
     /// `plan` wakes the planner task.
     pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
-        let pwm_switches = [None; machine::ports::MAX_SWITCHES];
         let storage = card_storage(card);
-        Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), pwm_switches, reset_at: None, plan }
+        Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
 
-    fn port(&mut self, console: ConsoleId) -> Option<&mut UartPort> {
-        match (console.0, self.open) {
+    fn port(&mut self, session: SessionId) -> Option<&mut UartPort> {
+        match (session.0, self.open) {
             (0, _) => Some(&mut self.owned.debug),
             (1, [true, _]) => self.owned.uarts.first_mut(),
             (2, [_, true]) => self.owned.uarts.last_mut(),
@@ -137,35 +133,37 @@ where
         let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
         // Longer than other locks, and still some microseconds only: the calibration begun at power-on is over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
-        let place = |index, output| {
-            heat.lock(|heat| {
-                if let Some(slot) = heat.io.switches.get_mut(index) {
+        heat.lock(|heat| {
+            let HeatIo { switches, pwm, pwm_switches, .. } = &mut heat.io;
+            let place = |index: usize, output| {
+                if let Some(slot) = switches.get_mut(index) {
                     *slot = Some(output);
                 }
-            });
-        };
-        wiring::switch_outputs(config, &mut owned.pins, &mut owned.pwm, place, report);
-        for (slot, switch) in self.pwm_switches.iter_mut().zip(&config.switches) {
-            if let Some(OutputPin::Pwm(output)) = switch.output_pin {
-                *slot = Some((usize::from(output.timer).wrapping_sub(1), usize::from(output.channel).wrapping_sub(1)));
+            };
+            wiring::switch_outputs(config, &mut owned.pins, pwm, place, report);
+            for (slot, switch) in pwm_switches.iter_mut().zip(&config.switches) {
+                if let Some(OutputPin::Pwm(output)) = switch.output_pin {
+                    let (timer, channel) = (usize::from(output.timer), usize::from(output.channel));
+                    *slot = Some((timer.wrapping_sub(1), channel.wrapping_sub(1)));
+                }
             }
-        }
+        });
     }
 }
 
-impl<M, H, S, T> Ports for BoardPorts<M, H, S, T>
+impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
+    fn now(&self) -> Micros {
+        time::now()
+    }
+}
+
+impl<M, H, S, T> MotionPort for BoardPorts<M, H, S, T>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
     S: Mutex<T = Slow>,
     T: Mutex<T = TriggerInputs>,
 {
-    type Drivers = DriverBank;
-
-    fn now(&self) -> Micros {
-        time::now()
-    }
-
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         let (result, waiting) = self.shared.motion.lock(|motion| {
             let result = f(motion);
@@ -180,10 +178,28 @@ where
     fn latch(&self) -> &Latch {
         &LATCH
     }
+}
 
+impl<M, H, S, T> HeatPort for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         self.shared.heat.lock(|heat| f(&mut heat.control))
     }
+}
+
+impl<M, H, S, T> DriversPort for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    type Drivers = DriverBank;
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut DriverBank) -> R) -> R {
         self.shared.slow.lock(|slow| f(&mut slow.drivers))
@@ -193,6 +209,60 @@ where
         self.shared.slow.lock(|slow| f(&mut slow.supervisor))
     }
 
+    fn set_motor_power(&mut self, on: bool) {
+        self.owned.motors_enable.set(on);
+    }
+}
+
+impl<M, H, S, T> Inputs for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    fn inputs(&self) -> InputLevels {
+        let active = self.inputs.iter().filter(|(_, pin)| pin.is_on());
+        InputLevels(active.fold(0, |levels, (number, _)| levels | 1 << number))
+    }
+}
+
+impl<M, H, S, T> Consoles for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    fn sessions(&self) -> u8 {
+        INBOXES.len() as u8
+    }
+
+    fn inbox(&self, session: SessionId) -> &Inbox {
+        let [debug, uart0, uart1] = &INBOXES;
+        match session.0 {
+            1 => uart0,
+            2 => uart1,
+            _ => debug,
+        }
+    }
+
+    fn profile(&self, _: SessionId) -> SessionProfile {
+        SessionProfile::SERIAL
+    }
+
+    fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
+        self.port(session).map_or(bytes.len(), |port| port.write(bytes))
+    }
+}
+
+impl<M, H, S, T> Board for BoardPorts<M, H, S, T>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         let mut report = Report::new(report);
         wiring::guards(config, &mut report);
@@ -208,42 +278,6 @@ where
         self.wire_inputs(config, &mut report);
         self.wire_consoles(config, &mut report);
         report.clean
-    }
-
-    fn consoles(&self) -> u8 {
-        INBOXES.len() as u8
-    }
-
-    fn inbox(&self, console: ConsoleId) -> &Inbox {
-        let [debug, uart0, uart1] = &INBOXES;
-        match console.0 {
-            1 => uart0,
-            2 => uart1,
-            _ => debug,
-        }
-    }
-
-    fn console_write(&mut self, console: ConsoleId, bytes: &[u8]) -> usize {
-        self.port(console).map_or(bytes.len(), |port| port.write(bytes))
-    }
-
-    fn console_room(&mut self, console: ConsoleId) -> usize {
-        self.port(console).map_or(usize::MAX, |port| port.room())
-    }
-
-    fn inputs(&self) -> InputLevels {
-        let active = self.inputs.iter().filter(|(_, pin)| pin.is_on());
-        InputLevels(active.fold(0, |levels, (number, _)| levels | 1 << number))
-    }
-
-    fn set_hardware_pwm(&mut self, switch: u8, duty: f32) {
-        if let Some(Some((timer, channel))) = self.pwm_switches.get(usize::from(switch)) {
-            self.owned.pwm.set(*timer, *channel, duty);
-        }
-    }
-
-    fn set_motor_power(&mut self, on: bool) {
-        self.owned.motors_enable.set(on);
     }
 
     fn voltage(&mut self, name: &str) -> Option<Volts> {

@@ -20,9 +20,9 @@ use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
 use config::{BoardId, MachineConfig};
-use machine::Controller;
 use machine::motion_config::motion_config;
-use machine::ports::{ConsoleId, StepTimes};
+use machine::ports::StepTimes;
+use machine::sessions::SessionId;
 
 use crate::models::tmc26x::Chip;
 use crate::output::StepError;
@@ -70,9 +70,9 @@ impl Setup {
 
 /// A machine that runs on the host.
 pub struct Runner {
-    /// The machine's side of everything the controller and the tasks share.
+    /// The machine's side of everything the executor and the tasks share.
     shared: Rc<ports::Shared>,
-    controller: std::pin::Pin<Box<dyn Future<Output = ()>>>,
+    executor: std::pin::Pin<Box<dyn Future<Output = ()>>>,
     tasks: Tasks,
     machine: MachineConfig,
     slot_ns: u64,
@@ -100,11 +100,10 @@ impl Runner {
         let inputs = Inputs::of(&machine, &world);
         let shared = Rc::new(ports::Shared::new(world, setup, board_id));
         let ports = HostPorts::new(Rc::clone(&shared));
-        let controller = Box::pin(async move {
-            let mut controller = Controller::new(ports);
-            controller.run().await;
+        let executor = Box::pin(async move {
+            machine::run(ports).await;
         });
-        Ok(Self { tasks: Tasks::new(inputs), shared, controller, machine, slot_ns: 0 })
+        Ok(Self { tasks: Tasks::new(inputs), shared, executor, machine, slot_ns: 0 })
     }
 
     /// Virtual time since power-on, nanoseconds.
@@ -130,20 +129,26 @@ impl Runner {
     }
 
     /// Types on a console. False when the inbox could not take all of it.
-    pub fn type_on(&self, console: ConsoleId, text: &str) -> bool {
-        let Some(inbox) = self.shared.inboxes.get(usize::from(console.0)) else { return false };
-        let mut all_taken = true;
-        for byte in text.bytes() {
-            all_taken &= inbox.receive(byte);
-        }
-        all_taken
+    pub fn type_on(&self, session: SessionId, text: &str) -> bool {
+        self.send_on(session, text.as_bytes())
+    }
+
+    /// Sends bytes on a session. False when its inbox could not take all of them.
+    pub fn send_on(&self, session: SessionId, bytes: &[u8]) -> bool {
+        let place = usize::from(session.0);
+        let mut intakes = self.shared.intakes.borrow_mut();
+        let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) else {
+            return false;
+        };
+        // Every byte is offered: what is lost is for the machine to tell.
+        bytes.iter().filter(|byte| !inbox.receive(intake, **byte)).count() == 0
     }
 
     /// What a console has sent since the last call.
     #[must_use]
-    pub fn read_from(&self, console: ConsoleId) -> Vec<u8> {
+    pub fn read_from(&self, session: SessionId) -> Vec<u8> {
         let mut consoles = self.shared.sent.borrow_mut();
-        consoles.get_mut(usize::from(console.0)).map(std::mem::take).unwrap_or_default()
+        consoles.get_mut(usize::from(session.0)).map(std::mem::take).unwrap_or_default()
     }
 
     /// The machine asked for a reset.
@@ -157,8 +162,8 @@ impl Runner {
         self.tasks.periodic(&self.shared);
         for _ in 0..POLLS_PER_SLOT {
             let mut context = Context::from_waker(Waker::noop());
-            // The controller never ends; were it to, the machine would stand still and tests would say so.
-            if let Poll::Ready(()) = self.controller.as_mut().poll(&mut context) {
+            // The executor never ends; were it to, the machine would stand still and tests would say so.
+            if let Poll::Ready(()) = self.executor.as_mut().poll(&mut context) {
                 break;
             }
             self.shared.motion.borrow_mut().plan();
@@ -234,18 +239,18 @@ impl Runner {
 
     /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what was sent.
     pub fn command(&mut self, line: &str, deadline_ns: u64) -> String {
-        self.command_on(ConsoleId(0), line, deadline_ns)
+        self.command_on(SessionId(0), line, deadline_ns)
     }
 
     /// The same on any console.
-    pub fn command_on(&mut self, console: ConsoleId, line: &str, deadline_ns: u64) -> String {
-        self.type_on(console, line);
-        self.type_on(console, "\n");
+    pub fn command_on(&mut self, session: SessionId, line: &str, deadline_ns: u64) -> String {
+        self.type_on(session, line);
+        self.type_on(session, "\n");
         let mut text = String::new();
         let end = self.now_ns() + deadline_ns;
         while self.now_ns() < end && !is_answered(&text) {
             self.step();
-            text.push_str(&String::from_utf8_lossy(&self.read_from(console)));
+            text.push_str(&String::from_utf8_lossy(&self.read_from(session)));
         }
         text
     }
@@ -276,7 +281,7 @@ fn describe(setup: &Setup) -> (MachineConfig, BoardId) {
     (machine, board_id)
 }
 
-/// A value that the controller and the runner look at in turns; neither holds it while the other runs.
+/// A value that the executor and the runner look at in turns; neither holds it while the other runs.
 type Turns<T> = RefCell<T>;
 /// A plain value both may set.
 type Flag<T> = Cell<T>;

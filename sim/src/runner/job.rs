@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use machine::ports::ConsoleId;
+use machine::sessions::SessionId;
 
 use super::{FeedPhase, InSearches, Mismatch, Plan, Runner, Setup};
 use crate::models::tmc26x::Chip;
@@ -183,7 +183,7 @@ impl Played {
         progress: &mut dyn FnMut(f64),
         each: &mut dyn FnMut(&mut Runner, &[u8]) -> io::Result<bool>,
     ) -> Result<(), String> {
-        let console = ConsoleId(0);
+        let console = SessionId(0);
         let mut late = None;
         while !self.session.is_over() && late.is_none() {
             let runner = &mut self.runner;

@@ -5,9 +5,10 @@ use std::rc::Rc;
 use config::{BoardId, MachineConfig};
 use machine::heat::HeatControl;
 use machine::ports::{
-    BoardInfo, ConsoleId, DirectoryEntry, FileHandle, Inbox, InputLevels, LIST_CHUNK, MemoryReport, OpenMode, Ports,
-    StepTimes, Storage, StorageError,
+    Board, BoardInfo, Clock, Consoles, DirectoryEntry, DriversPort, FileHandle, HeatPort, InputLevels, Inputs,
+    LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage, StorageError,
 };
+use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
 use motion::queue::StepQueue;
 use motion::{Latch, Motion};
@@ -31,7 +32,9 @@ pub struct Shared {
     pub bank: Turns<Bank>,
     pub queue: StepQueue,
     pub latch: Latch,
+    pub reached: machine::tasks::ReachedMark,
     pub inboxes: [Inbox; CONSOLES],
+    pub intakes: Turns<[Intake; CONSOLES]>,
     pub sent: Turns<[Vec<u8>; CONSOLES]>,
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
@@ -53,7 +56,9 @@ impl Shared {
             bank: Turns::new(Bank::default()),
             queue: StepQueue::new(),
             latch: Latch::new(),
+            reached: machine::tasks::ReachedMark::new(),
             inboxes: [const { Inbox::new() }; CONSOLES],
+            intakes: Turns::new([Intake::new(); CONSOLES]),
             sent: Turns::default(),
             levels: Flag::default(),
             wired: Turns::new(None),
@@ -78,13 +83,13 @@ impl HostPorts {
     }
 }
 
-impl Ports for HostPorts {
-    type Drivers = Bank;
-
+impl Clock for HostPorts {
     fn now(&self) -> Micros {
         Micros(self.shared.now_ns.get() / 1_000)
     }
+}
 
+impl MotionPort for HostPorts {
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         f(&mut self.shared.motion.borrow_mut())
     }
@@ -92,10 +97,16 @@ impl Ports for HostPorts {
     fn latch(&self) -> &Latch {
         &self.shared.latch
     }
+}
 
+impl HeatPort for HostPorts {
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         f(&mut self.shared.heat.borrow_mut())
     }
+}
+
+impl DriversPort for HostPorts {
+    type Drivers = Bank;
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut Bank) -> R) -> R {
         f(&mut self.shared.bank.borrow_mut())
@@ -105,48 +116,45 @@ impl Ports for HostPorts {
         f(&mut self.shared.supervisor.borrow_mut())
     }
 
+    fn set_motor_power(&mut self, on: bool) {
+        self.shared.world.borrow_mut().motors_disable_pin(self.shared.now_ns.get(), !on);
+    }
+}
+
+impl Inputs for HostPorts {
+    fn inputs(&self) -> InputLevels {
+        self.shared.levels.get()
+    }
+}
+
+impl Consoles for HostPorts {
+    fn sessions(&self) -> u8 {
+        CONSOLES as u8
+    }
+
+    fn inbox(&self, session: SessionId) -> &Inbox {
+        let [debug, uart0] = &self.shared.inboxes;
+        if session.0 == 0 { debug } else { uart0 }
+    }
+
+    fn profile(&self, _: SessionId) -> SessionProfile {
+        SessionProfile::SERIAL
+    }
+
+    fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
+        if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(session.0)) {
+            sent.extend_from_slice(bytes);
+        }
+        bytes.len()
+    }
+}
+
+impl Board for HostPorts {
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         *self.shared.wired.borrow_mut() = Some(config.clone());
         let (bank, clean) = bank::configure(&self.shared, config, report);
         *self.shared.bank.borrow_mut() = bank;
         clean
-    }
-
-    fn consoles(&self) -> u8 {
-        CONSOLES as u8
-    }
-
-    fn inbox(&self, console: ConsoleId) -> &Inbox {
-        let [debug, uart0] = &self.shared.inboxes;
-        if console.0 == 0 { debug } else { uart0 }
-    }
-
-    fn console_write(&mut self, console: ConsoleId, bytes: &[u8]) -> usize {
-        if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(console.0)) {
-            sent.extend_from_slice(bytes);
-        }
-        bytes.len()
-    }
-
-    fn console_room(&mut self, _: ConsoleId) -> usize {
-        usize::MAX
-    }
-
-    fn inputs(&self) -> InputLevels {
-        self.shared.levels.get()
-    }
-
-    fn set_hardware_pwm(&mut self, switch: u8, duty: f32) {
-        let wired = self.shared.wired.borrow();
-        let config = wired.as_ref().and_then(|config| config.switches.get(usize::from(switch)));
-        if let Some(config::OutputPin::Pwm(pin)) = config.and_then(|switch| switch.output_pin) {
-            let (timer, channel) = (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1);
-            self.shared.world.borrow_mut().pwm(timer, channel, f64::from(duty));
-        }
-    }
-
-    fn set_motor_power(&mut self, on: bool) {
-        self.shared.world.borrow_mut().motors_disable_pin(self.shared.now_ns.get(), !on);
     }
 
     fn voltage(&mut self, name: &str) -> Option<Volts> {

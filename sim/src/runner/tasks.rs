@@ -2,9 +2,8 @@
 //! events that stands in for the step interrupt.
 
 use config::{MachineConfig, SensorKind};
-use machine::heat::MODULATION_HZ;
 use machine::ports::{Input, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit};
-use motion::StepFeed;
+use machine::tasks::{FeedTask, HEAT_PERIOD_US, HeatIo, HeatTask};
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::ports::Shared;
@@ -12,11 +11,7 @@ use super::verify::{Watch, Watched};
 use crate::world::World;
 
 /// The period of the board's fastest periodic tasks.
-pub const SLOT_NS: u64 = 1_000_000_000 / MODULATION_HZ as u64;
-/// Modulation ticks between two runs of heat control, as in the firmware: 100 Hz.
-const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
-/// Control ticks between two runs of the slow watch, as in the firmware: 10 Hz.
-const CONTROLS_PER_SLOW: u32 = 10;
+pub const SLOT_NS: u64 = HEAT_PERIOD_US as u64 * 1_000;
 /// ADC3 inputs behind the board's names ADC3_0 to ADC3_5.
 const VOLTAGE_CHANNELS: [u8; 6] = [10, 6, 7, 8, 9, 16];
 /// Reference of the converters, volts.
@@ -94,10 +89,9 @@ struct Firing {
 
 /// All task state.
 pub struct Tasks {
-    feed: StepFeed,
+    feed: FeedTask,
     inputs: Inputs,
-    modulation: u32,
-    control: u32,
+    heat: HeatTask,
     present: OutputLevels,
     /// Looks at every piece of trajectory and every edge, when asked to.
     pub watch: Option<Watch>,
@@ -117,10 +111,9 @@ impl Tasks {
     pub fn new(inputs: Inputs) -> Self {
         let present = OutputLevels::default();
         Self {
-            feed: StepFeed::new(),
+            feed: FeedTask::new(),
             inputs,
-            modulation: 0,
-            control: 0,
+            heat: HeatTask::new(),
             present,
             watch: None,
             phases: Vec::new(),
@@ -169,47 +162,12 @@ impl Tasks {
     }
 
     fn heat(&mut self, shared: &Shared) {
-        self.modulation += 1;
-        if self.modulation >= TICKS_PER_CONTROL {
-            self.modulation = 0;
-            let readings = readings(shared);
-            shared.heat.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &readings);
-            self.control += 1;
-            if self.control >= CONTROLS_PER_SLOW {
-                self.control = 0;
-                slow(shared);
-            }
+        let now = Micros(shared.now_ns.get() / 1_000);
+        let mut io = HeatPins { inputs: &self.inputs, present: &mut self.present, shared };
+        let due = self.heat.run(now, &shared.reached, &mut shared.heat.borrow_mut(), &mut io);
+        if due.slow {
+            slow(shared);
         }
-        let levels = shared.heat.borrow_mut().modulation_tick();
-        self.apply(levels, shared);
-    }
-
-    fn apply(&mut self, levels: OutputLevels, shared: &Shared) {
-        if levels == self.present {
-            return;
-        }
-        let now_ns = shared.now_ns.get();
-        let mut world = shared.world.borrow_mut();
-        let changed = levels.on ^ self.present.on;
-        for index in 0..world.config().heaters.len() {
-            if changed & heater_bit(index) != 0 {
-                let drive = if levels.on & heater_bit(index) != 0 { 1.0 } else { 0.0 };
-                world.heater_duty(now_ns, index, drive);
-            }
-        }
-        for (switch, fan) in self.inputs.fans.iter().enumerate() {
-            if let Some(fan) = fan
-                && changed & switch_bit(switch) != 0
-            {
-                let drive = if levels.on & switch_bit(switch) != 0 { 1.0 } else { 0.0 };
-                world.fan_duty(now_ns, *fan, drive);
-            }
-        }
-        if levels.fets_enabled != self.present.fets_enabled {
-            world.fet_power_pin(now_ns, levels.fets_enabled);
-            world.fet_buffer_pin(now_ns, !levels.fets_enabled);
-        }
-        self.present = levels;
     }
 
     fn step_feed(&mut self, shared: &Shared, now_ns: u64) {
@@ -232,7 +190,7 @@ impl Tasks {
             watch.look(&motion);
         }
         let mut watched = Watched { motion: &mut motion, watch: self.watch.as_mut() };
-        self.feed.run(now, &mut watched, &shared.queue, &shared.latch);
+        self.feed.run(now, &mut watched, &shared.queue, &shared.latch, &shared.reached);
         if let Some(watch) = &mut self.watch {
             watch.look(&motion);
         }
@@ -367,4 +325,54 @@ fn slow(shared: &Shared) {
     let supply = SupplyVoltages { motor: voltage(shared, "vmotor"), fets: voltage(shared, "vfet") };
     let mut bank = shared.bank.borrow_mut();
     shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply);
+}
+
+/// The pins of the heat task.
+struct HeatPins<'a> {
+    inputs: &'a Inputs,
+    present: &'a mut OutputLevels,
+    shared: &'a Shared,
+}
+
+impl HeatIo for HeatPins<'_> {
+    fn readings(&mut self) -> SensorReadings {
+        readings(self.shared)
+    }
+
+    fn apply(&mut self, levels: OutputLevels) {
+        if levels == *self.present {
+            return;
+        }
+        let now_ns = self.shared.now_ns.get();
+        let mut world = self.shared.world.borrow_mut();
+        let changed = levels.on ^ self.present.on;
+        for index in 0..world.config().heaters.len() {
+            if changed & heater_bit(index) != 0 {
+                let drive = if levels.on & heater_bit(index) != 0 { 1.0 } else { 0.0 };
+                world.heater_duty(now_ns, index, drive);
+            }
+        }
+        for (switch, fan) in self.inputs.fans.iter().enumerate() {
+            if let Some(fan) = fan
+                && changed & switch_bit(switch) != 0
+            {
+                let drive = if levels.on & switch_bit(switch) != 0 { 1.0 } else { 0.0 };
+                world.fan_duty(now_ns, *fan, drive);
+            }
+        }
+        if levels.fets_enabled != self.present.fets_enabled {
+            world.fet_power_pin(now_ns, levels.fets_enabled);
+            world.fet_buffer_pin(now_ns, !levels.fets_enabled);
+        }
+        *self.present = levels;
+    }
+
+    fn set_pwm(&mut self, switch: usize, duty: f32) {
+        let wired = self.shared.wired.borrow();
+        let config = wired.as_ref().and_then(|config| config.switches.get(switch));
+        if let Some(config::OutputPin::Pwm(pin)) = config.and_then(|switch| switch.output_pin) {
+            let (timer, channel) = (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1);
+            self.shared.world.borrow_mut().pwm(timer, channel, f64::from(duty));
+        }
+    }
 }
