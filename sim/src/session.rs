@@ -119,8 +119,11 @@ impl Session {
             self.go(now_ns, Step::Over);
             return;
         }
-        if is_error(line) {
+        if is_error(line) && !self.errors.iter().any(|error| error == line) {
             self.errors.push(line.to_owned());
+        }
+        if line.starts_with(INVALID) {
+            return self.go(now_ns, Step::Over);
         }
         if let Some(bytes) = line.strip_prefix("SD printing byte ") {
             self.progress = bytes.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
@@ -252,9 +255,13 @@ const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
 const PAUSED: &str = "error:paused";
 
+/// What a board says whose configuration cannot be used: nothing can be played on it. Its findings come before.
+const INVALID: &str = "There was a fatal error in the config.ini";
+
 fn is_error(line: &str) -> bool {
     let head: String = line.chars().take(6).collect::<String>().to_ascii_lowercase();
-    head == "error:" || head.starts_with("fatal") || line.starts_with(UNREAD_LINE)
+    let is_finding = line.starts_with("config.ini: ") && !line.contains("warning");
+    head == "error:" || head.starts_with("fatal") || line.starts_with(UNREAD_LINE) || is_finding
 }
 
 #[cfg(test)]
@@ -286,6 +293,17 @@ mod tests {
         ("M27", "SD printing byte 50/100\nok\nDone printing file\n"),
         ("?", "<Idle|MPos:0.0000,0.0000,0.0000|F:0.0>\n"),
     ];
+
+    #[test]
+    fn a_board_with_a_wrong_configuration_is_asked_nothing_and_its_findings_are_told() {
+        let mut session = Session::new("job.gcode", Opening::AtOnce);
+        let finding = "config.ini: line 3: error: [actuator] alpha.steps_per_mm: banana is no number";
+        session
+            .hear(0, format!("{finding}\nThere was a fatal error in the config.ini this must be fixed\n").as_bytes());
+        assert_eq!(session.say(10 * S), None);
+        assert_eq!(session.errors(), [finding.to_owned()]);
+        assert!(session.is_over());
+    }
 
     #[test]
     fn a_job_is_selected_started_watched_and_waited_for() {
