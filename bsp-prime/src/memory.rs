@@ -10,8 +10,8 @@ unsafe extern "C" {
     static mut __sitcm: u32;
     static mut __eitcm: u32;
     static __siitcm: u32;
-    static __saxidata: u32;
-    static __eaxidata: u32;
+    static __saxizero: u32;
+    static __eaxizero: u32;
     static mut __saxisram: u32;
     static mut __eaxisram: u32;
     static mut __sdma_arena: u32;
@@ -31,21 +31,20 @@ pub const DMA_ARENA_BYTES: u32 = 64 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
-/// Gives the statics in AXI SRAM their first values, as `cortex-m-rt` does it for those in DTCM and just before it: so no code has seen
-/// them without. Assembly, because no Rust may run before its statics are what they say.
+/// Zeroes the statics in AXI SRAM, as `cortex-m-rt` does it for those in DTCM and just before it: so no code has seen them
+/// without their first values. Assembly, because no Rust may run before its statics are what they say.
 #[unsafe(naked)]
 // SAFETY: the name is the one that `cortex-m-rt`'s reset code calls; nobody else defines it.
 #[unsafe(no_mangle)]
 extern "C" fn __pre_init() {
     core::arch::naked_asm!(
-        "ldr r0, =__saxidata",
-        "ldr r1, =__eaxidata",
-        "ldr r2, =__siaxidata",
+        "ldr r0, =__saxizero",
+        "ldr r1, =__eaxizero",
+        "movs r2, #0",
         "0:",
         "cmp r1, r0",
         "beq 1f",
-        "ldr r3, [r2], #4",
-        "str r3, [r0], #4",
+        "str r2, [r0], #4",
         "b 0b",
         "1:",
         "bx lr",
@@ -232,7 +231,7 @@ pub fn static_bytes() -> u32 {
     const DTCM_START: u32 = 0x2000_0000;
     let length = |from: *const u32, to: *const u32| to as u32 - from as u32;
     (addr_of!(__euninit) as u32 - DTCM_START)
-        + length(addr_of!(__saxidata), addr_of!(__eaxidata))
+        + length(addr_of!(__saxizero), addr_of!(__eaxizero))
         + length(addr_of!(__saxisram), addr_of!(__eaxisram))
         + length(addr_of!(__sdma_arena), addr_of!(__edma_arena))
 }
