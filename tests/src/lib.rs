@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use machine::ports::ConsoleId;
 use machine::ports::StepTimes;
+use machine::sessions::SessionId;
 use sim::runner::{CardState, Runner, Setup};
 use sim::world::{TimedFault, World};
 use units::Actuator;
@@ -18,7 +18,7 @@ pub const COREXY: &str = include_str!("../../config/samples/corexy.ini");
 pub const DELTA: &str = include_str!("../../config/samples/delta.ini");
 
 /// The console scenarios talk on.
-const CONSOLE: ConsoleId = ConsoleId(0);
+const CONSOLE: SessionId = SessionId(0);
 /// Nanoseconds in a second.
 const SECOND: f64 = 1e9;
 /// A command that has not answered by then is stuck.
@@ -168,7 +168,7 @@ impl Bench {
     ///
     /// # Panics
     /// When there is none.
-    pub fn say_on(&mut self, console: ConsoleId, line: &str) -> String {
+    pub fn say_on(&mut self, console: SessionId, line: &str) -> String {
         // What was said there before is no part of it.
         let _before = self.runner.read_from(console);
         let answer = self.runner.command_on(console, line, (PATIENCE_S * SECOND) as u64);
@@ -199,6 +199,14 @@ impl Bench {
     /// When the machine holds its senders back.
     pub fn type_in(&mut self, text: &str) {
         assert!(self.try_type(text), "the inbox is full");
+    }
+
+    /// Types on any session without waiting.
+    ///
+    /// # Panics
+    /// When its inbox is full.
+    pub fn type_on(&mut self, session: SessionId, text: &str) {
+        assert!(self.runner.type_on(session, text), "the inbox is full");
     }
 
     /// As [`Self::type_in`], but what does not fit is lost. False when something was.

@@ -31,7 +31,7 @@ fn an_id_that_nobody_has_is_refused_by_name_and_changes_nothing() {
     let before = bench.say("M503");
     let heater = |letter: char, code: &str, id: &str| {
         let list = format!("{letter}254 bed, {letter}253 board, {letter}0 hotend");
-        format!("error:{code}: no temperature control has tool_id {id}; there are {list}\nok\n")
+        format!("error:{code}: no temperature control has tool_id {id}; there are {list}\n")
     };
     for (line, expected) in [
         ("M303 P1 S150", heater('P', "M303", "1")),
@@ -42,21 +42,21 @@ fn an_id_that_nobody_has_is_refused_by_name_and_changes_nothing() {
         ("M301 S1 P5", heater('S', "M301", "1")),
         ("M143 S2 P300", heater('S', "M143", "2")),
         ("M143 S255 P300", heater('S', "M143", "255")),
-        ("M104 S100 T1", "error:M104: no heater answers to T1\nok\n".into()),
-        ("M140 S60 T0", "error:M140: no heater answers to T0\nok\n".into()),
-        ("M207 S9 P1", "error:no extruder has tool_id 1; there are P0 hotend\nok\n".into()),
-        ("M208 S9 P3", "error:no extruder has tool_id 3; there are P0 hotend\nok\n".into()),
-        ("M200 D3 P0.5", "error:no extruder has tool_id 0.5; there are P0 hotend\nok\n".into()),
-        ("M221 S50 P-1", "error:no extruder has tool_id -1; there are P0 hotend\nok\n".into()),
-        ("M900 K1 P1", "error:no extruder has tool_id 1; there are P0 hotend\nok\n".into()),
-        ("M92 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\nok\n".into()),
-        ("M203 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\nok\n".into()),
-        ("M204 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\nok\n".into()),
-        ("M907 B1", "error:epsilon: has no driver whose current can be set\nok\n".into()),
-        ("M907 P1", "error:M907: P is the letter of no motor\nok\n".into()),
-        ("M906 S800", "error:M906: S is the letter of no motor\nok\n".into()),
-        ("M911 P7", "error:M911: P7 is the number of no driver; there are P0 X, P1 Y, P2 Z, P3 A\nok\n".into()),
-        ("T1", "error:there is no tool T1\nok\n".into()),
+        ("M104 S100 T1", "error:M104: no heater answers to T1, column 11\n".into()),
+        ("M140 S60 T0", "error:M140: no heater answers to T0, column 10\n".into()),
+        ("M207 S9 P1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
+        ("M208 S9 P3", "error:no extruder has tool_id 3; there are P0 hotend\n".into()),
+        ("M200 D3 P0.5", "error:no extruder has tool_id 0.5; there are P0 hotend\n".into()),
+        ("M221 S50 P-1", "error:no extruder has tool_id -1; there are P0 hotend\n".into()),
+        ("M900 K1 P1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
+        ("M92 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
+        ("M203 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
+        ("M204 E1 P1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
+        ("M907 B1", "error:epsilon: has no driver whose current can be set\n".into()),
+        ("M907 P1", "error:M907: P is the letter of no motor\n".into()),
+        ("M906 S800", "error:M906: S is the letter of no motor\n".into()),
+        ("M911 P7", "error:M911: P7 is the number of no driver; there are P0 X, P1 Y, P2 Z, P3 A\n".into()),
+        ("T1", "error:no extruder has tool_id 1; there are P0 hotend\n".into()),
     ] {
         assert_eq!(bench.say(line), expected, "{line}");
     }

@@ -43,8 +43,8 @@ const TRANSCRIPT: &[(&str, &str)] = &[
     ("M23 none.g", "file.open failed: none.g\nok\n"),
     ("$J Q1", "error:bad axis Q1\n"),
     ("$J -r X1 F600", "ok\n"),
-    ("T3", "error:there is no tool T3\nok\n"),
-    ("G1 X1 E1 A1", "error:axis A is an extruder: use E\nok\n"),
+    ("T3", "error:no extruder has tool_id 3; there are P0 hotend\n"),
+    ("G1 X1 E1 A1", "error:axis A is an extruder: use E, column 10\n"),
 ];
 
 /// Answers whose text depends on pins of the sample or on chip steps: only their form is compared.

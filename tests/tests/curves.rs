@@ -107,7 +107,7 @@ fn bad_words_of_curves_halt_and_say_where() {
         (&["G5.1 X40 Y20"], "G5.1 needs I or J, column 1"),
         (&["G18", "G5.1 X40 I1"], "splines lie in the plane of G17, column 1"),
         (&["G5.2 X1 Y1 L9"], "L is the order, 2 to 6, column 12"),
-        (&["G5.2 X1 Y1", "X2 Z1"], "G5.2 takes X Y P L only, column 4"),
+        (&["G5.2 X1 Y1", "X2 Z1"], "G5.2 takes X Y P L only, not Z, column 4"),
         (&["G5.2 X1 Y1 P0"], "P is a weight above zero, column 12"),
         (&["G5.2 X1 Y1", "G5.3"], "a spline of order 3 needs as many control points, column 1"),
         (&["G5.2 X1 Y1", "G1 X1"], "G5.2 is not closed: G5.3 must come first, column 1"),
@@ -136,8 +136,8 @@ fn corners_are_rounded_as_far_as_g64_allows_and_kept_by_g61() {
     let round = way(&mut bench, &["G1 X60 Y20 F600", "X60 Y60"]);
     assert!((corner(&round) - 2.0).abs() < 0.03, "{}", corner(&round));
     assert_end(&round, [60.0, 60.0]);
-    assert_eq!(bench.say("G64 P-1"), "error:P is a distance, zero or more, column 5\nok\n");
-    assert_eq!(bench.say("G64 P0.1 Q0.1"), "// NOTE: Q is not needed, short lines are kept (column 10)\nok\n");
+    assert_eq!(bench.say("G64 P-1"), "error:P is a distance, zero or more, column 5\n");
+    assert_eq!(bench.say("G64 P0.1 Q0.1"), "// NOTE: Q is not needed, short lines are kept\nok\n");
     bench.run(&["G61"]);
     assert!(bench.say("$G").contains(" G94 G61 "));
 }

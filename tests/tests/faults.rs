@@ -114,7 +114,7 @@ fn without_a_card_the_console_says_so_and_the_machine_stays_off() {
         bench.greeting()
     );
     let answer = bench.say("G28");
-    assert_eq!(answer, "error:the configuration has errors: mend config.ini and reset\nok\n");
+    assert_eq!(answer, "error:the configuration has errors: mend config.ini and reset\n");
     assert_eq!(bench.ask("version").lines().next(), Some("host on Prime. board_id: 00"));
 }
 

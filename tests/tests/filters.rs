@@ -33,6 +33,6 @@ fn m900_sets_the_pressure_advance_of_the_tool_in_use() {
     assert_eq!(bench.say("M900 K0.08"), "ok\n");
     assert_eq!(bench.say("M900"), "K:0.0800 smooth time:0.0400\nok\n");
     let refused = bench.say("M900 K-1");
-    assert!(refused.contains("the pressure advance of A must be 0 to 10 s"), "{refused}");
+    assert!(refused.contains("M900: K is 0 or more, column 6"), "{refused}");
     assert_eq!(bench.say("M900"), "K:0.0800 smooth time:0.0400\nok\n");
 }

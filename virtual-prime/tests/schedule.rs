@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use common::MS;
 use common::velvet::{CONFIG, Plan, SECOND};
-use machine::ports::ConsoleId;
+use machine::sessions::SessionId;
 use sim::models::tmc26x::Chip;
 use sim::runner::{self, Job, Runner, Setup};
 use sim::trace::StepEdge;
@@ -107,7 +107,7 @@ fn on_the_host(case: &Case) -> Vec<StepEdge> {
     fs::write(card.join("config.ini"), &case.config).expect("a file in it");
     fs::write(card.join("job.g"), case.job).expect("a file in it");
     let mut runner = Runner::new(&Setup::new(&card)).expect("a machine");
-    let console = ConsoleId(0);
+    let console = SessionId(0);
     runner.run_until(200 * MS);
     runner.command("M23 job.g", SECOND * MS);
     assert!(runner.type_on(console, "M24\n"));

@@ -72,8 +72,8 @@ fn r_and_e_leave_trims_or_radius_alone() {
     let mut bench = homed_delta(wrong());
     let answer = bench.say("G32 E I0.3");
     assert!(answer.contains(" Radius: 124.0000\n") && answer.contains("Calibrated"), "{answer}");
-    assert_eq!(bench.say("G32 R E"), "error:G32: R leaves out the trims and E the radius, so nothing is left\nok\n");
-    assert_eq!(bench.say("G32 J0"), "error:J is a radius, above zero\nok\n");
+    assert_eq!(bench.say("G32 R E"), "error:G32: R leaves out the trims and E the radius, so nothing is left\n");
+    assert_eq!(bench.say("G32 J0"), "error:J is a radius, above zero\n");
 }
 
 #[test]
@@ -84,9 +84,9 @@ fn g29_measures_and_changes_nothing() {
     assert_eq!(answer.matches("X:").count(), 7, "{answer}");
     assert!(answer.contains("X:43.3013 Y:-25.0000 Z:0.39"), "{answer}");
     assert_near(numbers(&answer, "Spread:").first().copied().unwrap_or(9.0), 0.0, 0.03);
-    assert_eq!(bench.say("G29 P0"), "error:No strategy found to handle G29\nok\n");
+    assert_eq!(bench.say("G29 P0"), "error:No strategy found to handle G29\n");
     assert!(bench.say("G29 P1").contains("Spread:"));
-    assert_eq!(bench.say("G31"), "error:No strategy found to handle G31\nok\n");
+    assert_eq!(bench.say("G31"), "error:No strategy found to handle G31\n");
     assert!(bench.say("M503").contains("M666 X0.00000 Y0.00000 Z0.00000\n"));
 }
 

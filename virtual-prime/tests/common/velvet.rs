@@ -225,7 +225,15 @@ impl Velvet {
     #[track_caller]
     pub fn ask(&mut self, line: &str, patience_ms: u64) -> String {
         self.type_in(line);
-        self.hear_until("ok\n", patience_ms)
+        let before = self.said.len();
+        let end = self.now_ms() + patience_ms;
+        // A line is answered by ok, or by what is wrong with it.
+        let is_answered = |said: &str| said.contains("ok\n") || said.contains("error:") && said.ends_with('\n');
+        while !is_answered(&self.said[before..]) {
+            assert!(self.now_ms() < end, "no answer within {patience_ms} ms; it said: {}", &self.said[before..]);
+            self.hear(SLICE_MS);
+        }
+        self.said[before..].to_owned()
     }
 
     /// Looks at the machine, or changes it.
