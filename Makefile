@@ -35,8 +35,8 @@ target/toolchain.mk: scripts/toolchain.sh Cargo.toml
 
 ## make demo                     print a real part on the virtual board, and a report to look at
 demo: target/toolchain.mk
-	@$(MAKE) -j2 virtual-prime firmware velvet
-	@scripts/demo.sh
+	@$(MAKE) -j2 virtual-prime firmware
+	@MAKE="$(MAKE)" scripts/demo.sh
 
 ## make test                     every test: host crates, scenarios, the image on the virtual board
 test: test-lint test-host test-image test-virtual

@@ -6,7 +6,8 @@ config=config/samples/cartesian.ini
 job=demo/part.gcode
 rm -rf "$out"
 image=target/thumbv7em-none-eabihf/release/firmware
-CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY=1 ELF=$image IMAGE=$image scripts/run.sh
+# The tool that looks at the print is built while it is made.
+CONFIG=$config GCODE=$job OUT=$out BOARD=virtual UNTIL= VERIFY=1 ELF=$image IMAGE=$image MEANWHILE=velvet scripts/run.sh
 status=$?
 if [ -f "$out/summary.json" ]; then
     target/native/velvet summary "$out" --config "$config" --gcode "$job" || status=1

@@ -11,7 +11,13 @@ virtual)
     [ "$ELF" = "$IMAGE" ] || board=--foreign
     [ -n "${START:-}" ] && board="$board --start $START"
     # shellcheck disable=SC2086
-    virtual-prime/target/release/virtual-prime run --elf "$ELF" "$@" $board --out "$OUT"
+    virtual-prime/target/release/virtual-prime run --elf "$ELF" "$@" $board --out "$OUT" &
+    run=$!
+    # What the board's run does not need can be made beside it.
+    if [ -n "${MEANWHILE:-}" ]; then
+        "${MAKE:-make}" -s "$MEANWHILE" || { kill $run; exit 1; }
+    fi
+    wait $run
     status=$?
     # An image gives edges and nothing else: the ideal trajectory comes from the same job on the native runner.
     if [ $status -eq 0 ] && [ -n "${VERIFY:-}" ]; then
