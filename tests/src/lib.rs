@@ -209,6 +209,14 @@ impl Bench {
         assert!(self.runner.type_on(session, text), "the inbox is full");
     }
 
+    /// Sends bytes that are no text on the debug console.
+    ///
+    /// # Panics
+    /// When its inbox is full.
+    pub fn send(&mut self, bytes: &[u8]) {
+        assert!(self.runner.send_on(CONSOLE, bytes), "the inbox is full");
+    }
+
     /// As [`Self::type_in`], but what does not fit is lost. False when something was.
     pub fn try_type(&mut self, text: &str) -> bool {
         self.runner.type_on(CONSOLE, text)

@@ -228,3 +228,17 @@ fn a_sleeping_machine_wakes_by_ctrl_x_alone() {
     bench.hear(0.5);
     assert!(bench.say("get mode").contains("idle"));
 }
+
+#[test]
+fn a_fan_obeys_a_halted_machine_before_it_stands() {
+    let mut bench = homed(Plan::new(CARTESIAN));
+    bench.run(&["G90"]);
+    bench.type_in("G1 X150 F12000\n");
+    bench.hear(0.4);
+    bench.type_in("M112\n");
+    bench.hear(0.001);
+    assert_eq!(bench.say_on(OTHER, "M106 S255"), "ok\n");
+    let x = bench.carriage(Actuator::Alpha);
+    bench.hear(0.5);
+    assert!(bench.carriage(Actuator::Alpha) > x + 0.1, "the fan waited until the carriage stood");
+}

@@ -111,6 +111,25 @@ fn the_laser_cuts_with_the_power_it_is_told() {
     assert_eq!(laser_duty(&bench), 0.0, "a halt is off");
 }
 
+/// While the door is open nothing burns, whatever is typed; what was typed is done when it is closed.
+#[test]
+fn an_open_door_keeps_the_laser_off() {
+    let mut bench = start(LASER);
+    bench.say("M3 S40");
+    bench.hear(0.01);
+    assert!((laser_duty(&bench) - 0.4).abs() < 1e-6);
+    bench.send(&[0x84]);
+    bench.hear(0.01);
+    assert_eq!(laser_duty(&bench), 0.0);
+    assert!(bench.status().starts_with("<Door"), "{}", bench.status());
+    bench.type_in("M3 S60\n");
+    assert!(!bench.hear(0.5).contains("ok"));
+    assert_eq!(laser_duty(&bench), 0.0, "it burns with an open door");
+    bench.type_in("~");
+    bench.hear(0.1);
+    assert!((laser_duty(&bench) - 0.6).abs() < 1e-6, "{}", laser_duty(&bench));
+}
+
 #[test]
 fn the_lathe_faces_and_turns_a_taper() {
     let mut bench = start(LATHE);

@@ -164,7 +164,8 @@ async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<
     loop {
         let now = machine.ports.now();
         let is_idle = machine.ports.motion(|motion| motion.is_idle());
-        if is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
+        // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
+        if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
             let applied = machine.ports.heat(|heat| heat.apply(output, now));
             return applied.map_err(|why| match output {
                 Output::Target(heater, target) => heat_codes::target_refused(machine.config, heater, target, why),

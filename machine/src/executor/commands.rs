@@ -57,6 +57,7 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
         return Ok(Answer::Ok);
     }
     may_run(machine, info)?;
+    machine.wait_for_door(info.states).await?;
     if let Some(outcome) = say_or_set(machine, word, arguments, to) {
         return outcome;
     }
@@ -266,7 +267,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);
-    crate::ports::HeatPort::heat(&mut machine.ports, crate::heat::HeatControl::drop_effects);
+    machine.ports.heat(crate::heat::HeatControl::drop_effects);
     // A halt meanwhile has dropped everything too.
     let _ = machine.standstill().await;
     machine.resynchronise();
@@ -279,7 +280,7 @@ async fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Rec
     if let Some(output) = change {
         let now = ports.now();
         // A switch takes anything.
-        let _ = crate::ports::HeatPort::heat(ports, |heat| heat.apply(output, now));
+        let _ = ports.heat(|heat| heat.apply(output, now));
     }
     Ok(Answer::Ok)
 }

@@ -232,6 +232,7 @@ pub(super) async fn run_block<P: Ports>(
             _ => Failure::Halted,
         });
     }
+    machine.wait_for_door(allowed).await?;
     let Some(row) = row else { return Ok(Answer::Unknown) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);

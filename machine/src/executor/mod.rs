@@ -18,7 +18,7 @@ mod suspend;
 
 use config::MachineConfig;
 use motion::{Refusal, Tag};
-use program::{Facts, Interpreter};
+use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros};
 
 pub use hands::Hands;
@@ -134,13 +134,21 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
+    /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and reports.
+    async fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
+        while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
+            self.pause().await?;
+        }
+        Ok(())
+    }
+
     /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what it is.
     async fn standstill(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
             self.pause().await?;
         }
-        if matches!(self.safety.state(), program::State::Run | program::State::Jog) {
+        if matches!(self.safety.state(), State::Run | State::Jog) {
             self.safety.apply(Event::Drained);
         }
         if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }

@@ -13,7 +13,7 @@ use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
 use crate::ports::Ports;
 use crate::safety::{Event, Hit};
-use crate::sessions::{Recipient, SessionId};
+use crate::sessions::{Recipient, Rights, SessionId};
 use crate::supervisor::{Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
@@ -92,6 +92,8 @@ impl<P: Ports> Machine<'_, P> {
                     }
                     self.abort();
                 }
+                // Whoever only watches may stop the machine, and not set it going again.
+                Realtime::Stop | Realtime::Resume if !self.may_operate(id) => {}
                 Realtime::Stop if self.safety.is_halted() => self.unlock(to),
                 Realtime::Stop | Realtime::JogCancel => {
                     if let Some(session) = self.sessions.get_mut(id) {
@@ -103,6 +105,10 @@ impl<P: Ports> Machine<'_, P> {
                 Realtime::Resume => self.feed_resume(),
             }
         }
+    }
+
+    fn may_operate(&self, id: SessionId) -> bool {
+        self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
     fn feed_hold(&mut self, event: Event) {
@@ -153,6 +159,7 @@ impl<P: Ports> Machine<'_, P> {
     /// A line that is a question is answered now, whatever the machine waits for.
     fn answer_question(&mut self, id: SessionId) {
         let Some(session) = self.sessions.get_mut(id) else { return };
+        let may_operate = session.rights == Rights::Operate;
         // A copy: only the line of a question is read here.
         let mut decoder = session.decoder;
         let Some(line) = session.line_to_look_at() else { return };
@@ -160,7 +167,8 @@ impl<P: Ports> Machine<'_, P> {
         if matches!(line.first(), Some(b'G' | b'X' | b'Y' | b'Z')) && !line.starts_with(b"G28.6") {
             return;
         }
-        if self.files.uploads_from(id) {
+        // `$X` is answered as fast as a question, and is none.
+        if self.files.uploads_from(id) || !may_operate && line.starts_with(b"$X") {
             return;
         }
         let line = line.clone();
