@@ -91,6 +91,12 @@ impl<'a> Block<'a> {
         Self { code, column, text: None, present: 0, valued: 0, values: [0.0; LETTERS], columns: [0; LETTERS] }
     }
 
+    /// Makes it a block of this code without words.
+    pub(crate) fn begin(&mut self, code: Option<Code>, column: u16) {
+        // Numbers and columns of words that are not there are not looked at.
+        (self.code, self.column, self.text, self.present, self.valued) = (code, column, None, 0, 0);
+    }
+
     /// Adds or replaces a word; for tests and for programs that make blocks. Anything but a letter is left out.
     #[must_use]
     pub fn with(mut self, letter: char, value: f64) -> Self {

@@ -11,8 +11,8 @@ const POWERS_OF_TEN: [f64; 23] = [
 ];
 /// Integers up to here are exact in an `f64`.
 const EXACT: u64 = 1 << 53;
-/// One more digit still fits 64 bits below this.
-const ROOM_FOR_A_DIGIT: u64 = u64::MAX / 10 - 1;
+/// So many digits always fit 32 bits.
+const SHORT: usize = 9;
 
 /// Why digits are not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,43 +30,48 @@ pub(crate) const fn starts(byte: u8) -> bool {
 pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
     let negative = bytes.first() == Some(&b'-');
     let sign = usize::from(negative || bytes.first() == Some(&b'+'));
-    let mut length = sign;
-    let mut mantissa = 0_u64;
-    let mut digits = 0_usize;
+    let text = bytes.get(sign..).unwrap_or(&[]);
+    // Of more digits than fit, this is not used.
+    let mut mantissa = 0_u32;
+    let mut length = 0;
     let mut point_at = None;
-    let mut fits = true;
-    for &byte in bytes.get(sign..).unwrap_or(&[]) {
-        match byte {
-            b'0'..=b'9' => {
-                digits += 1;
-                fits &= mantissa <= ROOM_FOR_A_DIGIT;
-                if fits {
-                    mantissa = mantissa * 10 + u64::from(byte - b'0');
-                }
-            }
-            b'.' if point_at.is_none() => point_at = Some(digits),
-            b'.' => return Err(Flaw::SecondPoint),
-            _ => break,
+    for &byte in text {
+        let digit = byte.wrapping_sub(b'0');
+        if digit < 10 {
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u32::from(digit));
+        } else if byte != b'.' {
+            break;
+        } else if point_at.is_some() {
+            return Err(Flaw::SecondPoint);
+        } else {
+            point_at = Some(length);
         }
         length += 1;
     }
-    if digits == 0 {
-        return Err(Flaw::NoDigits);
-    }
-    let decimals = point_at.map_or(0, |before| digits - before);
+    let digits = length - usize::from(point_at.is_some());
+    let decimals = point_at.map_or(0, |at| length - at - 1);
     let magnitude = match POWERS_OF_TEN.get(decimals) {
-        Some(power) if fits && mantissa <= EXACT => to_f64(mantissa) / power,
-        _ => exact(bytes.get(sign..length).unwrap_or(&[])).ok_or(Flaw::NoDigits)?,
+        _ if digits == 0 => return Err(Flaw::NoDigits),
+        // The M7 converts 32 bits in one instruction, 64 in a library call.
+        Some(power) if digits <= SHORT => f64::from(mantissa) / power,
+        _ => long(text.get(..length).unwrap_or(&[]), decimals).ok_or(Flaw::NoDigits)?,
     };
-    Ok((if negative { -magnitude } else { magnitude }, length))
+    Ok((if negative { -magnitude } else { magnitude }, sign + length))
 }
 
-/// The M7 converts 32 bits in one instruction, 64 in a library call.
-fn to_f64(mantissa: u64) -> f64 {
-    u32::try_from(mantissa).map_or(mantissa as f64, f64::from)
-}
-
+/// A number of many digits.
 #[cold]
+fn long(text: &[u8], decimals: usize) -> Option<f64> {
+    let digits = text.iter().filter(|byte| **byte != b'.');
+    let mantissa = digits
+        .into_iter()
+        .try_fold(0_u64, |mantissa, byte| mantissa.checked_mul(10)?.checked_add(u64::from(byte.wrapping_sub(b'0'))));
+    match (mantissa, POWERS_OF_TEN.get(decimals)) {
+        (Some(mantissa), Some(power)) if mantissa <= EXACT => Some(mantissa as f64 / power),
+        _ => exact(text),
+    }
+}
+
 fn exact(digits: &[u8]) -> Option<f64> {
     core::str::from_utf8(digits).ok()?.parse().ok()
 }

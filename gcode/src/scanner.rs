@@ -76,8 +76,17 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    fn block(&mut self) -> Result<Option<Block<'a>>, SyntaxError> {
-        let Some(first) = self.next_word()? else { return Ok(None) };
+    /// Reads the next command into a block; false at the end of the line. As the iterator, without moving the block about.
+    pub fn read(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
+        let read = self.read_next(block);
+        if read.is_err() {
+            self.at = self.line.len();
+        }
+        read
+    }
+
+    fn read_next(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
+        let Some(first) = self.next_word()? else { return Ok(false) };
         let begin = self.at;
         let code = match first {
             b'G' => Some(self.code(Letter::G, 'G')?),
@@ -86,10 +95,10 @@ impl<'a> Blocks<'a> {
             b'O' => return Err(self.error(begin, Problem::NotSupported(b'O'))),
             _ => None,
         };
-        let mut block = Block::new(code, column(begin));
+        block.begin(code, column(begin));
         if code.is_some_and(takes_text) {
             block.text = self.text()?.filter(|text| !is_end_of_program(code, text));
-            return Ok(Some(block));
+            return Ok(true);
         }
         let flags_allowed = code.is_some_and(allows_flags);
         while let Some(letter) = self.next_word()? {
@@ -100,7 +109,7 @@ impl<'a> Blocks<'a> {
             let value = self.value(letter, flags_allowed)?;
             block.set(letter, value, u8::try_from(column(begin)).unwrap_or(u8::MAX));
         }
-        Ok(Some(block))
+        Ok(true)
     }
 
     /// A code's number and subcode, the letter being at hand.
@@ -161,11 +170,12 @@ impl<'a> Iterator for Blocks<'a> {
     type Item = Result<Block<'a>, SyntaxError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let block = self.block();
-        if block.is_err() {
-            self.at = self.line.len();
+        let mut block = Block::new(None, 0);
+        match self.read(&mut block) {
+            Ok(true) => Some(Ok(block)),
+            Ok(false) => None,
+            Err(error) => Some(Err(error)),
         }
-        block.transpose()
     }
 }
 
