@@ -55,7 +55,7 @@ mod app {
     use machine::sessions::Intake;
     use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use machine::watchdog::Reporter;
-    use motion::{Motion, Store};
+    use motion::{BlockRing, Motion, Store};
 
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
@@ -67,11 +67,14 @@ mod app {
     #[unsafe(link_section = ".axizero")]
     static mut STORE: Store = Store::new();
 
-    /// The one reference to [`STORE`].
-    const fn store() -> &'static mut Store {
-        let store = &raw mut STORE;
-        // SAFETY: called once, for the initial value of the one motion object; the static has no other user.
-        unsafe { &mut *store }
+    /// The look-ahead queue, in DTCM as every static without a section of its own.
+    static mut BLOCKS: BlockRing = BlockRing::new();
+
+    /// The one motion object.
+    const fn motion() -> Motion {
+        let (blocks, store) = (&raw mut BLOCKS, &raw mut STORE);
+        // SAFETY: called once, for the initial value of the one motion object; the statics have no other user.
+        unsafe { Motion::new(&mut *blocks, &mut *store) }
     }
 
     #[shared]
@@ -96,7 +99,7 @@ mod app {
     }
 
     // The motion object is made in place: on its way through a return value it would lie on the stack twice.
-    #[init(local = [motion: Motion = Motion::new(store())])]
+    #[init(local = [motion: Motion = motion()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
         let board = match Board::take(cx.core, cx.device) {

@@ -55,6 +55,7 @@ pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, State};
 pub use moves::{Corner, Mode, Move, Refusal, Tag};
+pub use planner::BlockRing;
 pub(crate) use root::square_root;
 pub use root::use_square_root;
 pub use store::Store;

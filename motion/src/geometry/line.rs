@@ -13,6 +13,14 @@ pub struct LineSettings {
     pub segments_per_second: Option<f64>,
 }
 
+impl LineSettings {
+    /// Whether they cut anything.
+    #[must_use]
+    pub const fn cut(&self) -> bool {
+        self.segment_length.is_some() || self.segments_per_second.is_some()
+    }
+}
+
 /// Moves of X Y Z shorter than this, mm, are one piece.
 const SHORTEST: f64 = 0.000_01;
 /// More pieces than this serve no machine; a bound for nonsense settings.

@@ -135,8 +135,8 @@ impl Motion {
         let back = (self.clock.to_bits() as u64).wrapping_sub(place.time);
         self.clock = self.clock.saturating_sub(TickTime::from_bits(u128::from(back)));
         self.run = Some(Run::within(block, place.path, place.travelled, self.clock, place.speed, place.ramp()));
-        if self.planner.is_calm() {
-            self.peak_sq = self.planner.calm_peak_sq(source.block).unwrap_or(self.peak_sq);
+        if self.planner.keeps_cruise_ratio() {
+            self.peak_sq = self.planner.cruise_peak_sq(source.block).unwrap_or(self.peak_sq);
         }
         self.resting = false;
         self.piece = None;

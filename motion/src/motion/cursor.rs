@@ -185,8 +185,8 @@ impl Motion {
         let highest_sq = least(self.planner.next_entry_sq(), entry_sq + gain_sq);
         let exit = square_root(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
         let cruise = run.block.cruise(&self.overrides);
-        let (cruise, exit) = if self.planner.is_calm() {
-            self.peak_sq = run.block.calm().peak_sq().unwrap_or(self.peak_sq);
+        let (cruise, exit) = if self.planner.keeps_cruise_ratio() {
+            self.peak_sq = run.block.cruise_plan().peak_sq().unwrap_or(self.peak_sq);
             let cruise = least(cruise, square_root(self.peak_sq));
             // As slow as that, if it can be as slow.
             (cruise, greatest(least(exit, cruise), square_root(greatest(entry_sq - gain_sq, 0.0))))

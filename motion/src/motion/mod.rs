@@ -23,7 +23,7 @@ mod request;
 mod smoothly;
 
 use back::Pace;
-use units::{PerActuator, PerAxis, StepPosition, Ticks};
+use units::{AxisSet, PerActuator, PerAxis, StepPosition, Ticks};
 
 use crate::{
     compensation::{Compensation, Surface},
@@ -36,7 +36,7 @@ use crate::{
     motor::MotorSetup,
     moves::{Refusal, Tag},
     path::{self, CurveRing, Path},
-    planner::{Block, CAPACITY, KEPT, Overrides, Planner},
+    planner::{Block, BlockRing, CAPACITY, KEPT, Overrides, Planner},
     ramp::Ramp,
     run::Run,
     store::Elsewhere,
@@ -91,6 +91,8 @@ const LEAD: Ticks = Ticks::from_micros(500);
 #[derive(Debug)]
 pub struct Motion {
     pub(crate) config: Option<MotionConfig>,
+    /// Axes that no motor of this machine moves.
+    orphans: AxisSet,
     planner: Planner,
     curves: Elsewhere<CurveRing>,
     overrides: Overrides,
@@ -179,17 +181,18 @@ impl Motion {
     pub fn new() -> Self {
         use std::boxed::Box;
         let crate::Store { history, curves, surface, timeline } = crate::Store::new();
-        Self::over(Box::new(history), Box::new(curves), Box::new(surface), Box::new(timeline))
+        Self::over(Box::default(), Box::new(history), Box::new(curves), Box::new(surface), Box::new(timeline))
     }
 
-    /// Not configured: refuses every move. Keeps what is large in `store`.
+    /// Not configured: refuses every move. Keeps its queue in `blocks`, and what is large besides in `store`.
     #[cfg(not(any(test, feature = "oracle")))]
     #[must_use]
-    pub const fn new(store: &'static mut crate::Store) -> Self {
-        Self::over(&mut store.history, &mut store.curves, &mut store.surface, &mut store.timeline)
+    pub const fn new(blocks: &'static mut BlockRing, store: &'static mut crate::Store) -> Self {
+        Self::over(blocks, &mut store.history, &mut store.curves, &mut store.surface, &mut store.timeline)
     }
 
     const fn over(
+        blocks: Elsewhere<BlockRing>,
         history: Elsewhere<History>,
         curves: Elsewhere<CurveRing>,
         surface: Elsewhere<Surface>,
@@ -197,7 +200,8 @@ impl Motion {
     ) -> Self {
         Self {
             config: None,
-            planner: Planner::new(),
+            orphans: AxisSet::NONE,
+            planner: Planner::new(blocks),
             curves,
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
             state: State::Running,
@@ -239,6 +243,7 @@ impl Motion {
         }
         config.check()?;
         self.config = Some(config);
+        self.orphans = request::orphans(&config);
         if let (Some(config), true) = (&mut self.config, config.filters.latency() > 0.0) {
             // Where trajectory may be taken back, its blocks must not have been overwritten.
             config.queue_size = config.queue_size.min(CAPACITY - KEPT);

@@ -1,6 +1,6 @@
 //! From a requested move to a block in the queue.
 
-use units::{Actuator, Axis, PerActuator, PerAxis};
+use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 
 use super::{Exit, Last, Motion, State, corner::MOST_CUT};
 use crate::{
@@ -61,7 +61,7 @@ impl Motion {
         let length = request.curve.length();
         if is_curved && length >= SMALLEST {
             let path = Path::new(self.planned, &request.target, length, request.curve);
-            no_orphan(config, &ways_of_curve(&path, &delta))?;
+            no_orphan(self.orphans, &ways_of_curve(&path, &delta))?;
             let over = self.compensation.over_path(&path, length);
             let envelope = path::envelope(config, &path, length, request.feed_rate.get(), &over)?;
             let (limits, exit) = (config.limits, Exit::of(&path, length));
@@ -69,7 +69,7 @@ impl Motion {
             self.curves.push(request.curve);
             return Ok(());
         }
-        no_orphan(config, &delta)?;
+        no_orphan(self.orphans, &delta)?;
         let over = self.compensation.over_line(&self.planned, &request.target);
         let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target, &over)? else {
             return Ok(());
@@ -106,7 +106,7 @@ impl Motion {
     /// Appends the block of a move that ends like this.
     pub(super) fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move, limits: &Limits) {
         let mut block = envelope.block(request);
-        self.planner.keep_calm(limits.cruise_ratio);
+        self.planner.keep_cruise_ratio(limits.cruise_ratio);
         let cruise = block.cruise(&self.overrides);
         // The last block may have been executed already: then this one starts from rest.
         let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last.as_ref() };
@@ -210,18 +210,17 @@ pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(
     if in_range && point.0.iter().all(|part| part.is_finite()) { Ok(()) } else { Err(Refusal::NotFinite) }
 }
 
-/// No axis moves that has no motor.
-fn no_orphan(config: &MotionConfig, delta: &PerAxis<f64>) -> Result<(), Refusal> {
-    for axis in Axis::ALL {
-        let motors = config.kinematics.motors_of(axis);
-        let driven = Actuator::ALL
-            .into_iter()
-            .filter(|actuator| motors & actuator.bit() != 0)
-            .all(|actuator| steps_per_mm(config, actuator) > 0.0);
-        let driven = driven && motors != 0;
-        if !driven && libm::fabs(delta[axis]) >= SMALLEST {
-            return Err(Refusal::NoActuator(axis));
-        }
-    }
-    Ok(())
+/// Axes that no motor moves, or not with all the motors that they need.
+pub(super) fn orphans(config: &MotionConfig) -> AxisSet {
+    AxisSet::collect(Axis::ALL.into_iter().filter(|axis| {
+        let motors = config.kinematics.motors_of(*axis);
+        let mut needed = Actuator::ALL.into_iter().filter(|actuator| motors & actuator.bit() != 0);
+        motors == 0 || needed.any(|actuator| steps_per_mm(config, actuator) <= 0.0)
+    }))
+}
+
+/// None of these axes moves.
+fn no_orphan(orphans: AxisSet, delta: &PerAxis<f64>) -> Result<(), Refusal> {
+    let moved = orphans.axes().find(|axis| libm::fabs(delta[*axis]) >= SMALLEST);
+    moved.map_or(Ok(()), |axis| Err(Refusal::NoActuator(axis)))
 }

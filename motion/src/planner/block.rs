@@ -5,6 +5,7 @@
 
 use units::{Actuator, Axis, MmPerSecond2, PerActuator, PerAxis};
 
+use super::{Brake, cruise_ratio::CruisePlan};
 use crate::{
     config::Limits,
     kinematics::Strain,
@@ -29,9 +30,8 @@ pub struct Block {
     pub jerk: f64,
     /// The path goes on into this block without a corner: it may be entered while the speed changes.
     pub(crate) smooth: bool,
-    /// What some kinds of look-ahead must know besides: [`Block::brake`] or [`Block::calm`].
-    pub(super) notes: [f64; 3],
-    pub(super) sure: bool,
+    /// What some kinds of look-ahead must know besides.
+    pub(super) look_ahead: LookAhead,
     /// Path speed that no override may exceed, mm/s.
     pub speed_limit: f64,
     /// Path speed that was asked for, mm/s.
@@ -54,15 +54,33 @@ pub struct Block {
     pub tag: Tag,
 }
 
+/// What look-ahead keeps with a block beside its entry speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LookAhead {
+    /// Nothing: trapezoids need no more.
+    Plain,
+    /// Where profiles are limited in jerk.
+    Brake(Brake),
+    /// Where a minimum cruise ratio is kept.
+    CruisePlan(CruisePlan),
+}
+
 impl Block {
+    /// What a place of the ring holds before the first block comes there. All bits are zero.
+    pub(super) const ZERO: Self = Self {
+        clearance: 0.0,
+        mode: Mode::Rapid,
+        look_ahead: LookAhead::Brake(Brake { length: 0.0, speed: 0.0, top: 0.0, sure: false }),
+        ..Self::EMPTY
+    };
+
     pub(crate) const EMPTY: Self = Self {
         target: PerAxis([0.0; units::MAX_AXES]),
         length: 0.0,
         acceleration: 0.0,
         jerk: 0.0,
         smooth: false,
-        notes: [0.0; 3],
-        sure: true,
+        look_ahead: LookAhead::Plain,
         speed_limit: 0.0,
         requested: 0.0,
         corner_sq: 0.0,

@@ -17,7 +17,7 @@
 //!
 //! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps its anchor.
 
-use super::{Block, Envelope, Planner};
+use super::{Block, Envelope, LookAhead, Planner};
 use crate::{config::Limits, greatest, least, ramp::Bounds, square_root};
 
 /// Ramps to an anchor whose speed is not final are given this much more room than they need.
@@ -91,14 +91,15 @@ impl Block {
 
     /// Its anchor, where profiles are limited in jerk.
     pub(crate) const fn brake(&self) -> Brake {
-        let [length, speed, top] = self.notes;
-        Brake { length, speed, top, sure: self.sure }
+        match self.look_ahead {
+            LookAhead::Brake(brake) => brake,
+            _ => Brake { length: 0.0, speed: 0.0, top: 0.0, sure: true },
+        }
     }
 
     /// Sets its anchor, and its entry speed by that.
     pub(crate) const fn set_brake(&mut self, brake: Brake, entry_sq: f64) {
-        self.notes = [brake.length, brake.speed, brake.top];
-        self.sure = brake.sure;
+        self.look_ahead = LookAhead::Brake(brake);
         self.entry_sq = entry_sq;
     }
 

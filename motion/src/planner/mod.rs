@@ -11,7 +11,7 @@
 
 mod block;
 mod brake;
-mod calm;
+mod cruise_ratio;
 mod junction;
 
 pub use block::{Block, Overrides};
@@ -19,15 +19,37 @@ pub(crate) use block::{Envelope, SMALLEST};
 pub(crate) use brake::{Brake, ROUNDING, SAME, is_smooth};
 pub(crate) use junction::{corner_sq, jump_sq};
 
-/// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. About 60 KiB.
+use crate::store::Elsewhere;
+use block::LookAhead;
+
+/// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. See [`BlockRing`].
 pub const CAPACITY: usize = 256;
 /// Released blocks that stay in the ring behind those that wait, where trajectory may be taken back.
 pub(crate) const KEPT: usize = 32;
 
+/// The place of the blocks that wait. About 44 KiB, all zero at the start, looked at for every piece of the trajectory: a board gives
+/// it its fastest memory.
+#[derive(Debug)]
+pub struct BlockRing([Block; CAPACITY]);
+
+impl BlockRing {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self([Block::ZERO; CAPACITY])
+    }
+}
+
+impl Default for BlockRing {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// The queue of blocks that have not begun. Blocks are counted from the beginning of time (wrapping).
 #[derive(Debug)]
 pub struct Planner {
-    blocks: [Block; CAPACITY],
+    blocks: Elsewhere<BlockRing>,
     /// Count of the first block that may be taken back, if it is still there.
     kept: u32,
     /// Count of blocks ever released.
@@ -48,15 +70,15 @@ pub struct Planner {
     complete: bool,
     /// In force.
     overrides: Overrides,
-    /// Share of the acceleration that the calm plan may use.
-    calm_share: Option<f64>,
+    /// Share of the acceleration that the cruise plan may use.
+    gentle_share: Option<f64>,
 }
 
 impl Planner {
     /// An empty queue.
-    pub(crate) const fn new() -> Self {
+    pub(crate) const fn new(blocks: Elsewhere<BlockRing>) -> Self {
         Self {
-            blocks: [Block::EMPTY; CAPACITY],
+            blocks,
             kept: 0,
             first: 0,
             end: 0,
@@ -66,7 +88,7 @@ impl Planner {
             reserve: 0.0,
             complete: true,
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
-            calm_share: None,
+            gentle_share: None,
         }
     }
 
@@ -94,11 +116,11 @@ impl Planner {
 
     fn block(&self, count: u32) -> &Block {
         // The remainder is always in range: the check disappears.
-        &self.blocks[count as usize % CAPACITY]
+        &self.blocks.0[count as usize % CAPACITY]
     }
 
     fn block_mut(&mut self, count: u32) -> &mut Block {
-        &mut self.blocks[count as usize % CAPACITY]
+        &mut self.blocks.0[count as usize % CAPACITY]
     }
 
     /// The block so many after the front.
@@ -123,8 +145,8 @@ impl Planner {
         block.entry_sq = 0.0;
         self.overrides = *overrides;
         let before = if self.is_empty() { None } else { Some(self.block(self.end.wrapping_sub(1))) };
-        if let Some(calm) = self.calm_from(&block, before) {
-            block.set_calm(calm);
+        if let Some(plan) = self.cruise_plan_forward(&block, before) {
+            block.set_cruise_plan(plan);
         }
         self.rest_sq = rest * rest;
         self.reserve = 0.0;
@@ -164,21 +186,22 @@ impl Planner {
             count = count.wrapping_sub(1);
             let known = count.wrapping_sub(self.planned) as i32 >= 0;
             let after = count.wrapping_add(1);
-            let calm = self.calmed(self.block(count), if after == self.end { None } else { Some(self.block(after)) });
+            let next = if after == self.end { None } else { Some(self.block(after)) };
+            let cruise_plan = self.cruise_plan_backward(self.block(count), next);
             let block = self.block_mut(count);
             let reachable_sq = exit_sq + 2.0 * block.acceleration * (block.length - reserve);
             reserve = 0.0;
             let entry_sq = if reachable_sq < block.entry_limit_sq { reachable_sq } else { block.entry_limit_sq };
-            let at_limit = entry_sq == block.entry_limit_sq && calm.is_none_or(|calm| calm.entry_sq == entry_sq);
+            let at_limit = entry_sq == block.entry_limit_sq && cruise_plan.is_none_or(|plan| plan.entry_sq == entry_sq);
             if at_limit && count.wrapping_sub(settled) as i32 > 0 {
                 settled = count;
             }
             // An old block that keeps its speed shields all before it.
-            if !known && entry_sq == block.entry_sq && calm.is_none_or(|calm| calm == block.calm()) {
+            if !known && entry_sq == block.entry_sq && cruise_plan.is_none_or(|plan| plan == block.cruise_plan()) {
                 break;
             }
-            if let Some(calm) = calm {
-                block.set_calm(calm);
+            if let Some(plan) = cruise_plan {
+                block.set_cruise_plan(plan);
             }
             block.entry_sq = entry_sq;
             exit_sq = entry_sq;
@@ -202,8 +225,8 @@ impl Planner {
             block.entry_limit_sq = entry_limit_sq(block, before, overrides);
             before = block.cruise(overrides);
             let earlier = if count == self.first { None } else { Some(self.block(count.wrapping_sub(1))) };
-            if let Some(calm) = self.calm_from(self.block(count), earlier) {
-                self.block_mut(count).set_calm(calm);
+            if let Some(plan) = self.cruise_plan_forward(self.block(count), earlier) {
+                self.block_mut(count).set_cruise_plan(plan);
             }
             count = count.wrapping_add(1);
         }
@@ -284,7 +307,7 @@ mod tests {
     }
 
     fn filled(blocks: &[Block], plan_after: impl Fn(usize) -> bool) -> Box<Planner> {
-        let mut planner = Box::new(Planner::new());
+        let mut planner = Box::new(Planner::new(Box::default()));
         let mut cruise = 0.0;
         for (index, block) in blocks.iter().enumerate() {
             assert!(planner.push(*block, cruise, 0.0, &PLAIN));
