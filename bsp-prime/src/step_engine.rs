@@ -96,14 +96,20 @@ struct Motor {
 }
 
 impl Motor {
-    /// Nowhere to write to: the words are zero, which no port takes notice of.
-    const fn absent() -> Self {
+    /// All zero. [`Self::disconnect`] it before the interrupt runs.
+    const fn zero() -> Self {
         Self {
-            step_register: AtomicPtr::new(FastPin::NONE.register()),
+            step_register: AtomicPtr::new(core::ptr::null_mut()),
             next: AtomicU32::new(0),
-            direction_register: AtomicPtr::new(FastPin::NONE.register()),
+            direction_register: AtomicPtr::new(core::ptr::null_mut()),
             forward: AtomicU32::new(0),
         }
+    }
+
+    /// Nowhere to write to: the words are zero, which no port takes notice of.
+    fn disconnect(&self) {
+        self.step_register.store(FastPin::NONE.register(), Ordering::Relaxed);
+        self.direction_register.store(FastPin::NONE.register(), Ordering::Relaxed);
     }
 }
 
@@ -131,7 +137,7 @@ const HARMLESS_TICKS: u32 = STEP_CLOCK_HZ / 100_000;
 /// Longer than any driver's least distance: 50 ms.
 const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
 
-/// Everything the interrupt reads and writes.
+/// Everything the interrupt reads and writes. All zero until [`start`], so that the image carries none of it.
 #[repr(C)]
 struct Shared {
     /// Why the shortest way will not do: motors that step by pulses, one bit each, and [`CATCHING_UP`].
@@ -158,11 +164,11 @@ struct Shared {
 
 static SHARED: Shared = Shared {
     careful: AtomicU32::new(0),
-    pulse_ticks: AtomicU32::new(STEP_CLOCK_HZ / 1_000_000),
+    pulse_ticks: AtomicU32::new(0),
     raised: AtomicU32::new(0),
     pulses: Pulses { ended: AtomicU32::new(0), begun: AtomicU32::new(0), ends: [const { AtomicU32::new(0) }; 8] },
     woken: AtomicU32::new(0),
-    motors: [const { Motor::absent() }; 8],
+    motors: [const { Motor::zero() }; 8],
     spacings: [const { Spacing { least_distance: AtomicU32::new(0), acted_at: AtomicU32::new(0) } }; 8],
     caught: AtomicU32::new(0),
     late_at: AtomicU32::new(0),
@@ -200,7 +206,7 @@ pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
 /// Writes a word to a port's BSRR.
 #[inline(always)]
 fn write(register: &AtomicPtr<u32>, word: u32) {
-    // SAFETY: the pointers in SHARED are to BSRR registers only; a word names the one pin that its handle owns, or none.
+    // SAFETY: the pointers in SHARED are to BSRR registers only, from before the interrupt first runs (`start`); a word names the one pin that its handle owns, or none.
     unsafe { register.load(Ordering::Relaxed).write_volatile(word) };
 }
 
@@ -437,6 +443,8 @@ fn timer() -> &'static pac::tim2::RegisterBlock {
 
 /// Lets the interrupt run.
 pub(crate) fn start(timer: pac::TIM2, nvic: &mut NVIC) {
+    SHARED.motors.iter().for_each(Motor::disconnect);
+    SHARED.pulse_ticks.store(STEP_CLOCK_HZ / 1_000_000, Ordering::Relaxed);
     // RM0399 section 43.4.5: compare interrupts on channels 1 and 2; nothing is output by the timer itself.
     timer.dier.write(|w| w.cc1ie().set_bit().cc2ie().set_bit());
     // SAFETY: the interrupt shares nothing but atomics: it may come at any time, and before anything else.
