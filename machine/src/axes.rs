@@ -29,6 +29,8 @@ fn silent(motor: Actuator) -> Failure {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Axes {
     homed: AxisSet,
+    /// Motors that the machine has, one bit each.
+    present: u8,
     /// Motors with current, one bit each.
     on: u8,
     /// Motors at their standstill current, one bit each.
@@ -38,6 +40,12 @@ pub struct Axes {
 }
 
 impl Axes {
+    /// Of this machine: no motor has current, no axis is homed.
+    #[must_use]
+    pub fn new(config: &MachineConfig) -> Self {
+        Self { present: config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit()), ..Self::default() }
+    }
+
     /// Axes that are homed.
     #[must_use]
     pub const fn homed(&self) -> AxisSet {
@@ -76,13 +84,12 @@ impl Axes {
         tuning: &Tuning,
         now: Micros,
     ) -> Result<(), Failure> {
-        let wanted = config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit());
-        if self.on != wanted {
+        if self.on != self.present {
             if internal_motors(config) != 0 && !ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
                 return Err(Failure::alarm("motor supply is off (vmotor below 6 V): switch it on, then M999"));
             }
             ports.set_motor_power(true);
-            for motor in motors(wanted) {
+            for motor in motors(self.present) {
                 match ports.drivers(|drivers| drivers.set_enabled(motor, true)) {
                     Ok(()) | Err(DriverFault::External) => self.on |= motor.bit(),
                     Err(DriverFault::Silent | DriverFault::BadAnswer) => return Err(silent(motor)),
@@ -102,8 +109,8 @@ impl Axes {
 
     /// Whether every motor has its full current, so that [`Self::enable`] has nothing to do.
     #[must_use]
-    pub fn are_enabled(&self, config: &MachineConfig) -> bool {
-        self.resting == 0 && self.on == config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit())
+    pub const fn are_enabled(&self) -> bool {
+        self.resting == 0 && self.on == self.present
     }
 
     /// Standing still for `standstill_time` brings motors to their standstill current.

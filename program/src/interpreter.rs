@@ -210,6 +210,12 @@ impl Interpreter {
         self.following.pop_front()
     }
 
+    /// Whether nothing follows the action that was given last.
+    #[must_use]
+    pub fn is_last_action(&self) -> bool {
+        self.following.is_empty()
+    }
+
     /// Something to do behind what the block does first.
     pub(crate) fn then(&mut self, action: Action<'static>) {
         let fits = self.following.push_back(action).is_ok();

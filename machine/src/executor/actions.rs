@@ -21,22 +21,26 @@ pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Fa
 }
 
 /// The action of a block, and what follows it.
-pub(super) async fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: Action<'_>, to: Recipient) -> Outcome {
+pub(super) async fn carry_out_all<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    first: &Action<'_>,
+    to: Recipient,
+) -> Outcome {
     let mut answer = carry_out(machine, first, to).await?;
     while let Some(action) = machine.program.next_action() {
-        answer = carry_out(machine, action, to).await?;
+        answer = carry_out(machine, &action, to).await?;
     }
     Ok(answer)
 }
 
-async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: Action<'_>, to: Recipient) -> Outcome {
+async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check
         && !matches!(action, Action::Halt | Action::Note(_) | Action::Function(..))
     {
         return Ok(Answer::Ok);
     }
-    match action {
-        Action::Move(request) => move_along(machine, &request).await?,
+    match *action {
+        Action::Move(ref request) => move_along(machine, request).await?,
         Action::Effect(what) => effect(machine, what).await?,
         Action::Dwell(time) => {
             machine.standstill().await?;
@@ -47,22 +51,22 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: Action<'_>, t
         Action::Release => halt::clear_halt(machine, to).await,
         Action::Message(_) => {}
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
-        action => return stand_and_do(machine, action, to).await,
+        _ => return stand_and_do(machine, action, to).await,
     }
     Ok(Answer::Ok)
 }
 
 /// What begins from standstill, or ends somewhere that only the machine knows.
-async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: Action<'_>, to: Recipient) -> Outcome {
-    let done = match action {
+async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+    let done = match *action {
         Action::Home(axes) => crate::homing::home(&mut Hands::new(machine, to), axes).await.map(|()| Answer::Ok),
-        Action::SetPosition { to: position, homed } => set_position(machine, &position, homed).await,
+        Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed).await,
         Action::ForgetHoming(axes) => {
             machine.axes.forget_homed(axes);
             Ok(Answer::Ok)
         }
-        Action::ProbeDown(probe) => crate::probing::probe_down(&mut Hands::new(machine, to), &probe).await,
-        Action::ProbeAlong(probe) => crate::probing::probe_along(&mut Hands::new(machine, to), &probe).await,
+        Action::ProbeDown(ref probe) => crate::probing::probe_down(&mut Hands::new(machine, to), probe).await,
+        Action::ProbeAlong(ref probe) => crate::probing::probe_along(&mut Hands::new(machine, to), probe).await,
         Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
         Action::EndProgram => end_program(machine).await,
         Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
@@ -124,7 +128,7 @@ async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> R
     moved
 }
 
-fn may_move<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
+pub(super) fn may_move<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
     if machine.config.motion.must_be_homed && !machine.facts().all_homed() {
         return Err(Failure::alarm("Must be homed before moving"));
     }

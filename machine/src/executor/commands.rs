@@ -299,7 +299,7 @@ async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipien
     let Some(row) = machine.program.row(&block) else { return Ok(Answer::Unknown) };
     let (facts, dialect) = (machine.facts(), machine.sessions.dialect_of(to));
     match machine.program.run(&block, row, facts, dialect) {
-        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, action, to).await,
+        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, &action, to).await,
         Ok(_) => Ok(Answer::Ok),
         Err(fault) => Err(actions::failed_by(machine, &fault)),
     }

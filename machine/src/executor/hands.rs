@@ -196,7 +196,8 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// # Errors
     /// When it is refused, or the machine halts.
     pub async fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
-        let request = motion::Move { target, feed_rate: rate, mode, ..motion::Move::default() };
+        let tag = self.machine.tag;
+        let request = motion::Move { target, feed_rate: rate, mode, tag, ..motion::Move::default() };
         self.machine.submit(&request).await
     }
 

@@ -2,10 +2,10 @@
 
 use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal};
 use motion::Tag;
-use program::{Dialect, Meaning, State, Waits};
+use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Machine, actions, commands, suspend};
+use super::{Machine, actions, commands, shapes, suspend};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::jobs::Next;
 use crate::needs::needs;
@@ -101,8 +101,8 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
             machine.tag = machine.jobs.begin_line();
-            if let Ok(text) = core::str::from_utf8(&line) {
-                machine.say(to, format_args!("{text}\n"));
+            if to != Recipient::Nobody {
+                echo(machine, &line, to);
             }
             run_own_line(machine, &line, to, Origin::Job).await;
         }
@@ -114,6 +114,12 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         }
     }
     true
+}
+
+fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
+    if let Ok(text) = core::str::from_utf8(line) {
+        machine.say(to, format_args!("{text}\n"));
+    }
 }
 
 /// The file has been read; it is done when its last moves are. False while they go on, so that sessions are heard.
@@ -176,14 +182,16 @@ pub(super) async fn run_blocks<P: Ports>(
     origin: Origin,
 ) {
     let mut outcome = Ok(Answer::Ok);
-    while let Some(block) = blocks.next() {
-        let block = match block {
-            Ok(block) => block,
+    let mut block = Block::new(None, 0);
+    loop {
+        match blocks.read(&mut block) {
+            Ok(true) => {}
+            Ok(false) => break,
             Err(error) => {
                 let (line, _) = blocks.place();
                 return bad_line(machine, Refusal::Syntax(error), line, to, origin);
             }
-        };
+        }
         last = block.code;
         let height = machine.frames.len();
         outcome = run_block(machine, &block, to, origin).await;
@@ -243,15 +251,22 @@ pub(super) async fn run_block<P: Ports>(
         needs(machine.config, part, machine.jobs.is_playing())?;
     }
     let (facts, dialect) = (machine.facts(), dialect_for(machine, to));
-    let meaning = machine.program.run(block, row, facts, dialect);
-    let meaning = meaning.map_err(|fault| actions::failed_by(machine, &fault))?;
+    let meaning = match machine.program.run(block, row, facts, dialect) {
+        Ok(meaning) => meaning,
+        Err(fault) => return Err(actions::failed_by(machine, &fault)),
+    };
     while let Some(effect) = machine.program.next_effect() {
         actions::effect(machine, effect).await?;
     }
     match meaning {
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::Unknown => Ok(Answer::Unknown),
-        Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
+        Meaning::Action(Action::Move(request))
+            if machine.program.is_last_action() && shapes::take_at_once(machine, &request) =>
+        {
+            Ok(Answer::Ok)
+        }
+        Meaning::Action(action) => actions::carry_out_all(machine, &action, to).await,
     }
 }
 

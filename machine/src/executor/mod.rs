@@ -93,7 +93,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             program: Interpreter::new(crate::program_setup::setup(config)),
             sessions,
             safety: Safety::default(),
-            axes: Axes::default(),
+            axes: Axes::new(config),
             bed: Bed::new(&config.leveling),
             outputs: Outputs::new(&config.switches),
             jobs: Jobs::default(),
@@ -180,12 +180,11 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Submits a move, waiting while the look-ahead queue is full.
     async fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
-        if !self.axes.are_enabled(self.config) {
+        if !self.axes.are_enabled() {
             self.enable_motors()?;
         }
-        let request = motion::Move { tag: self.tag, ..*request };
         loop {
-            match self.ports.motion(|motion| motion.submit(&request)) {
+            match self.ports.motion(|motion| motion.submit(request)) {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) => self.pause().await?,
                 Err(Refusal::NoFeedRate) => return Err(Failure::alarm("Undefined feed rate")),

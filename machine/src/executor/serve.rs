@@ -48,6 +48,11 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn serve_session(&mut self, id: SessionId) {
+        // Mostly nothing is new, and this is asked for every line.
+        let session = self.sessions.get(id);
+        if !session.is_some_and(|session| session.wants_service(self.ports.inbox(id))) {
+            return;
+        }
         if self.sessions.is_visited_anew(&self.ports, id) {
             self.change_visitor(id);
         }

@@ -6,13 +6,14 @@
 use motion::geometry::{Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, Nurbs, Smooth, SplineMoves};
 use motion::path::Curve;
 use motion::{Corner, Mode};
-use program::{Centre, Move, Rate, Shape};
+use program::{Centre, Move, Rate, Shape, State};
 use units::{PerAxis, Plane};
 
-use super::Machine;
+use super::{Machine, actions};
 use crate::failure::{Failure, message};
 use crate::motion_config::arc_settings;
 use crate::ports::Ports;
+use crate::safety::Event;
 
 /// Parts of a turn on a machine that bends lines.
 const PARTS_OF_TURN: f64 = 16.0;
@@ -38,22 +39,51 @@ impl Common {
     }
 }
 
-/// Submits a move of the program.
-pub(super) async fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+/// What motion is to know of a move of the program, its curve aside.
+fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed, Mode::Rapid),
         Rate::Feed(speed) => (speed, Mode::Feed),
     };
-    let (from, usual) = machine.ports.motion(|motion| {
-        let usual = motion.config().map(|config| config.limits.junction_deviation);
-        (motion.commanded_position(), usual.unwrap_or_default())
-    });
     let corner = match request.corner {
         program::Corner::Sharp => Corner::Sharp,
         program::Corner::Stop => Corner::Stop,
-        program::Corner::Rounded(within) => Corner::Rounded(within.unwrap_or(usual.get())),
+        program::Corner::Rounded(Some(within)) => Corner::Rounded(within),
+        program::Corner::Rounded(None) => Corner::Rounded(
+            machine.ports.motion(|motion| motion.config().map_or(0.0, |config| config.limits.junction_deviation.get())),
+        ),
     };
-    let own = motion::Move { feed_rate, mode, power: request.power, corner, ..motion::Move::default() };
+    motion::Move {
+        target: request.target,
+        feed_rate,
+        mode,
+        power: request.power,
+        curve: Curve::Line,
+        corner,
+        tag: machine.tag,
+    }
+}
+
+/// Submits the commonest move of all: straight, whole, while the look-ahead queue has room. False: nothing has been done, and
+/// [`submit`] does it, or says why not.
+pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
+    let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
+    let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
+    if !is_whole || !is_free || actions::may_move(machine).is_err() {
+        return false;
+    }
+    let own = in_motions_terms(machine, request);
+    let is_taken = machine.ports.motion(|motion| motion.submit(&own)).is_ok();
+    if is_taken {
+        machine.safety.apply(Event::Started);
+    }
+    is_taken
+}
+
+/// Submits a move of the program.
+pub(super) async fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let own = in_motions_terms(machine, request);
     let mut common = Common { request: own, from, to: request.target };
     match request.shape {
         Shape::Line { names_xy } => line(machine, &mut common, names_xy).await,

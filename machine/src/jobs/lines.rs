@@ -65,11 +65,14 @@ impl FileLines {
             return Next::End;
         }
         loop {
-            while let Some(byte) = self.chunk.get(self.next).copied() {
-                self.next += 1;
-                self.read = self.read.saturating_add(1);
-                self.ends += u32::from(byte == b'\n');
-                if let Some(gathered) = self.gathering.push(byte) {
+            while let Some(rest) = self.chunk.get(self.next..).filter(|rest| !rest.is_empty()) {
+                let run = self.gathering.push_run(rest);
+                let special = rest.get(run).copied();
+                let taken = run + usize::from(special.is_some());
+                self.next += taken;
+                self.read = self.read.saturating_add(taken as u32);
+                self.ends += u32::from(special == Some(b'\n'));
+                if let Some(gathered) = special.and_then(|byte| self.gathering.push(byte)) {
                     return handed_out(gathered, line);
                 }
             }

@@ -157,6 +157,16 @@ impl Session {
         self.visits
     }
 
+    /// Whether there is anything to do for it beside its line and its output.
+    #[must_use]
+    pub fn wants_service(&self, inbox: &Inbox) -> bool {
+        inbox.has_news()
+            || self.visits != inbox.visits()
+            || self.listing.is_some()
+            || self.lost > 0
+            || (self.line.is_some() && !self.looked_at)
+    }
+
     /// Gathers bytes until a line is whole. True when a line was dropped for being too long.
     pub fn gather(&mut self, inbox: &Inbox) -> bool {
         while self.line.is_none() && self.lost == 0 {
