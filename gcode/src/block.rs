@@ -108,6 +108,7 @@ impl<'a> Block<'a> {
 
     /// The number of a word, when the word is there and has one. Letters in either case.
     #[must_use]
+    #[inline]
     pub fn get(&self, letter: char) -> Option<f64> {
         let index = index(letter)?;
         if self.valued & (1 << index) == 0 { None } else { self.values.get(index).copied() }
@@ -188,6 +189,7 @@ impl fmt::Display for Block<'_> {
     }
 }
 
+#[inline]
 fn index(letter: char) -> Option<usize> {
     letter.is_ascii_alphabetic().then(|| usize::from((letter as u8).to_ascii_uppercase() - b'A'))
 }

@@ -161,7 +161,7 @@ fn console_line(body: &[u8], at: usize) -> Result<Line<'_>, Refusal> {
 /// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only digits follow.
 /// Elsewhere a `*` inside a comment is part of the comment.
 fn checksum(line: &[u8], numbered: bool) -> Result<Option<(usize, u8)>, Refusal> {
-    let Some(last) = line.iter().rposition(|&byte| byte == b'*') else { return Ok(None) };
+    let Some(last) = memchr::memrchr(b'*', line) else { return Ok(None) };
     if numbered
         && let Some((sum, end)) = checksum_number(line, last)
         && end == line.len()

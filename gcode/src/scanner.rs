@@ -140,7 +140,9 @@ impl<'a> Blocks<'a> {
         let begin = self.at;
         let letter = char::from(letter);
         self.at += 1;
-        self.skip_blanks();
+        if !self.peek().is_some_and(number::starts) {
+            self.skip_blanks();
+        }
         if !self.peek().is_some_and(number::starts) {
             return if flags_allowed { Ok(None) } else { Err(self.error(begin, Problem::MissingNumber(letter))) };
         }

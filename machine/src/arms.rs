@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use config::{ArmSolution, MachineConfig};
+use config::MachineConfig;
 use motion::{ConfigError, Kinematics, MotionConfig};
 use program::Words;
 use units::{Axis, PerAxis};
@@ -30,16 +30,6 @@ pub(crate) const fn homes_by_motor(config: &MachineConfig) -> bool {
 /// The homing position of Z is a place of the tool, which M665 changes.
 const fn homes_by_tool(config: &MachineConfig) -> bool {
     config.homing.delta || config.homing.scara
-}
-
-/// A move out of reach halts, unless the configuration says otherwise.
-pub(crate) const fn halts_out_of_reach(config: &MachineConfig) -> bool {
-    let arms = &config.motion.arms;
-    match config.motion.arm_solution {
-        ArmSolution::LinearDelta => arms.linear_delta.halt_on_error,
-        ArmSolution::RotaryDelta => arms.rotary_delta.halt_on_error,
-        _ => true,
-    }
 }
 
 /// Where the tool of a linear delta is with every carriage at its switch, were there no trims. mm.

@@ -154,6 +154,16 @@ fn limits(config: &MachineConfig) -> Limits {
     }
 }
 
+/// A move out of reach halts, unless the configuration says otherwise.
+pub(crate) const fn halts_out_of_reach(config: &MachineConfig) -> bool {
+    let arms = &config.motion.arms;
+    match config.motion.arm_solution {
+        ArmSolution::LinearDelta => arms.linear_delta.halt_on_error,
+        ArmSolution::RotaryDelta => arms.rotary_delta.halt_on_error,
+        _ => true,
+    }
+}
+
 /// How straight moves are cut; a move that names neither X nor Y may be left whole.
 #[must_use]
 pub fn line_settings(config: &MachineConfig) -> LineSettings {

@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use crate::sources;
+use crate::{sources, structure};
 
 /// Which of our crates each crate may use. A crate that is not listed may not exist.
 const MAY_USE: &[(&str, &[&str])] = &[
@@ -71,8 +71,12 @@ pub fn check(root: &Path) -> Result<()> {
     }
     faults.extend(sources::faults(root, PURE)?);
     faults.extend(sources::waiting(root, SYNCHRONOUS)?);
+    faults.extend(structure::faults(root, "machine", Some(("Machine", "executor")))?);
     if faults.is_empty() {
         println!("deps: {} crates keep the rules", packages.len());
+        for package in ["machine", "program"] {
+            println!("deps: {}", structure::figures(root, package)?);
+        }
         return Ok(());
     }
     for fault in &faults {

@@ -7,6 +7,7 @@ mod itcm;
 mod ledger;
 mod memory;
 mod sources;
+mod structure;
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -89,7 +89,8 @@ fn code_of(line: &str) -> String {
     code
 }
 
-fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
+/// Every source below a folder, in order.
+pub fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();

@@ -11,7 +11,6 @@ use crate::heat_codes;
 use crate::needs::{failure_of, needs};
 use crate::outputs::Outputs;
 use crate::ports::Ports;
-use crate::safety::Event;
 use crate::sessions::Recipient;
 use program::State;
 
@@ -117,7 +116,7 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 }
 
 async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let moved = match may_move(machine) {
+    let moved = match machine.may_move() {
         Ok(()) => shapes::submit(machine, request).await,
         Err(failure) => Err(failure),
     };
@@ -126,13 +125,6 @@ async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> R
         machine.resynchronise_if_still();
     }
     moved
-}
-
-pub(super) fn may_move<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
-    if machine.config.motion.must_be_homed && !machine.facts().all_homed() {
-        return Err(Failure::alarm("Must be homed before moving"));
-    }
-    Ok(())
 }
 
 /// Changes an output where the path has come this far.
@@ -183,26 +175,6 @@ async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<
             },
             Err(Refusal::Full | Refusal::Stopping) => machine.pause().await?,
             Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
-        }
-    }
-}
-
-impl<P: Ports> Machine<'_, P> {
-    /// After something that ends from standstill: the program goes on from where the machine is.
-    pub(super) fn resynchronise_if_still(&mut self) {
-        if self.ports.motion(|motion| motion.is_idle()) {
-            self.resynchronise();
-        }
-    }
-
-    /// What the state is when nothing else says it: the planner's.
-    pub(super) fn follow_motion(&mut self) {
-        let idle = self.ports.motion(|motion| motion.is_idle());
-        let state = self.safety.state();
-        if idle && matches!(state, State::Run | State::Jog) {
-            self.safety.apply(Event::Drained);
-        } else if !idle && matches!(state, State::Idle | State::Suspended) {
-            self.safety.apply(Event::Started);
         }
     }
 }

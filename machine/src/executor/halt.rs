@@ -118,12 +118,6 @@ impl<P: Ports> Machine<'_, P> {
         self.finish_release();
     }
 
-    /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.
-    pub(super) fn resynchronise(&mut self) {
-        let position = self.ports.motion(|motion| motion.commanded_position());
-        self.program.resynchronise(position);
-    }
-
     /// The kill button, at each poll.
     pub(super) fn watch_kill_button(&mut self, now: Micros) {
         let settings = self.config.kill_button;

@@ -5,7 +5,7 @@ use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Machine, actions, commands, shapes, suspend};
+use super::{Machine, actions, commands, shapes, stack};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::jobs::Next;
 use crate::needs::needs;
@@ -16,7 +16,7 @@ use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 /// False when there was nothing.
 pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.frames.is_empty() {
-        super::suspend::run_top(machine).await;
+        stack::run_top(machine).await;
         return true;
     }
     let path_is_full = machine.ports.motion(|motion| {
@@ -181,12 +181,12 @@ pub(super) async fn run_blocks<P: Ports>(
     to: Recipient,
     origin: Origin,
 ) {
-    let mut outcome = Ok(Answer::Ok);
+    let mut answer = Answer::Ok;
     let mut block = Block::new(None, 0);
-    loop {
+    let failed = loop {
         match blocks.read(&mut block) {
             Ok(true) => {}
-            Ok(false) => break,
+            Ok(false) => break None,
             Err(error) => {
                 let (line, _) = blocks.place();
                 return bad_line(machine, Refusal::Syntax(error), line, to, origin);
@@ -194,10 +194,12 @@ pub(super) async fn run_blocks<P: Ports>(
         }
         last = block.code;
         let height = machine.frames.len();
-        outcome = run_block(machine, &block, to, origin).await;
-        if outcome.is_err() {
-            machine.frames.drop_down_to(height);
-            break;
+        match run_block(machine, &block, to, origin).await {
+            Ok(now) => answer = now,
+            Err(failure) => {
+                machine.frames.drop_down_to(height);
+                break Some(failure);
+            }
         }
         if machine.frames.len() > height {
             let (line, at) = blocks.place();
@@ -207,11 +209,10 @@ pub(super) async fn run_blocks<P: Ports>(
                 return;
             }
             machine.frames.drop_down_to(height);
-            outcome = Err(Failure::refused("scripts start each other without end"));
-            break;
+            break Some(Failure::refused("scripts start each other without end"));
         }
-    }
-    finish(machine, outcome, last, to, origin);
+    };
+    finish(machine, failed.map_or(Ok(answer), Err), last, to, origin);
 }
 
 fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient, origin: Origin) {
@@ -240,7 +241,9 @@ pub(super) async fn run_block<P: Ports>(
             _ => Failure::Halted,
         });
     }
-    machine.wait_for_door(allowed).await?;
+    if state == State::Door {
+        machine.wait_for_door(allowed).await?;
+    }
     let Some(row) = row else { return Ok(Answer::Unknown) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
@@ -287,7 +290,7 @@ pub(super) fn finish<P: Ports>(
     origin: Origin,
 ) {
     if origin == Origin::Settings {
-        return suspend::settings_line_ended(machine, outcome);
+        return stack::settings_line_ended(machine, outcome);
     }
     let carried_out = outcome.is_ok();
     say_answer(machine, outcome, last, to);

@@ -7,7 +7,6 @@ use program::State;
 use units::{Axis, Micros, PerAxis};
 
 use super::{Machine, commands, functions};
-use crate::failure::Message;
 use crate::files::listings;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
@@ -21,32 +20,24 @@ const POLL_PERIOD: Micros = Micros::from_millis(10);
 /// Half period of the life LED.
 const LED_PERIOD: Micros = Micros::from_millis(100);
 
-/// When what is due, and what is remembered between two looks.
-#[derive(Debug, Default)]
-pub(super) struct Polls {
-    due: Micros,
-    led_due: Micros,
-    led_phase: u8,
-    /// What was wrong with the line of saved settings that just ended.
-    pub settings_problem: Option<Message>,
+/// Serves everything once.
+pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
+    let now = machine.ports.now();
+    machine.ports.report_alive();
+    machine.ports.heat(|heat| heat.dispatcher_alive(now));
+    let mut session = 0;
+    while session < machine.sessions.count() {
+        machine.serve_session(SessionId(session));
+        session += 1;
+    }
+    if now >= machine.polls.due {
+        machine.polls.due = now.plus(POLL_PERIOD);
+        machine.watch(now);
+    }
+    machine.sessions.flush(&mut machine.ports, now);
 }
 
 impl<P: Ports> Machine<'_, P> {
-    /// Serves everything once.
-    pub(super) fn serve(&mut self) {
-        let now = self.ports.now();
-        self.ports.report_alive();
-        self.ports.heat(|heat| heat.dispatcher_alive(now));
-        for id in self.sessions.ids() {
-            self.serve_session(id);
-        }
-        if now >= self.polls.due {
-            self.polls.due = now.plus(POLL_PERIOD);
-            self.watch(now);
-        }
-        self.sessions.flush(&mut self.ports, now);
-    }
-
     fn serve_session(&mut self, id: SessionId) {
         // Mostly nothing is new, and this is asked for every line.
         let session = self.sessions.get(id);
@@ -207,12 +198,6 @@ impl<P: Ports> Machine<'_, P> {
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
         self.follow_job();
         self.blink(now);
-    }
-
-    /// What of the job the motors make: nothing of it while they rest.
-    pub(super) fn follow_job(&mut self) {
-        let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
-        self.jobs.executing(executing);
     }
 
     fn watch_heat(&mut self) {

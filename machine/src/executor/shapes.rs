@@ -9,7 +9,7 @@ use motion::{Corner, Mode};
 use program::{Centre, Move, Rate, Shape, State};
 use units::{PerAxis, Plane};
 
-use super::{Machine, actions};
+use super::Machine;
 use crate::failure::{Failure, message};
 use crate::motion_config::arc_settings;
 use crate::ports::Ports;
@@ -69,7 +69,7 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
 pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
-    if !is_whole || !is_free || actions::may_move(machine).is_err() {
+    if !is_whole || !is_free || machine.may_move().is_err() {
         return false;
     }
     let own = in_motions_terms(machine, request);

@@ -1,22 +1,20 @@
 //! Suspending a job and going on with it, replaying saved settings, and running what they start: the frames.
 
-use gcode::{Blocks, Gathered, LineBuffer};
+use gcode::LineBuffer;
 use heapless::Vec;
-use motion::Mode;
 use program::Part;
-use units::{Axis, Celsius, HeaterId};
+use units::{Celsius, HeaterId};
 
-use super::frames::{Frame, Origin, Replay, Rest, Then};
-use super::{Hands, Machine, lines};
-use crate::failure::{Answer, Failure, Outcome, message};
+use super::frames::{Frame, Replay, Then};
+use super::{Hands, Machine};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Path, safe_file};
 use crate::heat_codes;
 use crate::jobs::Suspended;
 use crate::needs::needs;
 use crate::ports::{OpenMode, Ports, StorageError};
-use crate::probing::level_by_cartesian_grid;
 use crate::safety::Event;
-use crate::sessions::{LineBytes, Recipient};
+use crate::sessions::Recipient;
 
 /// M600 and `suspend`: pauses the job, so that a person can work at the machine.
 pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool, to: Recipient) -> Outcome {
@@ -93,212 +91,4 @@ pub(super) fn begin_replay<P: Ports>(
         at_end: false,
     };
     if machine.frames.push(Frame::Replay(replay)) { Ok(()) } else { Err(StorageError::TooManyOpen) }
-}
-
-/// Does the next thing of what was started last.
-pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.safety.is_halted() {
-        return fail(machine, Failure::Halted);
-    }
-    match machine.frames.top() {
-        Some(Frame::Replay(_)) => replay_next(machine).await,
-        Some(Frame::Script(..)) => script_next(machine).await,
-        _ => match machine.frames.pop() {
-            Some(Frame::Rest(Rest { line, at, to, origin, last })) => {
-                lines::run_blocks(machine, Blocks::starting_at(&line, at), last, to, origin).await;
-            }
-            Some(Frame::Then(then)) => {
-                if let Err(failure) = go_on(machine, then).await {
-                    fail(machine, failure);
-                }
-            }
-            _ => {}
-        },
-    }
-}
-
-/// The next command of a script.
-async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(Frame::Script(script, at)) = machine.frames.top() else { return };
-    let text = *script;
-    let mut blocks = Blocks::starting_at(text.as_bytes(), *at);
-    let block = blocks.next();
-    (_, *at) = blocks.place();
-    let Some(block) = block else {
-        machine.frames.pop();
-        return;
-    };
-    let outcome = match block {
-        // A suspension within a suspension has no meaning.
-        Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600 | 601)) => Ok(Answer::Ok),
-        Ok(block) => {
-            let outcome = lines::run_block(machine, &block, Recipient::Nobody, Origin::Switch).await;
-            if let (Ok(Answer::Unknown), Some(code)) = (&outcome, block.code) {
-                machine.announce(format_args!("// WARNING {code} is not known here and was passed over: {text}\n"));
-            }
-            outcome
-        }
-        Err(error) => Err(Failure::Refused(message(format_args!("{text}: {error}")))),
-    };
-    if let Err(failure) = outcome {
-        fail(machine, failure);
-    }
-}
-
-/// What follows a script.
-async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
-    match then {
-        Then::LevelByGrid(shape, to) => {
-            machine.standstill().await?;
-            let leveled = level_by_cartesian_grid(&mut Hands::new(machine, to), &shape).await.map(|_| ());
-            machine.resynchronise_if_still();
-            match leveled {
-                // What came before is undone by the second script, however leveling ended.
-                Ok(()) | Err(Failure::Refused(_)) => {
-                    let [_, after] = &machine.config.probe_gcode;
-                    start_script(machine, after, Then::Ended(leveled))?;
-                }
-                Err(failure) => return Err(failure),
-            }
-        }
-        Then::Ended(how) => {
-            machine.standstill().await?;
-            return how;
-        }
-        Then::Suspended => {
-            machine.standstill().await?;
-            machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
-        }
-        Then::Resumed => {
-            let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
-            machine.safety.apply(Event::Unsuspend);
-            let mut target = machine.ports.motion(|motion| motion.commanded_position());
-            Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = suspended.position[axis]);
-            machine.program.come_back_to(suspended.kept);
-            let rate = machine.program.modal().seek_rate;
-            Hands::new(machine, Recipient::Nobody).go(target, rate, Mode::Rapid).await?;
-            machine.resynchronise();
-            if !machine.jobs.set_paused(false) {
-                machine.announce(format_args!("// action:resume\n"));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// What was started cannot go on: the line that started it is answered.
-fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
-    while let Some(frame) = machine.frames.pop() {
-        match frame {
-            Frame::Rest(rest) => {
-                return lines::finish(machine, Err(failure), rest.last, rest.to, rest.origin);
-            }
-            Frame::Replay(replay) => {
-                if let Failure::Alarm(text) = &failure {
-                    lines::alarm(machine, text, replay.asked);
-                }
-                end_replay(machine, replay, Err("the machine is halted"));
-            }
-            Frame::Script(..) | Frame::Then(_) => {}
-        }
-    }
-}
-
-// --- saved settings ---
-
-/// What a file of settings gives next.
-#[expect(clippy::large_enum_variant, reason = "it is taken apart at once")]
-enum Piece {
-    Line(LineBytes),
-    TooLong,
-    End,
-    Failed(StorageError),
-}
-
-/// The next line of the file of settings.
-fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
-    let Machine { frames, ports, .. } = machine;
-    let Some(Frame::Replay(replay)) = frames.top() else { return Piece::End };
-    let whole = |line: &[u8]| LineBytes::from_slice(line).map_or(Piece::TooLong, Piece::Line);
-    while !replay.at_end {
-        while let Some(byte) = replay.chunk.get(replay.next).copied() {
-            replay.next += 1;
-            match replay.gathering.push(byte) {
-                Some(Gathered::Line(line)) => return whole(line),
-                Some(Gathered::TooLong) => return Piece::TooLong,
-                None => {}
-            }
-        }
-        let mut chunk = [0; 128];
-        match ports.read(replay.file, &mut chunk) {
-            Ok(0) => replay.at_end = true,
-            Ok(count) => {
-                replay.next = 0;
-                replay.chunk.clear();
-                // A chunk fits a chunk.
-                let _ = replay.chunk.extend_from_slice(chunk.get(..count).unwrap_or(&[]));
-            }
-            Err(error) => return Piece::Failed(error),
-        }
-    }
-    match replay.gathering.finish() {
-        Some(Gathered::Line(line)) => whole(line),
-        Some(Gathered::TooLong) => Piece::TooLong,
-        None => Piece::End,
-    }
-}
-
-async fn replay_next<P: Ports>(machine: &mut Machine<'_, P>) {
-    let ended = match next_line(machine) {
-        Piece::Line(line) => return replay_line(machine, &line).await,
-        Piece::TooLong => Err("a line is too long"),
-        Piece::End => Ok(()),
-        Piece::Failed(error) => Err(error.text()),
-    };
-    if let Some(Frame::Replay(replay)) = machine.frames.pop() {
-        end_replay(machine, replay, ended);
-    }
-}
-
-async fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
-    let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    match gcode::Decoder::new().decode(line) {
-        Ok(gcode::Line::Blank) => {}
-        Ok(gcode::Line::Code(blocks)) => {
-            machine.tag = motion::Tag::NONE;
-            lines::run_blocks(machine, blocks, None, Recipient::Nobody, Origin::Settings).await;
-            warn_of(machine, text);
-        }
-        _ => machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),
-    }
-}
-
-/// A line of settings has ended. What cannot be done is said, and the rest goes on.
-pub(super) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
-    machine.polls.settings_problem = match outcome {
-        Ok(Answer::Unknown) => Some(message(format_args!("nobody knows the saved setting"))),
-        Err(Failure::Refused(why)) => Some(why),
-        Err(failure) => return fail(machine, failure),
-        Ok(_) => None,
-    };
-}
-
-fn warn_of<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
-    if let Some(why) = machine.polls.settings_problem.take() {
-        machine.announce(format_args!("// WARNING: {why}: {line}\n"));
-    }
-}
-
-fn end_replay<P: Ports>(machine: &mut Machine<'_, P>, replay: Replay, ended: Result<(), &str>) {
-    // It was only read: a failing close loses nothing.
-    let _ = machine.ports.close(replay.file);
-    machine.program.count_in_inches(replay.inches);
-    let (path, to) = (replay.path, replay.asked);
-    match ended {
-        Ok(()) => {
-            machine.settings_loaded = true;
-            machine.say(to, format_args!("configuration override {path} loaded\n"));
-        }
-        Err(why) => machine.say(to, format_args!("failed to load configuration override {path}: {why}\n")),
-    }
 }

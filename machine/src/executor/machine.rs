@@ -1,0 +1,223 @@
+//! The machine: who owns what, and what everything that is carried out needs of it: waiting, moving, saying.
+//!
+//! It knows nothing of lines, of commands, or of who is served while it waits.
+
+use config::MachineConfig;
+use motion::{Refusal, Tag};
+use program::{Facts, Interpreter, State, States};
+use units::{Axis, AxisSet, Micros};
+
+use super::frames::Frames;
+use super::polls::Polls;
+use crate::axes::Axes;
+use crate::bed::Bed;
+use crate::failure::{Failure, message};
+use crate::files::Files;
+use crate::jobs::Jobs;
+use crate::motion_config::halts_out_of_reach;
+use crate::outputs::Outputs;
+use crate::ports::Ports;
+use crate::safety::{Event, Safety};
+use crate::sessions::{Recipient, Sessions};
+use crate::tuning::Tuning;
+use crate::wait::yield_once;
+
+/// The machine: who owns what.
+pub(crate) struct Machine<'c, P: Ports> {
+    pub(super) ports: P,
+    /// As it was read.
+    pub(super) config: &'c MachineConfig,
+    /// How long reading it took, from the card's mounting on.
+    pub(super) config_took: Micros,
+    /// What the lines mean.
+    pub(super) program: Interpreter,
+    /// Who talks to it.
+    pub(super) sessions: Sessions,
+    /// Whether it may move.
+    pub(super) safety: Safety,
+    pub(super) axes: Axes,
+    pub(super) bed: Bed,
+    pub(super) outputs: Outputs,
+    pub(super) jobs: Jobs,
+    pub(super) files: Files,
+    pub(super) tuning: Tuning,
+    /// What lines have started that is to be done before anything else.
+    pub(super) frames: Frames<'c>,
+    /// What moves are made for at present.
+    pub(super) tag: Tag,
+    /// Axes that have a switch to home with.
+    pub(super) can_home: AxisSet,
+    pub(super) polls: Polls,
+    /// Saved settings were loaded since boot.
+    pub(super) settings_loaded: bool,
+    /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the other way round.
+    meanwhile: fn(&mut Self),
+}
+
+impl<'c, P: Ports> Machine<'c, P> {
+    pub(super) fn new(
+        ports: P,
+        config: &'c MachineConfig,
+        sessions: Sessions,
+        config_took: Micros,
+        meanwhile: fn(&mut Self),
+    ) -> Self {
+        let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
+        Self {
+            ports,
+            config,
+            config_took,
+            program: Interpreter::new(crate::program_setup::setup(config)),
+            sessions,
+            safety: Safety::default(),
+            axes: Axes::new(config),
+            bed: Bed::new(&config.leveling),
+            outputs: Outputs::new(&config.switches),
+            jobs: Jobs::default(),
+            files: Files::default(),
+            tuning: Tuning::new(config),
+            frames: Frames::default(),
+            tag: Tag::NONE,
+            can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
+            polls: Polls::default(),
+            settings_loaded: false,
+            meanwhile,
+        }
+    }
+
+    /// What the program must know of the machine.
+    pub(super) const fn facts(&self) -> Facts {
+        Facts { homed: self.axes.homed(), can_home: self.can_home }
+    }
+
+    /// Says something to one recipient.
+    pub(super) fn say(&mut self, to: Recipient, text: core::fmt::Arguments<'_>) {
+        self.sessions.say(to, text);
+    }
+
+    /// Says something to every session.
+    pub(super) fn announce(&mut self, text: core::fmt::Arguments<'_>) {
+        self.sessions.say(Recipient::All, text);
+    }
+
+    // --- waiting ---
+
+    /// Serves everybody once.
+    pub(super) fn serve(&mut self) {
+        (self.meanwhile)(self);
+    }
+
+    /// One turn of a wait: serves everybody, yields, and ends the wait when the machine halts.
+    pub(super) async fn pause(&mut self) -> Result<(), Failure> {
+        self.serve();
+        if self.safety.is_halted() {
+            return Err(Failure::Halted);
+        }
+        yield_once().await;
+        Ok(())
+    }
+
+    /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and reports.
+    pub(super) async fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
+        while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
+            self.pause().await?;
+        }
+        Ok(())
+    }
+
+    /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what it is.
+    pub(super) async fn standstill(&mut self) -> Result<(), Failure> {
+        self.ports.motion(motion::Motion::flush);
+        while !self.ports.motion(|motion| motion.is_idle()) {
+            self.pause().await?;
+        }
+        if matches!(self.safety.state(), State::Run | State::Jog) {
+            self.safety.apply(Event::Drained);
+        }
+        if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
+    }
+
+    /// Waits for a length of time, whatever moves.
+    pub(super) async fn wait(&mut self, time: Micros) -> Result<(), Failure> {
+        let since = self.ports.now();
+        while self.ports.now().since(since) < time {
+            self.pause().await?;
+        }
+        Ok(())
+    }
+
+    /// Waits until whoever listens has taken most of what was said. One that does not take anything is forgotten by the sessions.
+    pub(super) async fn drain(&mut self, who: Recipient) {
+        while !self.sessions.have_taken_most(who) {
+            self.serve();
+            yield_once().await;
+        }
+    }
+
+    // --- moving ---
+
+    pub(super) fn enable_motors(&mut self) -> Result<(), Failure> {
+        let now = self.ports.now();
+        self.axes.enable(&mut self.ports, self.config, &self.tuning, now)
+    }
+
+    /// Whether moves are taken: where the configuration asks for it, only once the machine is homed.
+    pub(super) fn may_move(&self) -> Result<(), Failure> {
+        if self.config.motion.must_be_homed && !self.facts().all_homed() {
+            return Err(Failure::alarm("Must be homed before moving"));
+        }
+        Ok(())
+    }
+
+    /// Submits a move, waiting while the look-ahead queue is full.
+    pub(super) async fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
+        if !self.axes.are_enabled() {
+            self.enable_motors()?;
+        }
+        loop {
+            match self.ports.motion(|motion| motion.submit(request)) {
+                Ok(()) => break,
+                Err(Refusal::Full | Refusal::Stopping) => self.pause().await?,
+                Err(Refusal::NoFeedRate) => return Err(Failure::alarm("Undefined feed rate")),
+                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
+                    return Err(Failure::Refused(message(format_args!("{refusal}"))));
+                }
+                Err(refusal) => return Err(Failure::Alarm(message(format_args!("{refusal}")))),
+            }
+        }
+        self.safety.apply(Event::Started);
+        Ok(())
+    }
+
+    // --- following ---
+
+    /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.
+    pub(super) fn resynchronise(&mut self) {
+        let position = self.ports.motion(|motion| motion.commanded_position());
+        self.program.resynchronise(position);
+    }
+
+    /// After something that ends from standstill: the program goes on from where the machine is.
+    pub(super) fn resynchronise_if_still(&mut self) {
+        if self.ports.motion(|motion| motion.is_idle()) {
+            self.resynchronise();
+        }
+    }
+
+    /// What the state is when nothing else says it: the planner's.
+    pub(super) fn follow_motion(&mut self) {
+        let idle = self.ports.motion(|motion| motion.is_idle());
+        let state = self.safety.state();
+        if idle && matches!(state, State::Run | State::Jog) {
+            self.safety.apply(Event::Drained);
+        } else if !idle && matches!(state, State::Idle | State::Suspended) {
+            self.safety.apply(Event::Started);
+        }
+    }
+
+    /// What of the job the motors make: nothing of it while they rest.
+    pub(super) fn follow_job(&mut self) {
+        let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+        self.jobs.executing(executing);
+    }
+}

@@ -1,0 +1,15 @@
+//! What the looks at inputs and faults remember from one to the next.
+
+use units::Micros;
+
+use crate::failure::Message;
+
+/// When what is due, and what is remembered between two looks.
+#[derive(Debug, Default)]
+pub(super) struct Polls {
+    pub due: Micros,
+    pub led_due: Micros,
+    pub led_phase: u8,
+    /// What was wrong with the line of saved settings that just ended.
+    pub settings_problem: Option<Message>,
+}
