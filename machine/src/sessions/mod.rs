@@ -97,6 +97,12 @@ impl Sessions {
         }
     }
 
+    /// How many there are.
+    #[must_use]
+    pub const fn count(&self) -> u8 {
+        self.count as u8
+    }
+
     /// Those that there are.
     pub fn ids(&self) -> impl Iterator<Item = SessionId> + use<> {
         (0..self.count as u8).map(SessionId)
@@ -123,6 +129,9 @@ impl Sessions {
     /// The session whose turn it is to have its line carried out. `path_is_full`: those whose line waits for room in the look-ahead
     /// queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {
+        if !self.sessions.iter().take(self.count).any(|session| session.is_ready(path_is_full)) {
+            return None;
+        }
         for step in 0..self.count {
             let index = (self.turn + step) % self.count;
             let ready = self.sessions.get(index).is_some_and(|session| session.is_ready(path_is_full));
@@ -166,10 +175,8 @@ impl Sessions {
 
     /// Hands output to the transports, as much as they take. What nobody takes for [`LISTENER_TIMEOUT`] is forgotten.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
-        for id in self.ids() {
-            if let Some(session) = self.get_mut(id) {
-                session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(id, bytes));
-            }
+        for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
+            session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(SessionId(index as u8), bytes));
         }
     }
 

@@ -12,7 +12,6 @@ use units::{Axis, PerAxis};
 
 use super::{Exit, Motion};
 use crate::{
-    config::Limits,
     least,
     moves::{Corner, Move},
     path::{self, Arc, Curve, Path, Vector, dot, mix},
@@ -47,7 +46,7 @@ impl Motion {
             return None;
         };
         let ((unit_before, length_before), before, after) = (last.line?, last.exit.direction?, envelope.primary?);
-        let alike = last.block.mode == request.mode && last.block.power == request.power;
+        let alike = last.mode == request.mode && last.power == request.power;
         let room = config.queue_size > 2 && !self.planner.is_empty();
         if !alike || !room {
             return None;
@@ -59,7 +58,7 @@ impl Motion {
             from[axis] -= cut * unit_before[axis];
             to[axis] += cut * unit[axis];
         }
-        let requested = least(last.block.requested, request.feed_rate.get());
+        let requested = least(last.requested, request.feed_rate.get());
         let path = Path::new(from, &to, arc.length(), Curve::Arc(arc));
         let over = self.compensation.over_path(&path, arc.length());
         let envelope = path::envelope(config, &path, arc.length(), requested, &over).ok()?;
@@ -69,19 +68,19 @@ impl Motion {
     }
 
     /// Puts the arc into the queue, and shortens the line before it.
-    pub(super) fn round(&mut self, rounding: &Rounding, request: &Move, limits: &Limits) {
+    pub(super) fn round(&mut self, rounding: &Rounding, request: &Move) {
         let Some(last) = self.last else { return };
         self.planner.shorten_last(rounding.cut, &rounding.from);
         let curve = Curve::Arc(rounding.arc);
-        let feed_rate = if last.block.requested < request.feed_rate.get() {
-            units::MmPerSecond(last.block.requested)
+        let feed_rate = if last.requested < request.feed_rate.get() {
+            units::MmPerSecond(last.requested)
         } else {
             request.feed_rate
         };
         let along = Move { target: rounding.to, feed_rate, curve, ..*request };
         let path = Path::new(rounding.from, &rounding.to, rounding.arc.length(), curve);
         let target = self.planned;
-        self.push(&rounding.envelope, Exit::of(&path, rounding.arc.length()), &along, limits);
+        self.push(&rounding.envelope, Exit::of(&path, rounding.arc.length()), &along);
         self.curves.push(curve);
         self.planned = target;
     }

@@ -34,7 +34,7 @@ use crate::{
     knots::{nearest_step, step_positions},
     least,
     motor::MotorSetup,
-    moves::{Refusal, Tag},
+    moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
     planner::{Block, BlockRing, CAPACITY, KEPT, Overrides, Planner},
     ramp::Ramp,
@@ -142,9 +142,27 @@ pub struct Motion {
 #[derive(Clone, Copy, Debug)]
 struct Last {
     exit: Exit,
-    block: Block,
+    length: f64,
+    acceleration: f64,
+    /// What its block says of speed and power.
+    speed_limit: f64,
+    requested: f64,
+    mode: Mode,
+    power: f32,
     /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before any corner was rounded, mm.
     line: Option<(PerAxis<f64>, f64)>,
+}
+
+impl Last {
+    fn new(block: &Block, exit: Exit) -> Self {
+        let Block { length, acceleration, speed_limit, requested, mode, power, .. } = *block;
+        Self { exit, length, acceleration, speed_limit, requested, mode, power, line: None }
+    }
+
+    /// Its cruise speed, mm/s.
+    fn cruise(&self, overrides: &Overrides) -> f64 {
+        overrides.cruise(self.speed_limit, self.requested, self.mode)
+    }
 }
 
 /// How a move ends.

@@ -5,7 +5,7 @@ use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 use super::{Exit, Last, Motion, State, corner::MOST_CUT};
 use crate::{
     compensation::{Compensation, Over},
-    config::{Limits, MotionConfig},
+    config::MotionConfig,
     greatest,
     knots::{MAX_STEPS, steps_per_mm},
     least,
@@ -64,8 +64,8 @@ impl Motion {
             no_orphan(self.orphans, &ways_of_curve(&path, &delta))?;
             let over = self.compensation.over_path(&path, length);
             let envelope = path::envelope(config, &path, length, request.feed_rate.get(), &over)?;
-            let (limits, exit) = (config.limits, Exit::of(&path, length));
-            self.push(&envelope, exit, request, &limits);
+            let exit = Exit::of(&path, length);
+            self.push(&envelope, exit, request);
             self.curves.push(request.curve);
             return Ok(());
         }
@@ -74,8 +74,7 @@ impl Motion {
         let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target, &over)? else {
             return Ok(());
         };
-        let limits = config.limits;
-        envelope.limit_straight_jerk(&limits);
+        envelope.limit_straight_jerk(&config.limits);
         // A curve of no length is a line.
         let as_line;
         let straight = if is_curved {
@@ -93,9 +92,9 @@ impl Motion {
         }
         if let Some(rounding) = rounding {
             envelope.length -= rounding.cut;
-            self.round(&rounding, straight, &limits);
+            self.round(&rounding, straight);
         }
-        self.push(&envelope, Exit::straight(envelope.primary), straight, &limits);
+        self.push(&envelope, Exit::straight(envelope.primary), straight);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
@@ -104,7 +103,8 @@ impl Motion {
     }
 
     /// Appends the block of a move that ends like this.
-    pub(super) fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move, limits: &Limits) {
+    pub(super) fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move) {
+        let Some(MotionConfig { limits, .. }) = &self.config else { return };
         let mut block = envelope.block(request);
         self.planner.keep_cruise_ratio(limits.cruise_ratio);
         let cruise = block.cruise(&self.overrides);
@@ -112,20 +112,20 @@ impl Motion {
         let last = if self.planner.is_empty() && self.run.is_none() { None } else { self.last.as_ref() };
         block.corner_sq = match last {
             Some(last) if request.corner != Corner::Stop => {
-                let acceleration = least(last.block.acceleration, block.acceleration);
-                let gain_sq = least(last.block.acceleration * last.block.length, block.acceleration * block.length);
+                let acceleration = least(last.acceleration, block.acceleration);
+                let gain_sq = least(last.acceleration * last.length, block.acceleration * block.length);
                 let corner = corner_sq(last.exit.direction, envelope.primary, acceleration, gain_sq, limits);
                 least(corner, jump_sq(last.exit.bend, envelope.bend, limits))
             }
             _ => limits.minimum_speed.get() * limits.minimum_speed.get(),
         };
         block.smooth = last.is_some_and(|last| is_smooth(last.exit.direction, envelope.primary));
-        let cruise_before = last.map_or(cruise, |last| last.block.cruise(&self.overrides));
+        let cruise_before = last.map_or(cruise, |last| last.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
         // The queue was found to have room.
+        self.last = Some(Last::new(&block, exit));
         let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
         self.planned = request.target;
-        self.last = Some(Last { exit, block, line: None });
     }
 }
 
@@ -143,6 +143,7 @@ fn ways_of_curve(path: &Path, delta: &PerAxis<f64>) -> PerAxis<f64> {
 }
 
 /// The limits of a straight move; `None` when nothing moves enough to count.
+#[inline(always)]
 fn envelope(
     config: &MotionConfig,
     from: &PerAxis<f64>,

@@ -96,11 +96,7 @@ impl Block {
     /// Cruise speed under these overrides, mm/s.
     #[must_use]
     pub fn cruise(&self, overrides: &Overrides) -> f64 {
-        let factor = match self.mode {
-            Mode::Rapid => overrides.rapid,
-            Mode::Feed => overrides.feed,
-        };
-        least(self.speed_limit, self.requested * factor)
+        overrides.cruise(self.speed_limit, self.requested, self.mode)
     }
 }
 
@@ -111,6 +107,17 @@ pub struct Overrides {
     pub feed: f64,
     /// Of rapids.
     pub rapid: f64,
+}
+
+impl Overrides {
+    /// Cruise speed of what asks for a speed and must not exceed a limit, mm/s.
+    pub(crate) fn cruise(&self, limit: f64, requested: f64, mode: Mode) -> f64 {
+        let factor = match mode {
+            Mode::Rapid => self.rapid,
+            Mode::Feed => self.feed,
+        };
+        least(limit, requested * factor)
+    }
 }
 
 /// Direction and limits of a move.
@@ -138,6 +145,7 @@ fn root_of_squares(parts: &[f64]) -> f64 {
 
 impl Envelope {
     /// For a move by `delta` that turns the motors by `motors` (mm each). `None` when nothing moves enough to count.
+    #[inline]
     pub fn new(delta: &PerAxis<f64>, motors: &PerActuator<f64>, limits: &Limits) -> Option<Self> {
         let moves = |part: &f64| libm::fabs(*part) >= SMALLEST;
         let [x, y, z, ..] = delta.0;

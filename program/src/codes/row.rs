@@ -19,6 +19,8 @@ pub struct CodeInfo {
     pub any_subcode: bool,
     /// The words it takes.
     pub words: &'static [WordInfo],
+    /// One of them has bounds.
+    pub(crate) is_bounded: bool,
     /// Its modal group: of two codes of one group, the later holds.
     pub group: Group,
     /// What it waits for.
@@ -258,6 +260,7 @@ impl CodeInfo {
             code,
             any_subcode: false,
             words: &[],
+            is_bounded: false,
             group: Group::NonModal,
             waits: Waits::Nothing,
             states: States::WORKING,
@@ -300,6 +303,11 @@ impl CodeInfo {
 
     pub(crate) const fn takes(mut self, words: &'static [WordInfo]) -> Self {
         self.words = words;
+        let mut index = 0;
+        while index < words.len() {
+            self.is_bounded |= !matches!(words[index].bounds, Bounds::Any);
+            index += 1;
+        }
         self
     }
 
