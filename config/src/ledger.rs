@@ -91,7 +91,7 @@ pub(crate) struct Ledger {
     /// Bit n: section n has been opened.
     pub(crate) sections: u64,
     /// Bit n: a key that section n does not have has been reported, and nothing of the section is supported.
-    told: u64,
+    reported: u64,
 }
 
 impl Ledger {
@@ -143,8 +143,8 @@ impl Ledger {
     /// True the first time for a section.
     pub(crate) fn tell_once(&mut self, section: &str) -> bool {
         let bit = crate::schema::section(section).map_or(0, |(index, _)| 1 << index);
-        let is_new = self.told & bit == 0;
-        self.told |= bit;
+        let is_new = self.reported & bit == 0;
+        self.reported |= bit;
         is_new
     }
 

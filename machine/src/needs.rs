@@ -13,7 +13,7 @@ use crate::failure::{Failure, Message, message};
 use crate::sessions::Reply;
 
 /// What keeps a part off, and where it stands.
-fn told(off: &OffModule) -> Message {
+fn explained(off: &OffModule) -> Message {
     match (off.key.is_empty(), off.line) {
         (_, 0) => message(format_args!("{off} is off: see {} in config.ini", off.key)),
         (true, line) => message(format_args!("{off} is off: see config.ini, line {line}")),
@@ -45,7 +45,7 @@ fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
 /// When it stays off; an alarm while a file is being played.
 pub(crate) fn needs(config: &MachineConfig, part: Part, is_playing: bool) -> Result<(), Failure> {
     let (section, name) = section_of(config, part);
-    match config.off(section, name).map(told) {
+    match config.off(section, name).map(explained) {
         None => Ok(()),
         Some(text) if is_playing => Err(Failure::Alarm(text)),
         Some(text) => Err(Failure::Refused(text)),

@@ -200,7 +200,7 @@ impl Outputs {
 
     /// The door is closed: duties of switches on timers as they are told.
     pub fn door_closes(&self, config: &MachineConfig) -> Duties {
-        self.duties(config, |_, told| told)
+        self.duties(config, |_, wanted| wanted)
     }
 
     fn duties(&self, config: &MachineConfig, percent: fn(&SwitchConfig, f32) -> f32) -> Duties {

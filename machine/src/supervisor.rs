@@ -310,16 +310,16 @@ mod tests {
         let (mut supervisor, mut drivers) = bench();
         let shorted = Ok(DriverStatus { short_a: true, ..DriverStatus::default() });
         let course = [shorted, Ok(DriverStatus::default()), shorted, shorted, shorted];
-        let mut told = [0; 5];
+        let mut reported = [0; 5];
         for (second, status) in course.into_iter().enumerate() {
             drivers.status = status;
             supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
             while let Some(event) = supervisor.take_event() {
                 assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::ShortA));
-                told[second] += 1;
+                reported[second] += 1;
             }
         }
-        assert_eq!(told, [0, 0, 0, 1, 0]);
+        assert_eq!(reported, [0, 0, 0, 1, 0]);
     }
 
     #[test]
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn the_heaters_supply_is_missed_once_and_only_while_its_switch_is_on() {
         let (mut supervisor, mut drivers) = bench();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for (second, volts) in [0.0, 0.0, 0.0, 0.0, 24.0, 0.0, 24.0].into_iter().enumerate() {
             // The switch goes on after the first poll.
             if second == 1 {
@@ -346,9 +346,9 @@ mod tests {
             }
             let supply = SupplyVoltages { motor: None, fets: Some(Volts(volts)) };
             supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
-            told.extend(supervisor.take_event().map(|event| (second, event)));
+            reported.extend(supervisor.take_event().map(|event| (second, event)));
         }
-        assert_eq!(told, [(2, SupervisorEvent::FetSupplyLost), (4, SupervisorEvent::FetSupplyReturned)]);
+        assert_eq!(reported, [(2, SupervisorEvent::FetSupplyLost), (4, SupervisorEvent::FetSupplyReturned)]);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
 use crate::{
-    agenda::{Agenda, NEVER},
+    event_merge::{EventMerge, NEVER},
     knots::Segment,
     live::Rewind,
     motion::Access,
@@ -73,7 +73,7 @@ const WORD: u32 = (1 << StepEvent::BITS) - 1;
 #[derive(Debug)]
 pub struct StepFeed {
     motors: [Motor; SLOTS],
-    agenda: Agenda,
+    merge: EventMerge,
     /// First tick of the current segment.
     base: Ticks,
     scale: Scale,
@@ -100,7 +100,7 @@ impl StepFeed {
     pub const fn new() -> Self {
         Self {
             motors: [Motor::NONE; SLOTS],
-            agenda: Agenda::EMPTY,
+            merge: EventMerge::EMPTY,
             base: Ticks(0),
             scale: Scale { length: 0.0, offset: 0.0 },
             newest: LONG_AGO,
@@ -182,7 +182,7 @@ impl StepFeed {
             // A turn that was never played leaves the pin as it was before, which need not be known.
             motor.drop_batch(real.turns_later(index));
         }
-        self.agenda = Agenda::EMPTY;
+        self.merge = EventMerge::EMPTY;
         self.moving = false;
         self.stand_at(real.steps, queue);
         motion.with(|motion| motion.resume_from_cut(real.steps));
@@ -213,7 +213,7 @@ impl StepFeed {
     }
 
     fn report(&mut self, queue: &StepQueue) -> FeedReport {
-        let drained = queue.is_empty() && self.agenda.is_empty();
+        let drained = queue.is_empty() && self.merge.is_empty();
         self.runs += 1;
         if drained {
             self.played = self.steps();
@@ -241,8 +241,8 @@ impl StepFeed {
             motor.pass(passed);
             // A slave goes its master's way.
             let Some(span) = segment.motors.0.get(usize::from(motor.setup.master)) else { continue };
-            if motor.setup.fitted && motor.lane.load(span) {
-                self.agenda.insert(motor.begin(index as u32, &self.scale, floor));
+            if motor.setup.fitted && motor.solver.load(span) {
+                self.merge.insert(motor.begin(index as u32, &self.scale, floor));
             }
         }
     }
@@ -253,7 +253,7 @@ impl StepFeed {
         let base = self.base.0 as u32;
         let mut newest = None;
         let done = loop {
-            let key = self.agenda.first();
+            let key = self.merge.first();
             if key == NEVER {
                 break true;
             }
@@ -264,7 +264,7 @@ impl StepFeed {
             newest = Some(key);
             let index = event.motor();
             let next = self.motors[index].take(index as u32, &self.scale);
-            self.agenda.replace_first(next);
+            self.merge.replace_first(next);
         };
         if let Some(key) = newest {
             self.newest = (key >> StepEvent::BITS) as i32;

@@ -4,7 +4,7 @@
 //! of [`Motion::plan`] settles the speed at each junction; when the block's turn comes, [`profile`] gives it a
 //! trapezoid in closed form. [`StepFeed::run`] takes that trajectory in slices of at most half a millisecond
 //! ([`knots::Segment`]: each motor's position and speed at both ends, through the [`Kinematics`]), solves the cubic
-//! between the ends for its step crossings ([`lane`]), merges the motors in time order and fills the
+//! between the ends for its step crossings ([`step_solver`]), merges the motors in time order and fills the
 //! [`queue::StepQueue`], which the step interrupt plays.
 //!
 //! Three contexts share the work. The dispatcher submits and the planner task plans, both under a brief lock on
@@ -16,16 +16,16 @@
 #![cfg_attr(not(any(test, feature = "oracle")), no_std)]
 #![forbid(unsafe_code)]
 
-mod agenda;
 pub mod compensation;
 pub mod config;
 mod convert;
+mod event_merge;
 pub mod feed;
 pub mod filters;
 pub mod geometry;
+mod jerk_limited;
 pub mod kinematics;
 pub mod knots;
-pub mod lane;
 mod live;
 mod motion;
 mod motor;
@@ -40,7 +40,7 @@ mod ramp;
 mod root;
 mod run;
 mod series;
-mod smooth;
+pub mod step_solver;
 mod store;
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! One motor in the feed: from the crossings its lane solves to steps and direction changes at whole ticks, with the
+//! One motor in the feed: from the crossings that its step solver finds to steps and direction changes at whole ticks, with the
 //! distances its driver needs.
 //!
 //! Times here are offsets in ticks from the beginning of the current segment. Events are solved in batches; the feed takes them
@@ -7,8 +7,8 @@
 use units::{Actuator, MAX_ACTUATORS, PerActuator, StepCount};
 
 use crate::{
-    agenda::NEVER, config::MotionConfig, convert::float_of_u64, knots::Segment, lane::Lane, queue::StepEvent,
-    series::Scale,
+    config::MotionConfig, convert::float_of_u64, event_merge::NEVER, knots::Segment, queue::StepEvent, series::Scale,
+    step_solver::StepSolver,
 };
 
 /// What the feed must know of a motor.
@@ -70,7 +70,7 @@ impl Scale {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motor {
     pub setup: MotorSetup,
-    pub lane: Lane,
+    pub solver: StepSolver,
     /// The batch: a turn or not, steps, then [`NEVER`].
     keys: [u32; PLACES],
     /// The event that is next.
@@ -91,7 +91,7 @@ pub(crate) struct Motor {
 impl Motor {
     pub const NONE: Self = Self {
         setup: MotorSetup::NONE,
-        lane: Lane::NONE,
+        solver: StepSolver::NONE,
         keys: [NEVER; PLACES],
         next: FIRST_STEP,
         steps: 0,
@@ -115,7 +115,7 @@ impl Motor {
     /// Stands here; what was solved is dropped.
     pub fn stand_at(&mut self, steps: StepCount) {
         self.facing = self.facing();
-        self.lane.clear();
+        self.solver.clear();
         self.end_batch();
         self.steps = steps;
     }
@@ -147,10 +147,10 @@ impl Motor {
         self.last = (self.last - passed).max(LONG_AGO);
     }
 
-    /// Takes up the segment that the lane was loaded with: its first event's key. Nothing happens before `floor`.
+    /// Takes up the segment that the solver was loaded with: its first event's key. Nothing happens before `floor`.
     pub fn begin(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
         // In ticks: way over speed. A tenth and two ticks more for rounding.
-        self.tight = self.lane.speed_bound() * (1.1 * self.setup.step_interval as f32 + 2.0) > scale.length;
+        self.tight = self.solver.speed_bound() * (1.1 * self.setup.step_interval as f32 + 2.0) > scale.length;
         self.solve(word, scale, floor)
     }
 
@@ -167,11 +167,11 @@ impl Motor {
     fn solve(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
         self.steps = self.steps();
         self.end_batch();
-        if !self.lane.has_more() {
+        if !self.solver.has_more() {
             return NEVER;
         }
-        let (sign, mut first) = (self.lane.sign(), FIRST_STEP);
-        let count = self.lane.fill(scale, word, &mut self.keys[FIRST_STEP..=BATCH]);
+        let (sign, mut first) = (self.solver.sign(), FIRST_STEP);
+        let count = self.solver.fill(scale, word, &mut self.keys[FIRST_STEP..=BATCH]);
         self.keys[FIRST_STEP + count] = NEVER;
         let mut soonest = (self.last + self.setup.step_interval).max(floor);
         if sign != self.facing {

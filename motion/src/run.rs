@@ -5,13 +5,13 @@ use units::{PerActuator, PerAxis};
 use crate::{
     convert::ceil_i32,
     greatest,
+    jerk_limited::{Draft, Ramps},
     knots::SEGMENT_SECONDS,
     least,
     path::{Curve, Path},
     planner::Block,
     profile::{Phase, Profile},
     ramp::Ramp,
-    smooth::{Draft, Ramps},
     trajectory::{Piece, TickTime, tick_time},
 };
 

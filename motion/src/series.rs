@@ -1,10 +1,10 @@
 //! Step times of one motor as a cubic of the step's number: many crossings for the price of one.
 //!
-//! A lane's position is a cubic of time; where its speed keeps its sign it can be turned round, and time is a smooth
+//! A motor's position in a segment is a cubic of time; where its speed keeps its sign it can be turned round, and time is a smooth
 //! function of position. [`Series::between`] takes the cubic of position that has the right time and the right slope
 //! (one over the speed) at both ends: Hermite interpolation of the inverse. Its error is largest in the middle, and there it
-//! is measured, against the lane itself: a series that misses by more than [`TOLERANCE_TICKS`] is refused, and the
-//! lane tries half the way. For constant acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`:
+//! is measured, against the cubic itself: a series that misses by more than [`TOLERANCE_TICKS`] is refused, and the
+//! solver tries half the way. For constant acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`:
 //! at 3000 mm/s^2 and above 25 mm/s a whole half millisecond is one series.
 
 use crate::queue::StepEvent;
@@ -14,7 +14,7 @@ const TOLERANCE_TICKS: f32 = 0.4;
 /// Ends whose speeds differ by more than this factor are not tried.
 const MAX_RATIO: f32 = 3.0;
 
-/// From local time of a lane (0 to 1) to ticks.
+/// From local time of a segment (0 to 1) to ticks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
     /// Length of the segment in ticks.
@@ -24,7 +24,7 @@ pub(crate) struct Scale {
     pub offset: f32,
 }
 
-/// One end of the way: local time, position relative to the lane's in steps, speed in steps per unit of local time.
+/// One end of the way: local time, position relative to the segment's in steps, speed in steps per unit of local time.
 /// Position and speed count in the direction of movement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
@@ -47,7 +47,7 @@ pub(crate) struct Series {
 impl Series {
     pub const NONE: Self = Self { a: [0.0; 4], k: 0.0, left: 0 };
 
-    /// The `count` steps from `first` (a position) on, whose last is at `to` at the latest. `position` is the lane's own.
+    /// The `count` steps from `first` (a position) on, whose last is at `to` at the latest. `position` is the solver's.
     /// `None` when the cubic is not good enough.
     #[inline]
     pub fn between(

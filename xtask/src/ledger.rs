@@ -20,7 +20,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::memory;
+use crate::{memory, sizes};
 use board::Bench;
 
 /// Flat numbers by name.
@@ -28,6 +28,9 @@ pub type Ledger = BTreeMap<String, f64>;
 
 /// A number may get worse by this share before it counts as a regression.
 const TOLERANCE: f64 = 0.02;
+
+/// Keys of what a crate takes of the flash. Code moves from one to another when it is inlined: only their sum is held to anything.
+const SIZE: &str = "flash_of_";
 
 /// Of these, more is better.
 pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms"];
@@ -61,6 +64,9 @@ fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
         }
     }
     ledger.insert("ram_bytes".into(), ram as f64);
+    for (name, bytes) in sizes::by_crate(&image)? {
+        ledger.insert(format!("{SIZE}{}", name.replace(' ', "_")), bytes as f64);
+    }
     config::measure(root, bench.elf, bench.virtual_prime, &bench.scratch.join("config"), &mut ledger)?;
     Ok(ledger)
 }
@@ -78,6 +84,7 @@ fn committed(root: &Path) -> Option<Ledger> {
 fn regressions(now: &Ledger, before: Option<&Ledger>) -> Vec<String> {
     let Some(before) = before else { return Vec::new() };
     now.iter()
+        .filter(|(name, _)| !name.starts_with(SIZE))
         .filter_map(|(name, &value)| {
             let &old = before.get(name)?;
             let worse = if RATES.contains(&name.as_str()) {
@@ -100,8 +107,8 @@ mod tests {
 
     #[test]
     fn only_growth_beyond_the_tolerance_is_a_regression() {
-        let before = ledger(&[("a", 100.0), ("b", 100.0), ("gone", 1.0)]);
-        let now = ledger(&[("a", 101.9), ("b", 102.1), ("new", 5.0)]);
+        let before = ledger(&[("a", 100.0), ("b", 100.0), ("gone", 1.0), ("flash_of_core", 1.0)]);
+        let now = ledger(&[("a", 101.9), ("b", 102.1), ("new", 5.0), ("flash_of_core", 9.0)]);
         assert_eq!(regressions(&now, Some(&before)), ["b 100 -> 102.1"]);
         assert!(regressions(&now, None).is_empty());
         assert!(regressions(&ledger(&[("a", 50.0)]), Some(&before)).is_empty());

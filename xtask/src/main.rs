@@ -6,6 +6,7 @@ mod image;
 mod itcm;
 mod ledger;
 mod memory;
+mod sizes;
 mod sources;
 mod structure;
 
@@ -21,7 +22,8 @@ const HELP: &str = "usage: cargo xtask <task>
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
   ledger ELF VP V  what the image costs, counted by the virtual board VP and verified by the velvet command V, against the
                    committed ledger
-  memory ELF       bytes taken in each memory region";
+  memory ELF       bytes taken in each memory region
+  sizes ELF        bytes of flash that each crate takes";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -42,6 +44,7 @@ fn run(arguments: &[String]) -> Result<()> {
         ["image", elf, bin] => image::write(Path::new(elf), Path::new(bin)),
         ["ledger", elf, board, velvet] => ledger::run(root(), Path::new(elf), Path::new(board), Path::new(velvet)),
         ["memory", elf] => memory::report(Path::new(elf)),
+        ["sizes", elf] => sizes::report(Path::new(elf)),
         ["itcm", elf] => itcm::check(Path::new(elf)),
         _ => bail!("{HELP}"),
     }

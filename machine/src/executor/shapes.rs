@@ -3,7 +3,9 @@
 //! An arc is one move, exact all along. Two kinds of machine see it in parts: one whose configuration asks for chords, and one
 //! whose motors bend lines, which gets short arcs so that each goes at the speed its own part of the space allows.
 
-use motion::geometry::{Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, Nurbs, Smooth, SplineMoves};
+use motion::geometry::{
+    Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, Nurbs, ParametricCurve, SplineMoves,
+};
 use motion::path::Curve;
 use motion::{Corner, Mode};
 use program::{Centre, Move, Rate, Shape, State};
@@ -39,7 +41,7 @@ impl Common {
     }
 }
 
-/// What motion is to know of a move of the program, its curve aside.
+/// What motion is to know of a move of the program, without its curve.
 fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed, Mode::Rapid),
@@ -163,7 +165,7 @@ fn bad_arc(column: u16, error: &ArcError) -> Failure {
 async fn draw<P: Ports>(
     machine: &mut Machine<'_, P>,
     common: &mut Common,
-    spline: impl Smooth + Copy,
+    spline: impl ParametricCurve + Copy,
 ) -> Result<(), Failure> {
     for (end, curve) in SplineMoves::new(spline, common.from, common.to) {
         common.go(machine, end, curve).await?;

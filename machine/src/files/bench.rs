@@ -152,7 +152,7 @@ pub(crate) struct Desk {
 /// The other ends of two lines.
 struct Line {
     inboxes: [Inbox; 2],
-    told: [Vec<u8>; 2],
+    output: [Vec<u8>; 2],
 }
 
 impl Consoles for Line {
@@ -169,14 +169,14 @@ impl Consoles for Line {
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        self.told[usize::from(session.0)].extend(bytes);
+        self.output[usize::from(session.0)].extend(bytes);
         bytes.len()
     }
 }
 
 impl Desk {
     pub fn new() -> Self {
-        let line = Line { inboxes: [Inbox::new(), Inbox::new()], told: [Vec::new(), Vec::new()] };
+        let line = Line { inboxes: [Inbox::new(), Inbox::new()], output: [Vec::new(), Vec::new()] };
         let mut sessions = Sessions::new();
         sessions.configure(&line);
         Self { sessions, line }
@@ -185,7 +185,7 @@ impl Desk {
     /// What the first session has been told since it was asked last.
     pub fn heard(&mut self) -> String {
         self.sessions.flush(&mut self.line, units::Micros(0));
-        String::from_utf8(std::mem::take(&mut self.line.told[0])).unwrap()
+        String::from_utf8(std::mem::take(&mut self.line.output[0])).unwrap()
     }
 
     /// What the first session hears of this.

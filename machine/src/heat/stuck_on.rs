@@ -122,12 +122,12 @@ mod tests {
     use proptest::prelude::*;
 
     /// Looks ten times a second at a course of temperatures for some seconds; when the first rise was told.
-    fn first_told(seconds: u32, another_on: bool, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+    fn first_report(seconds: u32, another_on: bool, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
         told_by(StuckOnWatch::new(), seconds, another_on, course)
     }
 
     /// The same for a heater that was just switched off.
-    fn first_told_after_use(seconds: u32, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+    fn first_report_after_use(seconds: u32, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
         told_by(StuckOnWatch { driven: true, rest: None }, seconds, false, course)
     }
 
@@ -147,14 +147,14 @@ mod tests {
 
     #[test]
     fn a_cold_hot_end_that_heats_is_told_within_fifteen_seconds() {
-        let told = first_told(60, false, |second| Some(22.0 + 3.0 * second));
-        assert!(told.is_some_and(|second| second <= 15.0), "{told:?}");
+        let reported = first_report(60, false, |second| Some(22.0 + 3.0 * second));
+        assert!(reported.is_some_and(|second| second <= 15.0), "{reported:?}");
     }
 
     #[test]
     fn a_bed_of_half_a_degree_a_second_is_told_within_seventy() {
-        let told = first_told(120, true, |second| Some(22.0 + 0.5 * second));
-        assert!(told.is_some_and(|second| second <= 70.0), "{told:?}");
+        let reported = first_report(120, true, |second| Some(22.0 + 0.5 * second));
+        assert!(reported.is_some_and(|second| second <= 70.0), "{reported:?}");
     }
 
     #[test]
@@ -162,13 +162,13 @@ mod tests {
         // Switched off at 200 C after full power: 25 more within seconds, then down.
         let overshoot =
             |second: f32| Some(if second < 10.0 { 200.0 + 2.5 * second } else { 225.0 - 0.5 * (second - 10.0) });
-        assert_eq!(first_told_after_use(300, overshoot), None);
+        assert_eq!(first_report_after_use(300, overshoot), None);
         // A hand on the cold nozzle.
         let hand = |second: f32| Some(if second < 100.0 { 20.0 } else { (20.0 + 2.0 * (second - 100.0)).min(34.0) });
-        assert_eq!(first_told(300, false, hand), None);
+        assert_eq!(first_report(300, false, hand), None);
         // Parked over a bed of 100 C.
         let parked = |second: f32| Some(25.0 + 35.0 * (1.0 - (-second / 300.0).exp()));
-        assert_eq!(first_told(3_600, true, parked), None);
+        assert_eq!(first_report(3_600, true, parked), None);
     }
 
     #[test]
@@ -178,19 +178,19 @@ mod tests {
             3 | 4 => Some(150.0),
             _ => Some(22.0),
         };
-        assert_eq!(first_told(600, false, flicker), None);
+        assert_eq!(first_report(600, false, flicker), None);
     }
 
     #[test]
     fn a_heater_that_goes_on_warming_is_told_again_and_again() {
         let mut watch = StuckOnWatch::new();
-        let told = (0..200_u64).filter(|second| {
+        let reported = (0..200_u64).filter(|second| {
             let (now, reading) = (Micros::from_seconds(*second), Some(Celsius(22.0 + *second as f32)));
             let look = Look { now, reading, max: Celsius(300.0), driven: false, another_on: false };
             watch.check(look).is_some()
         });
-        let told: std::vec::Vec<u64> = told.collect();
-        assert!(told.len() >= 7, "{told:?}");
+        let reported: std::vec::Vec<u64> = reported.collect();
+        assert!(reported.len() >= 7, "{reported:?}");
     }
 
     proptest! {
@@ -199,9 +199,9 @@ mod tests {
         fn every_steady_rise_is_told_and_a_driven_heater_never(
             start in 0.0..250.0_f32, rate in 0.25..10.0_f32, another_on: bool,
         ) {
-            let told = first_told_after_use(240, |second| Some(start + rate * second))
-                .filter(|_| first_told(240, another_on, |second| Some(start + rate * second)).is_some());
-            prop_assert!(told.is_some_and(|second| second <= 62.0 + 22.0 / (rate - CREEP_BESIDE_ANOTHER)), "{told:?}");
+            let reported = first_report_after_use(240, |second| Some(start + rate * second))
+                .filter(|_| first_report(240, another_on, |second| Some(start + rate * second)).is_some());
+            prop_assert!(reported.is_some_and(|second| second <= 62.0 + 22.0 / (rate - CREEP_BESIDE_ANOTHER)), "{reported:?}");
             let mut watch = StuckOnWatch::new();
             for second in 0..240_u64 {
                 let reading = Some(Celsius(start + rate * second as f32));

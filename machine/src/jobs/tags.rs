@@ -121,10 +121,10 @@ mod tests {
             }
             // Where the count begins anew, one place counts twice.
             let begins_anew = start.checked_add(steps.len() as u32).is_none();
-            let told: Vec<u32> = given.iter().filter_map(|tag| tags.executing(*tag)).map(|(line, _)| line).collect();
-            prop_assert!(told.len() + usize::from(begins_anew) >= given.len());
-            prop_assert!(begins_anew || told.is_sorted());
-            prop_assert_eq!(told.last().copied(), Some(steps.len() as u32));
+            let reported: Vec<u32> = given.iter().filter_map(|tag| tags.executing(*tag)).map(|(line, _)| line).collect();
+            prop_assert!(reported.len() + usize::from(begins_anew) >= given.len());
+            prop_assert!(begins_anew || reported.is_sorted());
+            prop_assert_eq!(reported.last().copied(), Some(steps.len() as u32));
         }
     }
 }

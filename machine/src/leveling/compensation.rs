@@ -1,4 +1,4 @@
-//! Changing the compensation while the machine stands, and setting it aside for a while.
+//! Changing the compensation while the machine stands, and suspending it for a while.
 
 use config::{Leveling, LevelingConfig};
 use motion::{CompensationError, Fade, GridShape, Mode, Motion};
@@ -66,7 +66,7 @@ fn fade(leveling: &LevelingConfig) -> Option<Fade> {
     (is_meant && fade.end > fade.start).then_some(fade)
 }
 
-/// Sets compensation aside: until [`put_compensation_back`] coordinates are the motors' own. Only while idle.
+/// Suspends compensation: until [`put_compensation_back`] coordinates are the motors' own. Only while idle.
 ///
 /// # Errors
 /// When something moves.

@@ -206,9 +206,9 @@ pub(crate) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
         Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
         other => other,
     };
-    let told = |error: StorageError| Failure::Refused(about_file(path, error.text()));
-    safe_file::settle(hands.storage(), path).map_err(told)?;
-    let file = hands.storage().open(path, OpenMode::Read).map_err(told)?;
+    let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+    safe_file::settle(hands.storage(), path).map_err(failed)?;
+    let file = hands.storage().open(path, OpenMode::Read).map_err(failed)?;
     let read = read_grid(hands, file, strategy, &wanted).await;
     // It was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
@@ -231,15 +231,15 @@ async fn read_grid<P: Ports>(
     strategy: Leveling,
     wanted: &GridShape,
 ) -> Result<(GridShape, bool), Failure> {
-    let told = |error: StorageError| Failure::refused(error.text());
+    let failed = |error: StorageError| Failure::refused(error.text());
     let mut header = Header::of(strategy, wanted);
     let length = header.length;
     let begin = header.bytes.get_mut(..length).unwrap_or_default();
-    if !fill(hands.storage(), file, begin).map_err(told)? {
+    if !fill(hands.storage(), file, begin).map_err(failed)? {
         return Err(Failure::refused("the file is too short to be a grid"));
     }
     let shape = header.matches(strategy, wanted)?;
-    let (size, expected) = (hands.storage().size(file).map_err(told)? as usize, length + 4 * wanted.points());
+    let (size, expected) = (hands.storage().size(file).map_err(failed)? as usize, length + 4 * wanted.points());
     if size != expected {
         let text = format_args!("the file has {size} bytes, such a grid has {expected}: save it again");
         return Err(Failure::Refused(message(text)));
@@ -249,7 +249,7 @@ async fn read_grid<P: Ports>(
         let count = (wanted.points() - done).min(CHUNK);
         let mut bytes = [0; 4 * CHUNK];
         let chunk = bytes.get_mut(..4 * count).unwrap_or_default();
-        if !fill(hands.storage(), file, chunk).map_err(told)? {
+        if !fill(hands.storage(), file, chunk).map_err(failed)? {
             return Err(Failure::refused("the file ends before its grid does"));
         }
         hands.motion(|motion| {

@@ -16,8 +16,8 @@ const TELL_PERIOD: Micros = Micros::from_seconds(1);
 /// What has been told.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepTimesWatch {
-    told: StepTimes,
-    told_feed: u32,
+    reported: StepTimes,
+    reported_feed: u32,
     tell_due: Micros,
 }
 
@@ -72,19 +72,19 @@ pub fn microseconds(worst: units::Ticks) -> f64 {
 impl StepTimesWatch {
     /// One poll; `feed_late` counts the feed's runs that came too late.
     pub fn poll(&mut self, times: StepTimes, feed_late: u32, now: Micros) -> Option<Lateness> {
-        let told = *self;
-        let lost_time = times.delayed != told.told.delayed || feed_late != told.told_feed;
-        if !lost_time && (times.late == told.told.late || now < told.tell_due) {
+        let reported = *self;
+        let lost_time = times.delayed != reported.reported.delayed || feed_late != reported.reported_feed;
+        if !lost_time && (times.late == reported.reported.late || now < reported.tell_due) {
             return None;
         }
-        *self = Self { told: times, told_feed: feed_late, tell_due: now.plus(TELL_PERIOD) };
+        *self = Self { reported: times, reported_feed: feed_late, tell_due: now.plus(TELL_PERIOD) };
         let worst_us = microseconds(times.worst);
-        Some(if feed_late != told.told_feed {
+        Some(if feed_late != reported.reported_feed {
             Lateness::FeedCameLate
-        } else if times.delayed != told.told.delayed {
+        } else if times.delayed != reported.reported.delayed {
             Lateness::Delayed { worst_us }
         } else {
-            Lateness::Late { count: times.late.wrapping_sub(told.told.late), worst_us }
+            Lateness::Late { count: times.late.wrapping_sub(reported.reported.late), worst_us }
         })
     }
 }

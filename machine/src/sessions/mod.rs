@@ -212,8 +212,8 @@ mod tests {
     struct Desk {
         inboxes: [Inbox; 2],
         intakes: [Intake; 2],
-        /// What each has been told, and how much more it takes.
-        told: [(VecDeque<u8>, usize); 2],
+        /// What each has been output, and how much more it takes.
+        output: [(VecDeque<u8>, usize); 2],
     }
 
     impl Desk {
@@ -221,7 +221,7 @@ mod tests {
             Self {
                 inboxes: [Inbox::new(), Inbox::closed()],
                 intakes: [Intake::new(); 2],
-                told: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
+                output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
             }
         }
 
@@ -230,7 +230,7 @@ mod tests {
         }
 
         fn read(&mut self, id: usize) -> String {
-            String::from_utf8(self.told[id].0.drain(..).collect()).unwrap()
+            String::from_utf8(self.output[id].0.drain(..).collect()).unwrap()
         }
     }
 
@@ -249,10 +249,10 @@ mod tests {
         }
 
         fn write(&mut self, id: SessionId, bytes: &[u8]) -> usize {
-            let (told, room) = &mut self.told[usize::from(id.0)];
+            let (output, room) = &mut self.output[usize::from(id.0)];
             let taken = bytes.len().min(*room);
             *room -= taken;
-            told.extend(&bytes[..taken]);
+            output.extend(&bytes[..taken]);
             taken
         }
     }
@@ -324,7 +324,7 @@ mod tests {
     fn a_session_that_is_not_read_gets_no_turn_until_it_is_or_nobody_listens() {
         let mut desk = Desk::new();
         let mut sessions = sessions(&desk);
-        desk.told[0].1 = 0;
+        desk.output[0].1 = 0;
         for _ in 0..100 {
             sessions.say(Recipient::Session(SessionId(0)), format_args!("a long answer\n"));
         }

@@ -167,7 +167,7 @@ impl Compensation {
         self.active
     }
 
-    /// It is set aside for a while ([`crate::Motion::suspend_compensation`]).
+    /// It is suspended ([`crate::Motion::suspend_compensation`]).
     #[must_use]
     pub const fn is_suspended(&self) -> bool {
         self.suspended

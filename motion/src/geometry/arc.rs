@@ -51,11 +51,11 @@ impl ArcShape {
         // From the middle to the centre, to the left of the way where the arc is short and counter-clockwise.
         let height = square_root(crate::greatest(size * size - half * half, 0.0));
         let to_left = clockwise == (radius < 0.0);
-        let aside = if to_left { height / apart } else { -height / apart };
+        let sideways = if to_left { height / apart } else { -height / apart };
         Ok(Self {
             plane,
-            to_centre_first: 0.5 * dx - aside * dy,
-            to_centre_second: 0.5 * dy + aside * dx,
+            to_centre_first: 0.5 * dx - sideways * dy,
+            to_centre_second: 0.5 * dy + sideways * dx,
             clockwise,
             turns: 1,
         })

@@ -13,5 +13,5 @@ pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS};
 pub use chords::{ArcSettings, Chords};
 pub use line::{Line, LineSettings};
 pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
-pub use spline::{Bezier, Smooth, SplineMoves};
+pub use spline::{Bezier, ParametricCurve, SplineMoves};
 pub use units::Plane;

@@ -4,7 +4,7 @@
 //! cubic with the same ends and derivatives, where that is nowhere off by more than [`DRAWN_WITHIN`]; for polynomial splines up to the third
 //! degree it is the same curve.
 
-use super::Smooth;
+use super::ParametricCurve;
 
 /// Control points at most.
 pub const MOST_POINTS: usize = 32;
@@ -96,7 +96,7 @@ impl Nurbs {
     }
 }
 
-impl Smooth for Nurbs {
+impl ParametricCurve for Nurbs {
     fn spans(&self) -> u32 {
         self.last_span() as u32 + 1
     }

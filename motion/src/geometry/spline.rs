@@ -10,7 +10,7 @@ use crate::square_root;
 use crate::path::{Curve, Spline, Vector, size};
 
 /// Anything that can be drawn as cubics.
-pub trait Smooth {
+pub trait ParametricCurve {
     /// How many spans it has, each with a parameter from 0 to 1, or more than one in a row.
     fn spans(&self) -> u32;
 
@@ -60,7 +60,7 @@ impl Bezier {
     }
 }
 
-impl Smooth for Bezier {
+impl ParametricCurve for Bezier {
     fn spans(&self) -> u32 {
         1
     }
@@ -94,7 +94,7 @@ struct Pieces<S> {
     step: u32,
 }
 
-impl<S: Smooth> Iterator for Pieces<S> {
+impl<S: ParametricCurve> Iterator for Pieces<S> {
     type Item = (f64, Curve);
 
     fn next(&mut self) -> Option<(f64, Curve)> {
@@ -131,7 +131,7 @@ pub struct SplineMoves<S> {
     last: Vector,
 }
 
-impl<S: Smooth + Copy> SplineMoves<S> {
+impl<S: ParametricCurve + Copy> SplineMoves<S> {
     /// From `from`, where X and Y are those of the spline's beginning, to `to`, where they are those of its end. Z and the
     /// others follow evenly; the spline itself must be level.
     pub fn new(source: S, from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
@@ -160,7 +160,7 @@ fn flat_length(curve: &Curve, [x, y, _]: Vector, [to_x, to_y, _]: Vector) -> f64
     }
 }
 
-impl<S: Smooth + Copy> Iterator for SplineMoves<S> {
+impl<S: ParametricCurve + Copy> Iterator for SplineMoves<S> {
     type Item = (PerAxis<f64>, Curve);
 
     fn next(&mut self) -> Option<(PerAxis<f64>, Curve)> {
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// The moves of a spline as paths, joined as the planner joins them.
-    fn paths<S: Smooth + Copy>(source: S, rise: f64) -> Vec<(Path, f64)> {
+    fn paths<S: ParametricCurve + Copy>(source: S, rise: f64) -> Vec<(Path, f64)> {
         let from = at(source.place(0.0));
         let mut to = at(source.place(f64::from(source.spans())));
         (to[Axis::Z], to[Axis::A]) = (rise, 1.0);

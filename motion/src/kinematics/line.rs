@@ -51,10 +51,10 @@ impl Places {
 
     /// The nearest place to a centre, and where the angle seen from it bends most: at `1/sqrt 3` of the distance on both sides.
     fn around(&mut self, nearest: f64, distance: f64, length: f64) {
-        let aside = 0.577_350_269_189_625_8 * distance / length;
-        self.add(nearest - aside);
+        let sideways = 0.577_350_269_189_625_8 * distance / length;
+        self.add(nearest - sideways);
         self.add(nearest);
-        self.add(nearest + aside);
+        self.add(nearest + sideways);
     }
 }
 

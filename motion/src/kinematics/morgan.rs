@@ -63,8 +63,8 @@ impl Morgan {
         let [cosine, sine] = self.elbow([x, y]);
         // The elbow, from the tower: the tool's place turned back by the angle at the tower.
         let share = self.arm1 / crate::greatest(x * x + y * y, super::TINY);
-        let (along, aside) = (self.arm1 + self.arm2 * cosine, self.arm2 * sine);
-        let (ex, ey) = (share * (along * x + aside * y), share * (along * y - aside * x));
+        let (along, sideways) = (self.arm1 + self.arm2 * cosine, self.arm2 * sine);
+        let (ex, ey) = (share * (along * x + sideways * y), share * (along * y - sideways * x));
         // Both angles' velocities from the tool's, by Cramer's rule.
         let across = self.arm1 * self.arm2 * sine;
         let inner = (vx * (x - ex) + vy * (y - ey)) / across;

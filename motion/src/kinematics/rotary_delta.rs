@@ -58,7 +58,7 @@ struct Plane {
     /// D, w and k of the module's text.
     out: f64,
     down: f64,
-    aside: f64,
+    sideways: f64,
 }
 
 impl RotaryDelta {
@@ -79,7 +79,7 @@ impl RotaryDelta {
     /// A direction, or a point less the constant parts, in an arm's plane.
     fn turned(&self, [nx, ny]: [f64; 2], [x, y, z]: Axes) -> Plane {
         let (x, y) = (self.sign() * x, self.sign() * y);
-        Plane { out: x * nx + y * ny, down: -z, aside: y * nx - x * ny }
+        Plane { out: x * nx + y * ny, down: -z, sideways: y * nx - x * ny }
     }
 
     fn plane(&self, arm: [f64; 2], axes: Axes) -> Plane {
@@ -90,7 +90,8 @@ impl RotaryDelta {
     /// p, c and the root of their squares' difference.
     fn triangle(&self, plane: &Plane) -> (f64, f64, f64) {
         let span_sq = plane.out * plane.out + plane.down * plane.down;
-        let c = (self.arm * self.arm + span_sq + plane.aside * plane.aside - self.rod * self.rod) / (2.0 * self.arm);
+        let c =
+            (self.arm * self.arm + span_sq + plane.sideways * plane.sideways - self.rod * self.rod) / (2.0 * self.arm);
         (square_root(span_sq), c, square_root(crate::greatest(span_sq - c * c, super::TINY)))
     }
 
@@ -112,7 +113,8 @@ impl RotaryDelta {
             let span_sq = crate::greatest(span * span, super::TINY);
             let cosine = (plane.out * c + plane.down * root) / span_sq;
             let sine = (plane.down * c - plane.out * root) / span_sq;
-            let change = (plane.out * turned.out + plane.down * turned.down + plane.aside * turned.aside) / self.arm;
+            let change =
+                (plane.out * turned.out + plane.down * turned.down + plane.sideways * turned.sideways) / self.arm;
             let pull = turned.out * cosine + turned.down * sine;
             ((change - pull) / root).to_degrees()
         })
@@ -134,11 +136,11 @@ impl RotaryDelta {
         let of_arm = |arm| {
             let plane = self.plane(arm, axes);
             let (span, ..) = self.triangle(&plane);
-            let across = self.rod - libm::fabs(plane.aside);
-            let rod = square_root(crate::greatest(self.rod * self.rod - plane.aside * plane.aside, 0.0));
+            let across = self.rod - libm::fabs(plane.sideways);
+            let rod = square_root(crate::greatest(self.rod * self.rod - plane.sideways * plane.sideways, 0.0));
             let stretched = rod + self.arm - span;
             let folded = span - libm::fabs(rod - self.arm);
-            // Moving aside shortens the rod as seen in the plane too: half of the distance is surely free.
+            // Moving sideways shortens the rod as seen in the plane too: half of the distance is surely free.
             0.5 * crate::least(across, crate::least(stretched, folded))
         };
         ARMS.map(of_arm).into_iter().fold(f64::INFINITY, crate::least)

@@ -149,7 +149,7 @@ impl Motion {
     }
 }
 
-/// How far it is to rest from a place by [`crate::smooth`], if that is within the block.
+/// How far it is to rest from a place by [`crate::jerk_limited`], if that is within the block.
 fn rest_length(place: &Place, block: &Block) -> f64 {
     let own = block.bounds();
     let Some((ramp, elapsed)) = place.ramp() else { return own.length(place.speed, 0.0) };

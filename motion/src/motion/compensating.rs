@@ -58,7 +58,7 @@ impl Motion {
         self.recompensate(|compensation| compensation.set_skew(skew))
     }
 
-    /// Sets compensation aside, for homing and probing: the program's space is then the motors', or puts it in force again.
+    /// Suspends compensation, for homing and probing: the program's space is then the motors', or puts it in force again.
     ///
     /// # Errors
     /// [`CompensationError::Busy`].

@@ -104,9 +104,9 @@ fn arc_between(before: Vector, after: Vector, tolerance: f64, most: f64) -> Opti
         return None;
     }
     // From the start to the centre: at right angles to the line before, towards the line after.
-    let aside = mix(1.0, after, -cosine, before);
-    let length = path::size(aside);
-    let arm = aside.map(|part| -part * radius / length);
+    let sideways = mix(1.0, after, -cosine, before);
+    let length = path::size(sideways);
+    let arm = sideways.map(|part| -part * radius / length);
     let ahead = before.map(|part| part * radius);
     Some((radius * tangent, Arc::new(arm, ahead, 2.0 * libm::atan2(half_sin, half_cos), 0.0)))
 }

@@ -74,7 +74,7 @@ impl Motion {
         let (finished, speed, point) = (run.is_over(), run.speed, run.point());
         match self.state {
             // A way to rest may have more ramps than one profile holds.
-            State::Holding | State::Stopping if !finished && speed > 0.0 && self.is_smooth() => {
+            State::Holding | State::Stopping if !finished && speed > 0.0 && self.is_jerk_limited() => {
                 self.brake();
                 Some(())
             }
@@ -92,7 +92,7 @@ impl Motion {
                 self.rest_here();
                 None
             }
-            State::Running if !finished && self.is_smooth() => {
+            State::Running if !finished && self.is_jerk_limited() => {
                 // A jerk-limited plan may end before its block does.
                 self.follow_plan();
                 Some(())
@@ -172,8 +172,8 @@ impl Motion {
 
     /// Gives the running block the planned profile from the cursor on.
     pub(super) fn follow_plan(&mut self) {
-        if self.is_smooth() {
-            return self.follow_smoothly();
+        if self.is_jerk_limited() {
+            return self.follow_jerk_limited();
         }
         let Some(run) = &mut self.run else { return };
         self.planner.plan();
@@ -198,8 +198,8 @@ impl Motion {
 
     /// Gives the running block a profile that brakes from the cursor on.
     pub(super) fn brake(&mut self) {
-        if self.is_smooth() {
-            return self.follow_smoothly();
+        if self.is_jerk_limited() {
+            return self.follow_jerk_limited();
         }
         match &mut self.run {
             Some(run) if run.remaining() > 0.0 => {

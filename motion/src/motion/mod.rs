@@ -19,8 +19,8 @@ mod compensating;
 mod corner;
 mod cursor;
 mod filtered;
+mod jerk_limited;
 mod request;
-mod smoothly;
 
 use back::Pace;
 use units::{AxisSet, PerActuator, PerAxis, StepPosition, Ticks};

@@ -11,7 +11,7 @@ use crate::{
     least,
     moves::{Corner, Move, Refusal},
     path::{self, Curve, Path},
-    planner::{Envelope, SMALLEST, corner_sq, is_smooth, jump_sq},
+    planner::{Envelope, SMALLEST, corner_sq, is_tangent, jump_sq},
     square_root,
     timeline::Mark,
 };
@@ -119,7 +119,7 @@ impl Motion {
             }
             _ => limits.minimum_speed.get() * limits.minimum_speed.get(),
         };
-        block.smooth = last.is_some_and(|last| is_smooth(last.exit.direction, envelope.primary));
+        block.is_tangent = last.is_some_and(|last| is_tangent(last.exit.direction, envelope.primary));
         let cruise_before = last.map_or(cruise, |last| last.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
         // The queue was found to have room.

@@ -59,9 +59,9 @@ fn shoulder(delta: &RotaryDelta, index: usize, [x, y, z]: [f64; 3]) -> f64 {
     let (dy, dz) = (joint_y - shoulder_y, z);
     let span = dy.hypot(dz);
     let along = (r * r - s_sq + span * span) / (2.0 * span);
-    let aside = (r * r - along * along).sqrt();
+    let sideways = (r * r - along * along).sqrt();
     let both = [1.0, -1.0].map(|side: f64| {
-        let (ey, ez) = ((along * dy + side * aside * dz) / span, (along * dz - side * aside * dy) / span);
+        let (ey, ez) = ((along * dy + side * sideways * dz) / span, (along * dz - side * sideways * dy) / span);
         (ey, (-ez).atan2(-ey).to_degrees())
     });
     // Out is -Y.

@@ -36,8 +36,8 @@ fn circle(arc: &Arc, s: f64) -> ([f64; 3], [f64; 3]) {
     let axis = cross(arm, arc.ahead()).map(|part| part / radius_sq);
     let angle = arc.angle() * s / arc.length();
     let (sine, cosine) = angle.sin_cos();
-    let aside = cross(axis, arm);
-    let turned = [0, 1, 2].map(|n| arm[n] * cosine + aside[n] * sine);
+    let sideways = cross(axis, arm);
+    let turned = [0, 1, 2].map(|n| arm[n] * cosine + sideways[n] * sine);
     let onward = cross(axis, turned);
     let rate = arc.angle() / arc.length();
     ([0, 1, 2].map(|n| turned[n] - arm[n]), onward.map(|part| part * rate))

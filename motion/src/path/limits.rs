@@ -122,8 +122,8 @@ fn excess(path: &Path) -> f64 {
     let across = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
     let direction = primary(&path.direction);
     let rise = dot(direction, across) / size(across);
-    let aside = square_root(greatest(dot(direction, direction) - rise * rise, 0.0));
-    let round = arc.rate() * size(arc.arm()) + aside;
+    let sideways = square_root(greatest(dot(direction, direction) - rise * rise, 0.0));
+    let round = arc.rate() * size(arc.arm()) + sideways;
     greatest(square_root(round * round + rise * rise), 1.0)
 }
 

@@ -112,7 +112,7 @@ impl Curve {
 pub struct Path {
     /// Where it begins, in machine space.
     pub origin: PerAxis<f64>,
-    /// What one millimetre of path adds to each axis, the curve aside.
+    /// What one millimetre of path adds to each axis, without the curve.
     pub direction: PerAxis<f64>,
     /// What X, Y and Z do beside that.
     pub curve: Curve,

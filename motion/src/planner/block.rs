@@ -29,7 +29,7 @@ pub struct Block {
     /// Path jerk, mm/s^3; zero where profiles are trapezoids.
     pub jerk: f64,
     /// The path goes on into this block without a corner: it may be entered while the speed changes.
-    pub(crate) smooth: bool,
+    pub(crate) is_tangent: bool,
     /// What some kinds of look-ahead must know besides.
     pub(super) look_ahead: LookAhead,
     /// Path speed that no override may exceed, mm/s.
@@ -79,7 +79,7 @@ impl Block {
         length: 0.0,
         acceleration: 0.0,
         jerk: 0.0,
-        smooth: false,
+        is_tangent: false,
         look_ahead: LookAhead::Plain,
         speed_limit: 0.0,
         requested: 0.0,

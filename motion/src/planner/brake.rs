@@ -67,7 +67,7 @@ impl Brake {
 }
 
 /// The path goes straight on, as nearly as a finely cut curve does.
-pub(crate) fn is_smooth(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> bool {
+pub(crate) fn is_tangent(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
     before.iter().zip(after).map(|(p, n)| p * n).sum::<f64>() >= SMOOTH
 }
@@ -273,7 +273,7 @@ fn entry_sq_by(brake: &Brake, block: &Block) -> f64 {
 
 /// The anchor of the block after, if ramps may run through to it.
 fn through(block: &Block, next: &Block, cruise: f64) -> Option<Brake> {
-    if !next.smooth || !next.ramps_like(block) || next.is_at_limit() {
+    if !next.is_tangent || !next.ramps_like(block) || next.is_at_limit() {
         return None;
     }
     let (far, limit, bounds) = (next.brake(), next.limit(), block.bounds());

@@ -16,7 +16,7 @@ mod junction;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
-pub(crate) use brake::{Brake, ROUNDING, SAME, is_smooth};
+pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
 pub(crate) use junction::{corner_sq, jump_sq};
 
 use crate::store::Elsewhere;

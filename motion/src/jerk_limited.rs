@@ -319,7 +319,8 @@ impl Ahead<'_> {
         while bounds.length(from, highest) > end {
             let Some(next) = self.planner.ahead(index) else { break };
             let limit = next.limit();
-            let free = next.smooth && next.ramps_like(self.block) && limit > from && bounds.launch(from, limit) >= end;
+            let free =
+                next.is_tangent && next.ramps_like(self.block) && limit > from && bounds.launch(from, limit) >= end;
             // An anchor that holds the speed below the junction's own limit is no place to pass.
             if !free || (room <= end + ROUNDING && brake.speed < limit) {
                 break;
@@ -400,7 +401,7 @@ impl Ahead<'_> {
         while let Some(next) = self.planner.ahead(index) {
             // Slowing down for an override, it is above what is asked for in any case.
             let limit = if speed > self.cruise { next.bound() } else { next.limit() };
-            if !next.smooth || !next.ramps_like(self.block) || limit < speed {
+            if !next.is_tangent || !next.ramps_like(self.block) || limit < speed {
                 return false;
             }
             if ahead <= begin + next.length {

@@ -1,11 +1,11 @@
-//! Jerk-limited profiles for the running block: what [`crate::smooth`] chooses, from the cursor on.
+//! Jerk-limited profiles for the running block: what [`crate::jerk_limited`] chooses, from the cursor on.
 
 use super::{Motion, State};
-use crate::smooth::{Ahead, Draft};
+use crate::jerk_limited::{Ahead, Draft};
 
 impl Motion {
     /// The running block has a jerk.
-    pub(super) fn is_smooth(&self) -> bool {
+    pub(super) fn is_jerk_limited(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.block.jerk > 0.0)
     }
 
@@ -16,7 +16,7 @@ impl Motion {
     }
 
     /// Gives the running block the rest of the ramp under way and what follows it.
-    pub(super) fn follow_smoothly(&mut self) {
+    pub(super) fn follow_jerk_limited(&mut self) {
         self.planner.plan();
         self.planner.set_complete(!self.was_full());
         let Some(run) = &mut self.run else { return };

@@ -20,7 +20,7 @@ use crate::{
 
 /// One motor's way through the current segment.
 #[derive(Clone, Copy, Debug)]
-pub struct Lane {
+pub struct StepSolver {
     x0: f32,
     c1: f32,
     c2: f32,
@@ -76,7 +76,7 @@ const SINGLES: u32 = 4;
 /// The bracketed search halves 24 bits at worst, and Newton needs a few more.
 const MAX_ITERATIONS: u32 = 40;
 
-impl Lane {
+impl StepSolver {
     /// A motor that has nothing to do.
     pub const NONE: Self = Self {
         x0: 0.0,
@@ -216,7 +216,7 @@ impl Lane {
     /// Finds a series from here on, as long as it is good. False: it will not be had for a while.
     fn begin_series(&mut self, scale: &Scale) -> bool {
         let sign = self.sign;
-        let end = |lane: &Self, u: f32, x: f32| End { u, x: x * sign, v: lane.speed(u) * sign };
+        let end = |solver: &Self, u: f32, x: f32| End { u, x: x * sign, v: solver.speed(u) * sign };
         let from = end(self, self.u, self.target - self.to_go);
         let first = self.target * sign;
         let (mut until, mut count) = (self.stretch_end, self.left);
@@ -367,13 +367,13 @@ mod tests {
     /// Local times and signs, taken in batches of this many.
     fn crossings(span: &Span, batch: usize) -> Vec<(f64, i32)> {
         let scale = Scale { length: LENGTH, offset: 0.5 };
-        let (mut lane, mut found, mut keys) = (Lane::NONE, Vec::new(), std::vec![0; batch]);
-        let mut more = lane.load(span);
+        let (mut solver, mut found, mut keys) = (StepSolver::NONE, Vec::new(), std::vec![0; batch]);
+        let mut more = solver.load(span);
         while more {
-            let (sign, count) = (lane.sign(), lane.fill(&scale, 0, &mut keys));
+            let (sign, count) = (solver.sign(), solver.fill(&scale, 0, &mut keys));
             assert!(count > 0, "a step was promised");
             found.extend(keys[..count].iter().map(|key| (f64::from(key >> 5) / f64::from(LENGTH), sign)));
-            more = lane.has_more();
+            more = solver.has_more();
         }
         found
     }

@@ -9,11 +9,11 @@ pub(crate) const NEVER: u32 = u32::MAX;
 
 /// The motors' next events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Agenda {
+pub(crate) struct EventMerge {
     entries: [u32; MAX_ACTUATORS],
 }
 
-impl Agenda {
+impl EventMerge {
     pub const EMPTY: Self = Self { entries: [NEVER; MAX_ACTUATORS] };
 
     pub fn is_empty(&self) -> bool {
@@ -60,17 +60,17 @@ mod tests {
         #[test]
         fn events_leave_in_order_of_time_then_motor(times in prop::collection::vec(0..1_000_u32, 6), more in prop::collection::vec(0..300_u32, 40)) {
             let key = |time: u32, motor: u32| time << 5 | motor;
-            let mut agenda = Agenda::EMPTY;
+            let mut merge = EventMerge::EMPTY;
             for (motor, time) in (0..).zip(&times) {
-                agenda.insert(key(*time, motor));
+                merge.insert(key(*time, motor));
             }
             let mut more = more.into_iter();
             let mut seen = Vec::new();
-            while !agenda.is_empty() {
-                let first = agenda.first();
+            while !merge.is_empty() {
+                let first = merge.first();
                 seen.push(first);
                 let (time, motor) = (first >> 5, first & 31);
-                agenda.replace_first(more.next().map_or(NEVER, |step| key(time + step + 1, motor)));
+                merge.replace_first(more.next().map_or(NEVER, |step| key(time + step + 1, motor)));
             }
             prop_assert_eq!(seen.len(), 46);
             prop_assert!(seen.is_sorted(), "{seen:?}");
