@@ -21,7 +21,7 @@ use std::task::{Context, Poll, Waker};
 
 use config::{BoardId, MachineConfig};
 use machine::motion_config::motion_config;
-use machine::ports::StepTimes;
+use machine::ports::{SessionProfile, StepTimes};
 use machine::sessions::SessionId;
 
 use crate::models::tmc26x::Chip;
@@ -50,6 +50,8 @@ pub struct Setup {
     pub chip: Chip,
     /// Faults, and when they happen.
     pub faults: Vec<TimedFault>,
+    /// Transports in memory beside the two consoles, whose other ends come and go. Nobody is there at the start.
+    pub visitors: Vec<SessionProfile>,
     /// The configuration that fits the machine as it is built, when the card's says something else about it.
     pub built_as: Option<String>,
 }
@@ -63,6 +65,7 @@ impl Setup {
             card_state: CardState::Good,
             chip: Chip::Tmc2590,
             faults: Vec::new(),
+            visitors: Vec::new(),
             built_as: None,
         }
     }
@@ -144,11 +147,25 @@ impl Runner {
         bytes.iter().filter(|byte| !inbox.receive(intake, **byte)).count() == 0
     }
 
+    /// Somebody comes to the other end of a session, or goes.
+    pub fn set_open(&self, session: SessionId, open: bool) {
+        if let Some(inbox) = self.shared.inboxes.get(usize::from(session.0)) {
+            inbox.set_open(open);
+        }
+    }
+
+    /// From now on a session takes at most so many bytes that nobody has read.
+    pub fn set_room(&self, session: SessionId, bytes: usize) {
+        if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(session.0)) {
+            sent.room = bytes;
+        }
+    }
+
     /// What a console has sent since the last call.
     #[must_use]
     pub fn read_from(&self, session: SessionId) -> Vec<u8> {
         let mut consoles = self.shared.sent.borrow_mut();
-        consoles.get_mut(usize::from(session.0)).map(std::mem::take).unwrap_or_default()
+        consoles.get_mut(usize::from(session.0)).map(|sent| std::mem::take(&mut sent.bytes)).unwrap_or_default()
     }
 
     /// The machine asked for a reset.

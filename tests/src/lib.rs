@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use machine::ports::StepTimes;
+use machine::ports::{SessionProfile, StepTimes};
 use machine::sessions::SessionId;
 use sim::runner::{CardState, Runner, Setup};
 use sim::world::{TimedFault, World};
@@ -32,6 +32,7 @@ pub struct Plan {
     faults: Vec<TimedFault>,
     card_state: CardState,
     built_as: Option<String>,
+    visitors: Vec<SessionProfile>,
 }
 
 impl Plan {
@@ -44,7 +45,15 @@ impl Plan {
             faults: Vec::new(),
             card_state: CardState::Good,
             built_as: None,
+            visitors: Vec::new(),
         }
+    }
+
+    /// One more session, whose other end is in memory: numbers from 2 on.
+    #[must_use]
+    pub fn visitor(mut self, profile: SessionProfile) -> Self {
+        self.visitors.push(profile);
+        self
     }
 
     /// Changes a piece of the configuration.
@@ -123,8 +132,8 @@ impl Plan {
         for (name, text) in &self.files {
             fs::write(card.join(name), text).expect("a file in it");
         }
-        let setup =
-            Setup { faults: self.faults, card_state: self.card_state, built_as: self.built_as, ..Setup::new(&card) };
+        let Self { faults, card_state, built_as, visitors, .. } = self;
+        let setup = Setup { faults, card_state, built_as, visitors, ..Setup::new(&card) };
         let runner = Runner::new(&setup).expect("faults of this machine");
         let mut bench = Bench { runner, card, greeting: String::new() };
         bench.greeting = bench.hear(0.2);
@@ -193,6 +202,16 @@ impl Bench {
         }
     }
 
+    /// Somebody comes to the other end of a session in memory, or goes.
+    pub fn set_open(&mut self, session: SessionId, open: bool) {
+        self.runner.set_open(session, open);
+    }
+
+    /// From now on a session takes at most so many bytes that nobody has read.
+    pub fn set_room(&mut self, session: SessionId, bytes: usize) {
+        self.runner.set_room(session, bytes);
+    }
+
     /// Types without waiting; realtime characters act at once.
     ///
     /// # Panics
@@ -227,6 +246,13 @@ impl Bench {
         let until = self.runner.now_ns() + (seconds * SECOND) as u64;
         self.runner.run_until(until);
         String::from_utf8_lossy(&self.runner.read_from(CONSOLE)).into_owned()
+    }
+
+    /// The same of any session.
+    pub fn hear_on(&mut self, session: SessionId, seconds: f64) -> String {
+        let until = self.runner.now_ns() + (seconds * SECOND) as u64;
+        self.runner.run_until(until);
+        String::from_utf8_lossy(&self.runner.read_from(session)).into_owned()
     }
 
     /// Lets time pass until something that was said contains this; returns all that was said.

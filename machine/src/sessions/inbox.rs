@@ -171,6 +171,11 @@ impl Inbox {
         }
     }
 
+    /// Somebody is at the other end.
+    pub fn is_open(&self) -> bool {
+        self.visits().is_multiple_of(2)
+    }
+
     /// How often somebody came or went: even while somebody is there.
     pub fn visits(&self) -> u32 {
         self.visits.load(Ordering::Acquire)

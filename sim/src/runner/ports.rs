@@ -22,6 +22,27 @@ use crate::world::World;
 /// Consoles of the host: the debug UART and UART 0.
 const CONSOLES: usize = 2;
 
+/// What a session has sent and nobody has read.
+pub struct Sent {
+    pub bytes: Vec<u8>,
+    /// It takes no more than this.
+    pub room: usize,
+}
+
+impl Default for Sent {
+    fn default() -> Self {
+        Self { bytes: Vec::new(), room: usize::MAX }
+    }
+}
+
+impl Sent {
+    fn take(&mut self, bytes: &[u8]) -> usize {
+        let taken = bytes.len().min(self.room.saturating_sub(self.bytes.len()));
+        self.bytes.extend_from_slice(&bytes[..taken]);
+        taken
+    }
+}
+
 /// What the controller, the tasks and the runner look at in turns.
 pub struct Shared {
     pub now_ns: Flag<u64>,
@@ -33,9 +54,10 @@ pub struct Shared {
     pub queue: StepQueue,
     pub latch: Latch,
     pub reached: machine::tasks::ReachedMark,
-    pub inboxes: [Inbox; CONSOLES],
-    pub intakes: Turns<[Intake; CONSOLES]>,
-    pub sent: Turns<[Vec<u8>; CONSOLES]>,
+    pub profiles: Vec<SessionProfile>,
+    pub inboxes: Vec<Inbox>,
+    pub intakes: Turns<Vec<Intake>>,
+    pub sent: Turns<Vec<Sent>>,
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
     pub reset_requested: Flag<bool>,
@@ -47,6 +69,9 @@ pub struct Shared {
 
 impl Shared {
     pub fn new(world: World, setup: &Setup, board_id: BoardId) -> Self {
+        let consoles = [SessionProfile::SERIAL; CONSOLES];
+        let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
+        let inbox = |place: usize| if place < CONSOLES { Inbox::new() } else { Inbox::closed() };
         Self {
             now_ns: Flag::new(0),
             world: Turns::new(world),
@@ -57,9 +82,10 @@ impl Shared {
             queue: StepQueue::new(),
             latch: Latch::new(),
             reached: machine::tasks::ReachedMark::new(),
-            inboxes: [const { Inbox::new() }; CONSOLES],
-            intakes: Turns::new([Intake::new(); CONSOLES]),
-            sent: Turns::default(),
+            inboxes: (0..profiles.len()).map(inbox).collect(),
+            intakes: Turns::new(vec![Intake::new(); profiles.len()]),
+            sent: Turns::new(profiles.iter().map(|_| Sent::default()).collect()),
+            profiles,
             levels: Flag::default(),
             wired: Turns::new(None),
             reset_requested: Flag::new(false),
@@ -129,23 +155,24 @@ impl Inputs for HostPorts {
 
 impl Consoles for HostPorts {
     fn sessions(&self) -> u8 {
-        CONSOLES as u8
+        self.shared.profiles.len() as u8
     }
 
     fn inbox(&self, session: SessionId) -> &Inbox {
-        let [debug, uart0] = &self.shared.inboxes;
-        if session.0 == 0 { debug } else { uart0 }
+        // There are two at least, and the machine asks for those that there are.
+        self.shared.inboxes.get(usize::from(session.0)).unwrap_or(&self.shared.inboxes[0])
     }
 
-    fn profile(&self, _: SessionId) -> SessionProfile {
-        SessionProfile::SERIAL
+    fn profile(&self, session: SessionId) -> SessionProfile {
+        self.shared.profiles.get(usize::from(session.0)).copied().unwrap_or(SessionProfile::SERIAL)
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(session.0)) {
-            sent.extend_from_slice(bytes);
+        if !self.inbox(session).is_open() {
+            return bytes.len();
         }
-        bytes.len()
+        let mut sent = self.shared.sent.borrow_mut();
+        sent.get_mut(usize::from(session.0)).map_or(bytes.len(), |sent| sent.take(bytes))
     }
 }
 
