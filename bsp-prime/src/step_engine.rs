@@ -140,6 +140,8 @@ const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
 /// Everything the interrupt reads and writes. All zero until [`start`], so that the image carries none of it.
 #[repr(C)]
 struct Shared {
+    /// First: what is looked up for every event needs no offset. Eight, so that a three-bit index needs no test.
+    motors: [Motor; 8],
     /// Why the shortest way will not do: motors that step by pulses, one bit each, and [`CATCHING_UP`].
     careful: AtomicU32,
     /// Length of a pulse.
@@ -149,8 +151,6 @@ struct Shared {
     pulses: Pulses,
     /// The interrupt was asked to look at the queue. It may come for a pulse's end in the same moment.
     woken: AtomicU32,
-    /// Eight, so that a three-bit index needs no test.
-    motors: [Motor; 8],
     spacings: [Spacing; 8],
     /// Motors with an event since catching up began, one bit each.
     caught: AtomicU32,
