@@ -7,6 +7,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::peripheral::NVIC;
 use stm32h7xx_hal::pac;
 use units::{Micros, Ticks};
 
@@ -98,6 +99,11 @@ pub struct Ticker {
 
 // SAFETY: the pointer is to registers, which are the same from every context; each ticker is the only user of its timer.
 unsafe impl Send for Ticker {}
+
+/// Has the heat tick's interrupt run now, besides its periods.
+pub fn pend_heat_tick() {
+    NVIC::pend(pac::Interrupt::TIM7);
+}
 
 impl Ticker {
     /// TIM6, the step feed's.

@@ -190,6 +190,10 @@ where
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         self.shared.heat.lock(|heat| f(&mut heat.control))
     }
+
+    fn run_heat_now(&mut self) {
+        bsp_prime::time::pend_heat_tick();
+    }
 }
 
 impl<M, H, S, T> DriversPort for BoardPorts<M, H, S, T>

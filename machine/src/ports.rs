@@ -47,6 +47,9 @@ pub trait MotionPort {
 pub trait HeatPort {
     /// Heat control, locked for the length of `f`.
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R;
+
+    /// Has the heat task run now, not at its next period: what has been switched off is off at once.
+    fn run_heat_now(&mut self);
 }
 
 /// The motor drivers and the watch over them.

@@ -48,6 +48,7 @@ impl<P: Ports> Machine<'_, P> {
             // A switch takes anything.
             let _ = self.ports.heat(|heat| heat.apply(output, now));
         }
+        self.ports.run_heat_now();
         self.program.halt();
     }
 
