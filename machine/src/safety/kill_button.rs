@@ -1,10 +1,16 @@
 //! The kill button: pressed it halts, held or released it may clear a halt.
+//!
+//! A press counts at the first look, for nothing is lost by halting once too often. Letting go counts when the button has been up
+//! for [`BOUNCE`]: contacts bounce, and a bounce of a latching button must not clear the halt it has just made.
 
 use config::KillButton as Settings;
 use units::Micros;
 
 /// How long the button is held to clear a halt.
 const UNKILL_HOLD: Micros = Micros::from_seconds(2);
+
+/// Contacts bounce for 1 to 10 ms.
+const BOUNCE: Micros = Micros::from_millis(20);
 
 /// What a look at the button means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +30,8 @@ pub enum Press {
 pub struct KillButton {
     /// It has been down since then.
     down_since: Option<Micros>,
+    /// It has been up since then, which may be a bounce.
+    up_since: Option<Micros>,
     /// It already did what this press means.
     used: bool,
 }
@@ -32,11 +40,15 @@ impl KillButton {
     /// One look at the button.
     pub fn look(&mut self, settings: &Settings, pressed: bool, is_halted: bool, now: Micros) -> Press {
         if !pressed {
+            if now.since(*self.up_since.get_or_insert(now)) < BOUNCE {
+                return Press::Nothing;
+            }
             let was_down = self.down_since.take().is_some();
             self.used = false;
             let clears = was_down && settings.toggle && settings.unkill && is_halted;
             return if clears { Press::Clear } else { Press::Nothing };
         }
+        self.up_since = None;
         let since = *self.down_since.get_or_insert(now);
         match (is_halted, self.used) {
             (true, used) if settings.toggle || !settings.unkill || used => Press::Nothing,
@@ -77,16 +89,31 @@ mod tests {
     fn a_press_halts_once_and_a_new_one_that_is_held_clears() {
         let mut looks = vec![(true, false)];
         looks.extend([(true, true); 30]);
-        looks.push((false, true));
+        looks.extend([(false, true); 2]);
         looks.extend([(true, true); 22]);
-        assert_eq!(course(settings(false, true), &looks), [(0, Press::Kill), (52, Press::Clear)]);
+        assert_eq!(course(settings(false, true), &looks), [(0, Press::Kill), (53, Press::Clear)]);
         assert_eq!(course(settings(false, false), &looks), [(0, Press::Kill)]);
     }
 
     #[test]
     fn a_latching_button_clears_when_it_is_released_and_halts_while_it_is_not() {
-        let looks = [(true, false), (true, true), (true, false), (true, true), (false, true)];
-        let expected = [(0, Press::Kill), (2, Press::StillLatched), (4, Press::Clear)];
+        let looks = [(true, false), (true, true), (true, false), (true, true), (false, true), (false, true)];
+        let expected = [(0, Press::Kill), (2, Press::StillLatched), (5, Press::Clear)];
         assert_eq!(course(settings(true, true), &looks), expected);
+    }
+
+    #[test]
+    fn a_bounce_is_no_release() {
+        for toggle in [false, true] {
+            let mut button = KillButton::default();
+            let mut halted = false;
+            for at_us in (0..40_000).step_by(500) {
+                // Down but for every third look of the first 5 ms.
+                let pressed = at_us >= 5_000 || at_us % 1_500 != 500;
+                let press = button.look(&settings(toggle, true), pressed, halted, Micros(at_us));
+                assert_eq!(press, if at_us == 0 { Press::Kill } else { Press::Nothing }, "after {at_us} us");
+                halted = true;
+            }
+        }
     }
 }
