@@ -11,7 +11,18 @@ use rigless::time::VirtualNanos;
 #[derive(Debug, Default)]
 struct Bytes {
     to_board: VecDeque<u8>,
-    from_board: VecDeque<u8>,
+    /// When the frame of the last byte to the board began.
+    last_began_ns: Option<u64>,
+    from_board: VecDeque<Arrived>,
+}
+
+/// A byte from the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrived {
+    /// The end of its stop bit, nanoseconds since power-on.
+    pub at_ns: u64,
+    /// The byte.
+    pub byte: u8,
 }
 
 /// Our end of the line. Bytes take their time on the wire: the UART accepts the next one when its frame is through.
@@ -34,9 +45,28 @@ impl Line {
         self.lock().to_board.len()
     }
 
+    /// What is still on our side, taken off the wire again.
+    #[cfg(test)]
+    pub(crate) fn take_unsent(&self) -> Vec<u8> {
+        self.lock().to_board.drain(..).collect()
+    }
+
+    /// When the frame of the last byte that has gone to the board began, nanoseconds since power-on. The byte arrives a frame
+    /// later.
+    #[must_use]
+    pub fn last_began_ns(&self) -> Option<u64> {
+        self.lock().last_began_ns
+    }
+
     /// Everything the board has sent since the last call; dropping it forgets it.
     #[allow(clippy::must_use_candidate, reason = "called to forget as well")]
     pub fn receive(&self) -> Vec<u8> {
+        self.lock().from_board.drain(..).map(|arrived| arrived.byte).collect()
+    }
+
+    /// The same, with the time of each byte.
+    #[must_use]
+    pub fn receive_timed(&self) -> Vec<Arrived> {
         self.lock().from_board.drain(..).collect()
     }
 }
@@ -48,11 +78,14 @@ pub struct LineEnd(pub Line);
 impl Store for LineEnd {}
 
 impl Peer for LineEnd {
-    fn receive(&mut self, word: u16, _: &mut Timeline<'_, '_>) {
-        self.0.lock().from_board.push_back(word as u8);
+    fn receive(&mut self, word: u16, context: &mut Timeline<'_, '_>) {
+        self.0.lock().from_board.push_back(Arrived { at_ns: context.now().0, byte: word as u8 });
     }
 
-    fn transmit(&mut self, _: VirtualNanos) -> Option<u16> {
-        self.0.lock().to_board.pop_front().map(u16::from)
+    fn transmit(&mut self, now: VirtualNanos) -> Option<u16> {
+        let mut bytes = self.0.lock();
+        let byte = bytes.to_board.pop_front()?;
+        bytes.last_began_ns = Some(now.0);
+        Some(u16::from(byte))
     }
 }

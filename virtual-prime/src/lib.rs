@@ -18,6 +18,7 @@ pub mod peripherals;
 pub mod pin_state;
 pub mod pins;
 pub mod sd_image;
+pub mod typed;
 pub mod vm;
 
 mod drivers;

@@ -1,9 +1,8 @@
 //! `virtual-prime console`: a live board, paced to real time.
 
-use std::io::{self, Read, Write};
+use std::io::{self, IsTerminal, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
-use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,6 +11,7 @@ use sim::session::{BOOT_SILENCE_NS, Opening};
 use virtual_prime::console::Line;
 use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::sd_image;
+use virtual_prime::typed::{AHEAD, Typed};
 use virtual_prime::vm::{Span, Vm};
 
 use super::log::{Log, texts};
@@ -19,6 +19,12 @@ use super::machine::BoardOptions;
 
 /// How much virtual time passes between two looks at the world outside.
 const SLICE: Duration = Duration::from_millis(5);
+/// How long our image says nothing between two of its first words. What is typed before its consoles are up is lost, as on the board,
+/// so a pipe is held until then.
+const FIRST_WORDS_NS: u64 = 200_000_000;
+/// When the input of a pipe has ended, the session ends after this long without a word and without a step: heating tells its
+/// temperatures more often.
+const QUIET_NS: u64 = 2_000_000_000;
 const PORT_NAMES: [&str; 3] = ["debug (USART2)", "UART 0 (USART3)", "UART 1 (UART4)"];
 
 /// Options of `console`.
@@ -50,9 +56,14 @@ impl Options {
     fn opening(&self) -> Opening {
         match self.start {
             Some(seconds) => Opening::At((seconds * 1e9) as u64),
-            None if self.foreign => Opening::AfterFirstWords,
-            None => Opening::AtOnce,
+            // A person sees the prompt.
+            None if !self.foreign && io::stdin().is_terminal() => Opening::AtOnce,
+            None => Opening::AfterFirstWords,
         }
+    }
+
+    const fn first_words_ns(&self) -> u64 {
+        if self.foreign { BOOT_SILENCE_NS } else { FIRST_WORDS_NS }
     }
 }
 
@@ -70,13 +81,15 @@ impl Socket {
         Ok(Self { listener, client: None, line })
     }
 
-    /// Takes a new client and what the present one has sent.
+    /// Takes a new client, and as much of what the present one has sent as the wire takes.
     fn hear(&mut self) {
         if let Ok((client, _)) = self.listener.accept() {
             self.client = client.set_nonblocking(true).is_ok().then_some(client);
         }
-        let mut bytes = [0; 4096];
-        if let Some(client) = &mut self.client {
+        let mut bytes = [0; AHEAD];
+        if let Some(client) = &mut self.client
+            && self.line.unsent() < AHEAD
+        {
             match client.read(&mut bytes) {
                 Ok(0) => self.client = None,
                 Ok(count) => self.line.send(&bytes[..count]),
@@ -90,14 +103,15 @@ impl Socket {
     fn say(&mut self, bytes: &[u8]) {
         if let Some(client) = &mut self.client
             && !bytes.is_empty()
-            && client.write_all(bytes).is_err()
+            && client.write_all(bytes).is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
         {
             self.client = None;
         }
     }
 }
 
-/// Runs the board until standard input ends or the image does.
+/// Runs the board until standard input ends or the image does. A person ends it at once; a pipe, when all it said has been done, as
+/// far as can be heard and seen.
 ///
 /// # Errors
 /// When the image cannot be started, or crashes.
@@ -115,6 +129,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         sockets.push(socket);
     }
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
+    let is_person = io::stdin().is_terminal();
+    let world = board.world().clone();
     let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
     let table = texts(&options.elf).unwrap_or_else(|reason| {
         eprintln!("{reason}: its log is shown as it is");
@@ -122,13 +138,15 @@ pub fn run(options: &Options) -> Result<(), String> {
     });
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
-    let typed = read_standard_input();
+    let mut typed = Typed::read(io::stdin());
     // When the board may be spoken to, as far as is known.
     let mut open_ns = match options.opening() {
         Opening::AtOnce => 0,
         Opening::AfterFirstWords => u64::MAX,
         Opening::At(ns) => ns,
     };
+    // When a byte last went either way or a step was last made.
+    let mut stirred_ns = 0;
     let began = Instant::now();
     loop {
         let span = vm.run_for(SLICE.as_nanos() as u64);
@@ -137,10 +155,18 @@ pub fn run(options: &Options) -> Result<(), String> {
             socket.say(&said);
             if index == 0 {
                 if !said.is_empty() && vm.now_ns() < open_ns && options.opening() == Opening::AfterFirstWords {
-                    open_ns = vm.now_ns() + BOOT_SILENCE_NS;
+                    open_ns = vm.now_ns() + options.first_words_ns();
+                }
+                // Taken, so that they need no memory.
+                let steps = world.lock().trace_mut().take();
+                if !said.is_empty() || !steps.is_empty() {
+                    stirred_ns = vm.now_ns();
                 }
                 let mut out = io::stdout().lock();
-                let _ = out.write_all(&said).and_then(|()| out.flush());
+                // Whoever read it has gone.
+                if out.write_all(&said).and_then(|()| out.flush()).is_err() {
+                    return Ok(());
+                }
             }
             socket.hear();
         }
@@ -153,31 +179,19 @@ pub fn run(options: &Options) -> Result<(), String> {
         if options.until.is_some_and(|until| vm.now_ns() as f64 * 1e-9 >= until) {
             return Ok(());
         }
-        while vm.now_ns() >= open_ns {
-            match typed.try_recv() {
-                Ok(Some(bytes)) => sockets[0].line.send(&bytes),
-                // With a time to end at, the end of the input is not the end of the session.
-                Ok(None) if options.until.is_none() => return Ok(()),
-                _ => break,
-            }
+        let line = &sockets[0].line;
+        if vm.now_ns() >= open_ns {
+            typed.hand_to(line);
+        }
+        if line.unsent() > 0 {
+            stirred_ns = vm.now_ns();
+        }
+        let is_quiet = vm.now_ns() - stirred_ns >= QUIET_NS;
+        // With a time to end at, the end of the input is not the end of the session.
+        if typed.is_over() && options.until.is_none() && (is_person || is_quiet) {
+            return Ok(());
         }
         let ahead = Duration::from_nanos(vm.now_ns()).saturating_sub(began.elapsed());
         thread::sleep(ahead);
     }
-}
-
-/// Standard input from a thread of its own, since reading it blocks; `None` is its end.
-fn read_standard_input() -> Receiver<Option<Vec<u8>>> {
-    let (sender, receiver) = mpsc::channel();
-    thread::spawn(move || {
-        let mut bytes = [0; 1024];
-        loop {
-            let count = io::stdin().lock().read(&mut bytes).unwrap_or(0);
-            let part = (count > 0).then(|| bytes[..count].to_vec());
-            if sender.send(part).is_err() || count == 0 {
-                return;
-            }
-        }
-    });
-    receiver
 }
