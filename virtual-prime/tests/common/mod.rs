@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test crate uses its own part of this")]
 
 pub mod hang;
+pub mod machine;
 pub mod velvet;
 pub mod writes;
 
@@ -17,6 +18,8 @@ use virtual_prime::instruments::{Instruments, Probe, Records};
 use virtual_prime::vm::{Span, Vm};
 
 pub const MS: u64 = 1_000_000;
+/// A byte on a console's wire: ten bits at 115200 baud.
+pub const FRAME_NS: u64 = 10 * 1_000_000_000 / 115_200;
 
 /// The ELF of a test image: from `PRIME_IMAGES` when that names a directory, otherwise built here and now.
 pub fn image(name: &str) -> PathBuf {
@@ -49,8 +52,10 @@ fn build() -> PathBuf {
 /// A board that runs a test image.
 pub struct Bench {
     pub vm: Vm,
-    /// Our ends of the three serial ports.
+    /// Our end of the debug console, USART2.
     pub console: Line,
+    /// Our end of UART 0, USART3.
+    pub uart: Line,
     pub records: Records,
     /// Writes to the addresses that were named.
     pub writes: writes::WriteLog,
@@ -73,12 +78,12 @@ pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
 
 /// The same, with an ear for writes to these addresses.
 pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>) -> Bench {
-    let console = board.console(0).clone();
+    let (console, uart) = (board.console(0).clone(), board.console(1).clone());
     let (instruments, records) = Instruments::new(elf, &Probe::default()).expect("an image with symbols");
     let writes = writes::WriteLog::default();
     let listener = writes::Listener { inner: Box::new(instruments), addresses, log: writes.clone() };
     let vm = Vm::start(board, elf, Some(Box::new(listener))).expect("the image loads");
-    Bench { vm, console, records, writes }
+    Bench { vm, console, uart, records, writes }
 }
 
 impl Bench {

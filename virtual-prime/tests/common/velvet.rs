@@ -8,10 +8,11 @@ use sim::models::tmc26x::Chip;
 use sim::world::{Fault, TimedFault, World, WorldConfig};
 use units::Actuator;
 use virtual_prime::board::PrimeBoard;
+use virtual_prime::console::Arrived;
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
-use super::{Bench, MS, boot_watched};
+use super::{Bench, FRAME_NS, MS, boot_watched};
 
 /// The sample printer: Cartesian, one hot end, a bed, a part fan, switches at the minimum ends.
 pub const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
@@ -198,10 +199,19 @@ impl Velvet {
     #[track_caller]
     pub fn hear(&mut self, ms: u64) -> String {
         let before = self.said.len();
-        let end = self.bench.vm.now_ns() + ms * MS;
-        assert_eq!(self.bench.vm.run_until(end), Span::Reached, "after: {}", self.said);
-        self.said.push_str(&String::from_utf8_lossy(&self.bench.console.receive()));
+        self.hear_for(ms * MS);
         self.said[before..].to_owned()
+    }
+
+    /// Lets this much time pass, nanoseconds; what was said in it, byte by byte.
+    #[track_caller]
+    pub fn hear_for(&mut self, nanoseconds: u64) -> Vec<Arrived> {
+        let end = self.bench.vm.now_ns() + nanoseconds;
+        assert_eq!(self.bench.vm.run_until(end), Span::Reached, "after: {}", self.said);
+        let heard = self.bench.console.receive_timed();
+        let bytes: Vec<u8> = heard.iter().map(|arrived| arrived.byte).collect();
+        self.said.push_str(&String::from_utf8_lossy(&bytes));
+        heard
     }
 
     /// Lets time pass until what is said in it contains this; all of that.
@@ -214,6 +224,16 @@ impl Velvet {
             self.hear(SLICE_MS);
         }
         self.said[before..].to_owned()
+    }
+
+    /// Sends these bytes, lets time pass until the last of them has arrived at the board, and says when that was.
+    #[track_caller]
+    pub fn send_through(&mut self, bytes: &[u8]) -> u64 {
+        self.bench.console.send(bytes);
+        while self.bench.console.unsent() > 0 {
+            self.hear_for(FRAME_NS);
+        }
+        self.bench.console.last_began_ns().expect("a byte went") + FRAME_NS
     }
 
     /// Types a line.

@@ -4,8 +4,8 @@ use board_facts::figures::{CARD_HZ, DEBUG_BAUD, PWM_COUNTS};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::{rcc, tim1, usart1};
 
+use crate::common::machine::everything;
 use crate::common::velvet::SECOND;
-use crate::machine::everything;
 
 /// SDMMC1_CLKCR (RM0399 section 58.10.2) and the kernel clock that its divider divides: PLL1 Q.
 const CARD_CLOCK: u64 = 0x5200_7004;

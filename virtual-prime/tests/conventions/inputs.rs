@@ -5,8 +5,8 @@ use rigless::soc::stm32h743::peripherals::adc::Channel;
 use sim::models::tmc26x::Chip;
 use sim::world::Fault;
 
+use crate::common::machine::{changes, drive, everything, pin, watch};
 use crate::common::velvet::{Plan, SECOND, Velvet};
-use crate::machine::{changes, drive, everything, pin, watch};
 
 /// What M119 says of this pin: `PD0^:1`.
 #[track_caller]

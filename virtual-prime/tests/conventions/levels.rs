@@ -7,8 +7,8 @@ use sim::world::Pin;
 use virtual_prime::pin_state::{Drive, PinState};
 use virtual_prime::pins::{PINS, PORTS};
 
+use crate::common::machine::everything;
 use crate::common::velvet::{Plan, SECOND, Velvet};
-use crate::machine::everything;
 
 /// In alternate function out of reset: the debug port.
 const DEBUG_PORT: [&str; 5] = ["PA13", "PA14", "PA15", "PB3", "PB4"];

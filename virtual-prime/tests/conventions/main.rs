@@ -8,6 +8,5 @@ mod buses;
 mod directions;
 mod inputs;
 mod levels;
-mod machine;
 mod motors;
 mod power;

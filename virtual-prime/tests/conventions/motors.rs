@@ -8,8 +8,8 @@ use virtual_prime::board::PinChange;
 use virtual_prime::pin_state::Drive;
 
 use crate::common::MS;
+use crate::common::machine::{changes, everything, pin, state, watch};
 use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
-use crate::machine::{changes, everything, pin, state, watch};
 
 /// SPI4 (RM0399 section 2.3.2, boundary addresses): CR2, and the byte writes to TXDR.
 const SPI4_CR2: u64 = 0x4001_3404;

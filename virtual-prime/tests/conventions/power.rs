@@ -4,8 +4,8 @@ use board_facts::figures::MODULATION_NS;
 use board_facts::wiring::{DRIVERS, OUTPUT_BUFFER_ENABLE, POWER_OUTPUTS, SUPPLY_SWITCH, USB_HOST_POWER, power_output};
 use virtual_prime::pin_state::Drive;
 
+use crate::common::machine::{changes, everything, pin, state, watch};
 use crate::common::velvet::{PROMPT, SECOND, Velvet};
-use crate::machine::{changes, everything, pin, state, watch};
 
 fn outputs() -> Vec<&'static str> {
     POWER_OUTPUTS.iter().map(|output| output.pin).collect()

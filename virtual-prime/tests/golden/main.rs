@@ -6,15 +6,13 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-#[path = "../conventions/machine.rs"]
-#[allow(dead_code, reason = "the conventions' tests ask more of it")]
-mod machine;
 mod registers;
 mod table;
 mod words;
 
 use std::fmt::Write as _;
 
+use common::machine;
 use common::velvet::{PROMPT, Plan, SECOND, Velvet};
 use registers::{Registers, registers};
 use sim::models::tmc26x::Chip;

@@ -4,7 +4,7 @@ use sim::world::Pin;
 use virtual_prime::board::PinChange;
 use virtual_prime::pin_state::PinState;
 
-use crate::common::velvet::{Plan, Velvet};
+use super::velvet::{Plan, Velvet};
 
 /// Besides what the sample printer has: a second hot end, all end stops, probe and kill button, fans and relays on every output,
 /// both PWM timers, and an external driver on header GF.
