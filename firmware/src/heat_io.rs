@@ -51,6 +51,12 @@ impl Heat {
         let Self { control, io, task } = self;
         task.run(bsp_prime::time::now(), &crate::REACHED, control, io)
     }
+
+    /// A run between two others: see [`bsp_prime::time::pend_heat_tick`].
+    pub fn run_early(&mut self) {
+        let Self { control, io, task } = self;
+        task.run_early(bsp_prime::time::now(), &crate::REACHED, control, io);
+    }
 }
 
 impl tasks::HeatIo for HeatIo {

@@ -219,8 +219,11 @@ mod app {
     // Heaters and slow outputs. Above planning, so that no job can starve heat safety.
     #[task(binds = TIM7, priority = 5, shared = [heat], local = [heat_tick, watchdog])]
     fn heat(mut cx: heat::Context) {
-        cx.local.heat_tick.acknowledge();
+        let on_time = cx.local.heat_tick.acknowledge();
         time::keep_clocks();
+        if !on_time {
+            return cx.shared.heat.lock(|heat| heat.run_early());
+        }
         let due = cx.shared.heat.lock(|heat| heat.run());
         if !due.controlled {
             return;
@@ -243,7 +246,10 @@ mod app {
         cx.local.feed_tick.acknowledge();
         cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
         let mut motion = dispatcher::Locked(&mut cx.shared.motion);
-        cx.local.step_feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH, &REACHED);
+        let feed = &mut cx.local.step_feed;
+        if feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH, &REACHED) {
+            time::pend_heat_tick();
+        }
         if !step_engine::queue().is_empty() {
             step_engine::wake();
         }

@@ -36,8 +36,11 @@ impl ReachedMark {
         Self(AtomicU32::new(0))
     }
 
-    fn set(&self, mark: Mark) {
+    /// True when it is another one. For the feed, the only writer.
+    fn set(&self, mark: Mark) -> bool {
+        let is_new = self.0.load(Ordering::Relaxed) != mark.0;
         self.0.store(mark.0, Ordering::Release);
+        is_new
     }
 
     fn get(&self) -> Mark {
@@ -96,11 +99,21 @@ impl HeatTask {
                 due.slow = true;
             }
         }
-        io.apply(heat.modulation_tick());
-        while let Some((switch, duty)) = heat.take_pwm_change() {
-            io.set_pwm(switch, duty);
-        }
+        write(heat, io);
         due
+    }
+
+    /// A run between two others, because a change must not wait for the next one: no time has passed.
+    pub fn run_early(&self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) {
+        heat.reach(reached.get(), now);
+        write(heat, io);
+    }
+}
+
+fn write(heat: &mut HeatControl, io: &mut impl HeatIo) {
+    io.apply(heat.modulation_tick());
+    while let Some((switch, duty)) = heat.take_pwm_change() {
+        io.set_pwm(switch, duty);
     }
 }
 
@@ -123,7 +136,8 @@ impl FeedTask {
         Self { feed: StepFeed::new() }
     }
 
-    /// One run. The caller then makes sure that the step timer is armed.
+    /// One run. The caller then makes sure that the step timer is armed; and when this says so, that the heat task runs, since outputs
+    /// may wait for where the motors are now.
     pub fn run(
         &mut self,
         now: Ticks,
@@ -131,7 +145,7 @@ impl FeedTask {
         queue: &StepQueue,
         latch: &Latch,
         reached: &ReachedMark,
-    ) {
-        reached.set(self.feed.run(now, motion, queue, latch).mark);
+    ) -> bool {
+        reached.set(self.feed.run(now, motion, queue, latch).mark)
     }
 }

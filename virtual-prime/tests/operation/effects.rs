@@ -12,8 +12,9 @@ const SAMPLE_NS: i64 = 50 * MS as i64;
 const HOTEND: &str = "PE0";
 const BED: &str = "PE3";
 const FAN: &str = "PE1";
-/// TIM1 channel 1 (RM0399 section 42.4): `PWM1_1`, 10 kHz.
+/// TIM1 channel 1 (RM0399 section 42.4): `PWM1_1`, 10 kHz, whose compare value counts from the next period on.
 const SPINDLE: u64 = 0x4001_0034;
+const PWM_PERIOD_NS: u64 = 100_000;
 const STEPS_PER_MM: usize = 80;
 
 /// One stroke of X at 95 mm/s, so that boundaries meet the periods of the machine's tasks at ever other phases; every 10 mm
@@ -60,7 +61,8 @@ fn outputs_change_at_the_boundaries_of_their_blocks() {
         change.map(|change| change.at_ns)
     };
     let duty = |permille: u64, mm: usize| {
-        writes.iter().find(|write| write.value == permille && write.at_ns + MS > boundary(mm)).map(|write| write.at_ns)
+        let write = writes.iter().find(|write| write.value == permille && write.at_ns + MS > boundary(mm));
+        write.map(|write| write.at_ns + PWM_PERIOD_NS)
     };
     // What changes, at which millimetre of X, when it did, and how late it may be.
     let rows = [
