@@ -20,6 +20,10 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
         Path::named(section, place, key).is_some_and(|path| ledger.span(path).is_some())
     };
     kinematics(config, &written);
+    if !written("soft endstop", 0, "halt") {
+        // GRBL raises an alarm for a target beyond the travel.
+        config.soft_endstops.halt = config.general.grbl_mode;
+    }
     temperatures(config, &written);
     switches(config, &written);
     drivers(config, &written);

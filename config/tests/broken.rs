@@ -57,6 +57,8 @@ const SLIPS: &[(&str, &str, &str)] = &[
         "[tmc2590]\n",
         "epsilon.steps_per_mm = 200\nepsilon.driver = tmc2590\nepsilon.microsteps = 16\nepsilon.step_pin = PJ1\nepsilon.dir_pin = PJ5\nepsilon.slaved_to = gamma\n\n[tmc2590]\nepsilon.spi_cs_pin = PJ6\n",
     ),
+    ("travel that ends before it begins", "[switch]\n", "[soft endstop]\nx_min = 200\nx_max = 0\n\n[switch]\n"),
+    ("travel without the place where the axis homes", "[switch]\n", "[soft endstop]\nx_min = 5\n\n[switch]\n"),
     ("a heater without a sensor", "bed.thermistor_pin = ADC1_3 ", "bed.thermistor_pin = nc "),
     ("a maximum below the minimum", "bed.max_temp = 120", "bed.max_temp = 4"),
     (

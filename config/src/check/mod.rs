@@ -12,6 +12,7 @@ mod outputs;
 mod pins;
 mod planner;
 mod shapers;
+mod soft_endstops;
 mod tools;
 mod uart;
 
@@ -32,6 +33,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);
+    soft_endstops::check(&mut checks);
     leveling::check(&mut checks);
     heat::check(&mut checks);
     tools::check(&mut checks);

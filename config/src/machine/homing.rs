@@ -1,4 +1,4 @@
-//! `[endstops]` and `[zprobe]`.
+//! `[endstops]`, `[soft endstop]` and `[zprobe]`.
 
 use super::Name;
 use crate::pin::Pin;
@@ -65,6 +65,19 @@ pub struct HomingConfig {
     pub move_to_origin: bool,
     /// Trims of the first three actuators.
     pub trim: [Mm; 3],
+}
+
+/// `[soft endstop]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SoftEndstops {
+    /// Moves are held against the travel.
+    pub enable: bool,
+    /// A move out of the travel halts. Follows the dialect unless the file says otherwise.
+    pub halt: bool,
+    /// The least machine position of X, Y and Z, where the file says one.
+    pub least: [Option<Mm>; 3],
+    /// The greatest one.
+    pub most: [Option<Mm>; 3],
 }
 
 /// `[zprobe]`

@@ -18,7 +18,7 @@ pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, Mo
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
 pub use calibration::DeltaCalibrationConfig;
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
-pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig};
+pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, SoftEndstops};
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
@@ -76,6 +76,8 @@ pub struct MachineConfig {
     pub endstops: Vec<EndstopConfig, MAX_ENDSTOPS>,
     /// `[endstops]` `common.*`
     pub homing: HomingConfig,
+    /// `[soft endstop]`
+    pub soft_endstops: SoftEndstops,
     /// `[zprobe]`
     pub probe: ProbeConfig,
     /// `[delta calibration strategy]`

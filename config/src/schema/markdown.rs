@@ -40,6 +40,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         "Homing and probing",
         &[
             "endstops",
+            "soft endstop",
             "zprobe",
             "three point leveling strategy",
             "cartesian grid leveling strategy",

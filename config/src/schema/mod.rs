@@ -23,6 +23,7 @@ mod modules;
 mod motion;
 mod probe;
 mod shaper;
+mod soft_endstops;
 mod switches;
 mod system;
 #[cfg(test)]
@@ -53,6 +54,7 @@ pub const SECTIONS: &[Section] = &[
     extruder::EXTRUDER,
     heat::TEMPERATURE_CONTROL,
     endstops::ENDSTOPS,
+    soft_endstops::SOFT_ENDSTOP,
     switches::SWITCH,
     switches::PWM1,
     switches::PWM2,
