@@ -8,7 +8,7 @@ use units::{Axis, PerAxis, Plane};
 
 use crate::square_root;
 
-use crate::path::{self, Curve, Vector};
+use crate::path::{self, Bounds, Curve, Path, Vector};
 
 /// What the program says about the arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,6 +177,15 @@ impl Arc {
     #[must_use]
     pub fn turns(&self) -> f64 {
         libm::fabs(self.sweep) / TURN
+    }
+
+    /// How far it goes along each axis.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let whole = self.parts(1).next();
+        whole.map_or(Bounds::of(self.from), |(to, curve)| {
+            Path::new(self.from, &to, curve.length(), curve).bounds(curve.length())
+        })
     }
 
     /// The place at a share of the way, 0 to 1.

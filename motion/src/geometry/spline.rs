@@ -7,7 +7,7 @@ use units::{Axis, PerAxis};
 
 use crate::square_root;
 
-use crate::path::{Curve, Spline, Vector, size};
+use crate::path::{Bounds, Curve, Path, Spline, Vector, size};
 
 /// Anything that can be drawn as cubics.
 pub trait ParametricCurve {
@@ -129,6 +129,7 @@ pub struct SplineMoves<S> {
     whole: f64,
     done: f64,
     last: Vector,
+    bounds: Bounds,
 }
 
 impl<S: ParametricCurve + Copy> SplineMoves<S> {
@@ -136,14 +137,22 @@ impl<S: ParametricCurve + Copy> SplineMoves<S> {
     /// others follow evenly; the spline itself must be level.
     pub fn new(source: S, from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
         let pieces = Pieces { source, at: 0, step: FINEST };
-        let mut moves = Self { pieces, from, to, whole: 0.0, done: 0.0, last: source.place(0.0) };
+        let bounds = Bounds::of(from).and(&to);
+        let mut moves = Self { pieces, from, to, whole: 0.0, done: 0.0, last: source.place(0.0), bounds };
         let mut last = moves.last;
         for (t, curve) in pieces {
             let here = source.place(t);
             moves.whole += flat_length(&curve, last, here);
+            moves.bounds = moves.bounds.or(&flat_bounds(&curve, from, last, here));
             last = here;
         }
         moves
+    }
+
+    /// How far it goes along each axis.
+    #[must_use]
+    pub const fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// Length of the curve in the plane, mm.
@@ -157,6 +166,17 @@ fn flat_length(curve: &Curve, [x, y, _]: Vector, [to_x, to_y, _]: Vector) -> f64
     match curve {
         Curve::Spline(spline) => spline.flat_length(),
         _ => square_root((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y)),
+    }
+}
+
+/// Bounds of a piece in the plane; the other axes are where the whole begins.
+fn flat_bounds(curve: &Curve, mut from: PerAxis<f64>, [x, y, _]: Vector, [to_x, to_y, _]: Vector) -> Bounds {
+    let mut to = from;
+    (from[Axis::X], from[Axis::Y]) = (x, y);
+    (to[Axis::X], to[Axis::Y]) = (to_x, to_y);
+    match curve {
+        Curve::Spline(spline) => Path::new(from, &to, spline.length(), *curve).bounds(spline.length()),
+        _ => Bounds::of(from).and(&to),
     }
 }
 

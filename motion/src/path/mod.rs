@@ -5,12 +5,14 @@
 //! spread over the whole arc instead of being jumped. Distances are those along the curve, in mm of X, Y and Z.
 
 mod arc;
+mod bounds;
 mod jerk;
 mod limits;
 mod ring;
 mod spline;
 
 pub use arc::Arc;
+pub use bounds::Bounds;
 pub(crate) use limits::{envelope, unit};
 pub(crate) use ring::CurveRing;
 pub use spline::{EVEN_WITHIN, Spline};
