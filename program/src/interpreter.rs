@@ -89,8 +89,17 @@ pub struct Interpreter {
     setup: Setup,
     effects: Deque<Effect, MOST_CLAIMS>,
     following: Deque<Action<'static>, FOLLOWING>,
-    /// Position and E before the block, should the machine refuse its move.
-    before: (PerAxis<f64>, f64),
+    before: Before,
+}
+
+/// What the last block's moves change of the program, as it was before: the machine may refuse them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    position: PerAxis<f64>,
+    tool_offset: [f64; 3],
+    /// E of the active tool, and the lift of Z that it is retracted with.
+    e: f64,
+    retracted: Option<f64>,
 }
 
 impl Interpreter {
@@ -113,7 +122,7 @@ impl Interpreter {
             setup,
             effects: Deque::new(),
             following: Deque::new(),
-            before: (position, 0.0),
+            before: Before::default(),
         }
     }
 
@@ -154,7 +163,8 @@ impl Interpreter {
     ) -> Result<Meaning<'b>, Fault> {
         self.effects.clear();
         self.following.clear();
-        self.before = (self.position, self.tools.active().map_or(0.0, |tool| tool.e));
+        let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
+        self.before = Before { position: self.position, tool_offset: self.modal.tool_offset, e, retracted };
         let words = Words::new(block, row, self.modal.inches);
         words.check()?;
         let function = match row.handler {
@@ -216,6 +226,13 @@ impl Interpreter {
         self.following.is_empty()
     }
 
+    /// Where the moves end that the last block makes behind its first one, in order. All are straight.
+    pub fn moves_to_come(&self) -> impl Iterator<Item = &PerAxis<f64>> {
+        self.following
+            .iter()
+            .filter_map(|action| if let Action::Move(request) = action { Some(&request.target) } else { None })
+    }
+
     /// Something to do behind what the block does first.
     pub(crate) fn then(&mut self, action: Action<'static>) {
         let fits = self.following.push_back(action).is_ok();
@@ -225,10 +242,11 @@ impl Interpreter {
     /// The last block's action was refused: the program is where it was before.
     pub fn take_back(&mut self) {
         self.following.clear();
-        self.position = self.before.0;
-        let e = self.before.1;
+        let Before { position, tool_offset, e, retracted } = self.before;
+        self.position = position;
+        self.modal.tool_offset = tool_offset;
         if let Some(tool) = self.tools.active_mut() {
-            tool.e = e;
+            (tool.e, tool.retracted) = (e, retracted);
         }
     }
 

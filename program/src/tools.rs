@@ -22,7 +22,7 @@ pub struct Tool {
     /// Flow factor (M221), 1 is as programmed.
     pub flow: f64,
     /// Retracted by G10, with this lift of Z in mm.
-    retracted: Option<f64>,
+    pub(crate) retracted: Option<f64>,
 }
 
 impl Tool {
