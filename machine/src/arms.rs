@@ -36,7 +36,7 @@ const fn homes_by_tool(config: &MachineConfig) -> bool {
 pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
     // With all carriages at the top the tool is in the middle.
     let mut place = PerAxis([0.0; units::MAX_AXES]);
-    place[Axis::Z] = tuning.homing_position(config, Axis::Z) + tuning.home_offset[Axis::Z];
+    place[Axis::Z] = tuning.homing_position(config, Axis::Z) + tuning.home_offset()[Axis::Z];
     place
 }
 
@@ -85,7 +85,7 @@ pub(crate) fn change_arms<P: Ports>(
 
 fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
     if let Some(height) = words.get('Z').filter(|_| homes_by_tool(config)) {
-        tuning.home_z = height;
+        tuning.set_home_z(height);
     }
 }
 
@@ -104,10 +104,12 @@ fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
 /// # Errors
 /// None: as every code that settles at once.
 pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
-    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut tuning.trim) {
+    let mut trims = tuning.trim();
+    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
         *trim = words.axis(axis).unwrap_or(*trim);
     }
-    let [x, y, z] = tuning.trim;
+    tuning.set_trim(trims);
+    let [x, y, z] = trims;
     reply.say(format_args!("X: {x:5.4} Y: {y:5.4} Z: {z:5.4}\n"));
     Ok(())
 }
@@ -118,11 +120,12 @@ pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_
 /// None: as every code that settles at once.
 pub(crate) fn home_offsets(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
     for axis in Axis::ALL {
-        let offset = &mut tuning.home_offset[axis];
-        *offset = words.axis(axis).unwrap_or(*offset);
+        if let Some(mm) = words.axis(axis) {
+            tuning.set_home_offset(axis, mm);
+        }
     }
     for axis in Axis::PRIMARY {
-        let mm = tuning.home_offset[axis];
+        let mm = tuning.home_offset()[axis];
         reply.say(format_args!("{}: {mm:5.3} ", axis.letter()));
     }
     reply.say(format_args!(" will take effect next home\n"));
@@ -160,11 +163,11 @@ pub(crate) fn write_arms(
         writeln!(text)?;
     }
     if homes_by_motor(config) {
-        let [x, y, z] = tuning.trim;
+        let [x, y, z] = tuning.trim();
         writeln!(text, ";Trim:\nM666 X{x:.5} Y{y:.5} Z{z:.5}")?;
     }
     if homes_by_tool(config) && config.homing_endstop(Axis::Z).is_some() {
-        writeln!(text, ";Homing height:\nM665 Z{:.5}", tuning.home_z)?;
+        writeln!(text, ";Homing height:\nM665 Z{:.5}", tuning.home_z())?;
     }
     Ok(())
 }
@@ -177,7 +180,7 @@ pub(crate) fn write_homing(text: &mut impl fmt::Write, tuning: &Tuning, config: 
     let mut any = false;
     for axis in homing_axes(config) {
         let head = if any { "" } else { ";Home offset (mm):\nM206" };
-        write!(text, "{head} {}{}", axis.letter(), Value(tuning.home_offset[axis], 2))?;
+        write!(text, "{head} {}{}", axis.letter(), Value(tuning.home_offset()[axis], 2))?;
         any = true;
     }
     if any { writeln!(text) } else { Ok(()) }
@@ -203,7 +206,7 @@ mod tests {
     fn saved_lines_are_those_of_the_axes_that_home() {
         let config = with_z_switch();
         let mut tuning = Tuning::new(&config);
-        tuning.home_offset[Axis::Z] = -0.25;
+        tuning.set_home_offset(Axis::Z, -0.25);
         let mut text = String::new();
         write_homing(&mut text, &tuning, &config).unwrap();
         assert_eq!(text, ";Home offset (mm):\nM206 Z-0.25\n");
@@ -216,8 +219,8 @@ mod tests {
     fn a_delta_is_home_in_the_middle_at_its_height() {
         let config = with_z_switch();
         let mut tuning = Tuning::new(&config);
-        tuning.home_z = 251.5;
-        tuning.home_offset[Axis::Z] = -0.5;
+        tuning.set_home_z(251.5);
+        tuning.set_home_offset(Axis::Z, -0.5);
         assert_eq!(delta_home(&config, &tuning).0, [0.0, 0.0, 251.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -16,16 +16,21 @@ pub struct Tuning {
     pub probe: ProbeConfig,
     /// The probe's contact is the other way round for the time being (M670 I).
     pub probe_inverted: bool,
-    /// Trims of towers or arms, mm (M666).
-    pub trim: [f64; 3],
-    /// Corrections of homing positions, mm (M206).
-    pub home_offset: PerAxis<f64>,
-    /// Z where it homes, mm (M665 Z).
-    pub home_z: f64,
+    /// Where axes home; what follows from it must hear of changes.
+    home: Home,
     /// Current of each motor that has a driver of ours (M906, M907).
     pub currents: PerActuator<Option<Amps>>,
     /// How straight moves are cut (M665 S and U).
     pub lines: LineSettings,
+}
+
+/// Where axes home.
+#[derive(Clone, Debug, Default)]
+struct Home {
+    trim: [f64; 3],
+    offset: PerAxis<f64>,
+    z: f64,
+    changes: u32,
 }
 
 impl Tuning {
@@ -37,9 +42,11 @@ impl Tuning {
         Self {
             probe: config.probe,
             probe_inverted: false,
-            trim: config.homing.trim.map(|trim| trim.0),
-            home_offset: PerAxis([0.0; units::MAX_AXES]),
-            home_z: config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0),
+            home: Home {
+                trim: config.homing.trim.map(|trim| trim.0),
+                z: config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0),
+                ..Home::default()
+            },
             currents,
             lines: line_settings(config),
         }
@@ -49,8 +56,54 @@ impl Tuning {
     #[must_use]
     pub fn homing_position(&self, config: &MachineConfig, axis: Axis) -> f64 {
         match axis {
-            Axis::Z => self.home_z,
+            Axis::Z => self.home.z,
             axis => config.homing_endstop(axis).map_or(0.0, |stop| stop.homing_position.0),
         }
+    }
+
+    /// Trims of towers or arms, mm (M666).
+    #[must_use]
+    pub const fn trim(&self) -> [f64; 3] {
+        self.home.trim
+    }
+
+    /// Changes them.
+    pub const fn set_trim(&mut self, trim: [f64; 3]) {
+        self.home.trim = trim;
+        self.home_changed();
+    }
+
+    /// Corrections of homing positions, mm (M206).
+    #[must_use]
+    pub const fn home_offset(&self) -> &PerAxis<f64> {
+        &self.home.offset
+    }
+
+    /// Changes that of one axis.
+    pub fn set_home_offset(&mut self, axis: Axis, mm: f64) {
+        self.home.offset[axis] = mm;
+        self.home_changed();
+    }
+
+    /// Z where it homes, mm (M665 Z).
+    #[must_use]
+    pub const fn home_z(&self) -> f64 {
+        self.home.z
+    }
+
+    /// Changes it.
+    pub const fn set_home_z(&mut self, mm: f64) {
+        self.home.z = mm;
+        self.home_changed();
+    }
+
+    /// How often any of these was changed.
+    #[must_use]
+    pub const fn home_changes(&self) -> u32 {
+        self.home.changes
+    }
+
+    const fn home_changed(&mut self) {
+        self.home.changes = self.home.changes.wrapping_add(1);
     }
 }

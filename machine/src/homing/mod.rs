@@ -79,7 +79,7 @@ fn are_motors(config: &MachineConfig, set: AxisSet) -> bool {
 
 /// Where axes are when their switches close, mm.
 fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
-    PerAxis(Axis::ALL.map(|axis| tuning.homing_position(config, axis) + tuning.home_offset[axis]))
+    PerAxis(Axis::ALL.map(|axis| tuning.homing_position(config, axis) + tuning.home_offset()[axis]))
 }
 
 /// Homes with the latch, the filters and the compensation out of the way, and puts them back whatever

@@ -97,7 +97,7 @@ fn motor_places(config: &MachineConfig, tuning: &Tuning, kinematics: &Kinematics
         Axis::PRIMARY.into_iter().for_each(|axis| place[axis] = home[axis]);
     }
     let mut motors = PerAxis(kinematics.actuators(&place).0);
-    for (axis, trim) in Axis::PRIMARY.into_iter().zip(tuning.trim) {
+    for (axis, trim) in Axis::PRIMARY.into_iter().zip(tuning.trim()) {
         motors[axis] -= trim;
     }
     motors
@@ -136,8 +136,8 @@ mod tests {
         let motors = motor_places(&config, &tuning, &delta);
         let tool = delta.point(&PerActuator(motors.0));
         assert!(tool[Axis::X].abs() < 1e-9 && (tool[Axis::Z] - 250.0).abs() < 1e-9, "{tool:?}");
-        tuning.trim = [0.0, 0.5, 0.0];
-        tuning.home_offset[Axis::Z] = 1.0;
+        tuning.set_trim([0.0, 0.5, 0.0]);
+        tuning.set_home_offset(Axis::Z, 1.0);
         let trimmed = motor_places(&config, &tuning, &delta);
         let raised = [1.0, 0.5, 1.0];
         for (axis, by) in Axis::PRIMARY.into_iter().zip(raised) {

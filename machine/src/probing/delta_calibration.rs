@@ -57,11 +57,11 @@ pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, word
     let goal = Goal { circle: circle(hands, words)?, tolerance, trims, radius };
     // It belongs to the geometry that is about to change.
     leveling::recompensate(hands, motion::Motion::level_off).await?;
-    let (arms, trim) = (hands.motion_config()?.kinematics, hands.tuning().trim);
+    let (arms, trim) = (hands.motion_config()?.kinematics, hands.tuning().trim());
     let calibrated = calibration_rounds(hands, &goal).await;
     if calibrated.is_err() {
         // As if nothing had been.
-        hands.tuning().trim = trim;
+        hands.tuning().set_trim(trim);
         homing::come_to_rest(hands).await;
         let now = hands.motion_config()?;
         arms::change_arms(hands, now, arms)?;
@@ -86,7 +86,7 @@ async fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal)
             .ok_or_else(|| Failure::refused("calibration: the heights of the points make no sense"))?;
         let now = hands.motion_config()?;
         arms::change_arms(hands, now, found.kinematics)?;
-        hands.tuning().trim = found.trim;
+        hands.tuning().set_trim(found.trim);
         let [x, y, z] = found.trim;
         hands.say(format_args!("Trim: X:{x:.4} Y:{y:.4} Z:{z:.4} Radius: {:.4}\n", found.radius()));
         hands.drain().await;
@@ -129,5 +129,5 @@ fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, Failure> {
     let kinematics = hands.motion_config()?.kinematics;
     let config = hands.config();
     let tuning = hands.tuning();
-    Ok(Belief { kinematics, trim: tuning.trim, home: arms::delta_home(config, tuning) })
+    Ok(Belief { kinematics, trim: tuning.trim(), home: arms::delta_home(config, tuning) })
 }

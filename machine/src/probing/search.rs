@@ -133,7 +133,8 @@ mod tests {
     fn an_inverted_contact_touches_while_its_input_is_open() {
         for (level, inverted) in [(false, false), (false, true), (true, false), (true, true)] {
             let inputs = InputLevels(if level { Input::Probe.bit() } else { 0 });
-            let tuning = Tuning { probe_inverted: inverted, ..Tuning::default() };
+            let mut tuning = Tuning::default();
+            tuning.probe_inverted = inverted;
             assert_eq!(touches(inputs, &tuning), level != inverted);
             // The latch fires on what then closes the contact.
             let fires = input_of(Contact::Closes, inverted);

@@ -124,12 +124,12 @@ fn range(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
     let Some(stop) = config.homing_endstop(axis) else { return Range::ENDLESS };
     let configured = tuning.homing_position(config, axis);
     // A correction is in force from the next homing on: until then the other one is.
-    let corrected = configured + tuning.home_offset[axis];
+    let corrected = configured + tuning.home_offset()[axis];
     let (low, high) = if corrected < configured { (corrected, configured) } else { (configured, corrected) };
     if config.motion.arm_solution == ArmSolution::LinearDelta && axis == Axis::Z {
         // The middle, where all carriages are at the top, is the highest place; switches may sit higher by
         // their trims.
-        let trim = tuning.trim.into_iter().fold(0.0, |least, trim| if trim < least { trim } else { least });
+        let trim = tuning.trim().into_iter().fold(0.0, |least, trim| if trim < least { trim } else { least });
         return Range { most: high - trim, ..Range::ENDLESS };
     }
     if !is_of_the_axis(config.motion.arm_solution, axis) {
@@ -221,7 +221,7 @@ mod tests {
         let mut config = mill();
         config.endstops.push(stop(Axis::Y, HomingDirection::ToMin, 0.0, 200.0)).unwrap();
         let mut tuning = Tuning::new(&config);
-        tuning.home_offset[Axis::Y] = -2.0;
+        tuning.set_home_offset(Axis::Y, -2.0);
         let corrected = Travel::new(&config, &tuning);
         assert_eq!(corrected.check(&at(0.0, 0.0, 0.0), &at(0.0, -2.0, 0.0), AxisSet::ALL), Ok(()));
         assert!(corrected.check(&at(0.0, 0.0, 0.0), &at(0.0, -2.1, 0.0), AxisSet::ALL).is_err());
@@ -247,7 +247,7 @@ mod tests {
         }
         config.motion.arm_solution = ArmSolution::LinearDelta;
         let mut tuning = Tuning::new(&config);
-        tuning.trim = [0.0, -0.5, 0.2];
+        tuning.set_trim([0.0, -0.5, 0.2]);
         let delta = Travel::new(&config, &tuning);
         assert_eq!(delta.check(&from, &at(0.0, 0.0, 250.5), AxisSet::ALL), Ok(()));
         assert!(delta.check(&from, &at(0.0, 0.0, 251.0), AxisSet::ALL).is_err());
