@@ -9,7 +9,6 @@ use crate::failure::{Answer, Failure, Outcome, message};
 use crate::motion_config::slowest_rate;
 use crate::ports::Ports;
 use crate::safety::Event;
-use crate::safety::travel::Travel;
 
 /// Least length of one piece of a continuous jog, mm.
 const LEAST_PIECE: f64 = 1.0 / 3.0;
@@ -124,18 +123,13 @@ fn rate(asked: Rate, top: f64) -> Result<f64, Failure> {
     Ok(if rate > top { top } else { rate })
 }
 
-fn travel<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Travel {
-    let config = hands.config();
-    Travel::new(config, hands.tuning())
-}
-
 fn moved(from: &PerAxis<f64>, by: &PerAxis<f64>) -> PerAxis<f64> {
     PerAxis(Axis::ALL.map(|axis| from[axis] + by[axis]))
 }
 
 fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> Failure {
     let (from, homed) = (hands.position(), hands.axes().homed());
-    match travel(hands).check(&from, &moved(&from, by), homed) {
+    match hands.travel().check(&from, &moved(&from, by), homed) {
         Err(out) => Failure::Refused(message(format_args!("{out}"))),
         Ok(()) => Failure::refused("no delta jog specified"),
     }
@@ -144,7 +138,7 @@ fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> F
 /// Submits one move, cut to the travel. False when nothing is left of it.
 async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
     let (from, homed) = (hands.position(), hands.axes().homed());
-    let target = travel(hands).cut(&from, &moved(&from, by), homed);
+    let target = hands.travel().cut(&from, &moved(&from, by), homed);
     if target == from {
         return Ok(false);
     }

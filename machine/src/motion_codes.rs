@@ -1,4 +1,5 @@
-//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900.
+//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900. The ends of
+//! travel: M211.
 //!
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
@@ -10,7 +11,9 @@ use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::needs::failure_of;
 use crate::ports::MotionPort;
+use crate::safety::travel::Travel;
 use crate::sessions::Reply;
+use crate::tuning::Tuning;
 
 /// Bounds of the speed factor.
 const FACTOR: core::ops::RangeInclusive<f64> = 0.1..=10.0;
@@ -195,6 +198,29 @@ pub(crate) fn speed_factor(ports: &mut impl MotionPort, words: &Words<'_>, reply
             reply.say(format_args!("Speed factor at {percent:6.2} %\n"));
         }
     }
+    Ok(Answer::Ok)
+}
+
+/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; says them, as Marlin does.
+pub(crate) fn soft_endstops(
+    travel: &mut Travel,
+    config: &MachineConfig,
+    tuning: &Tuning,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    if let Some(on) = words.get('S') {
+        travel.switch(on != 0.0);
+    }
+    let travel = travel.up_to_date(config, tuning);
+    reply.say(format_args!("Soft endstops: {}", if travel.is_on(config) { "On" } else { "Off" }));
+    for (name, ends) in ["Min", "Max"].into_iter().zip(travel.ends()) {
+        reply.say(format_args!("  {name}:"));
+        for axis in Axis::PRIMARY.into_iter().filter(|axis| ends[*axis].is_finite()) {
+            reply.say(format_args!(" {}{:.3}", axis.letter(), ends[axis]));
+        }
+    }
+    reply.say(format_args!("\n"));
     Ok(Answer::Ok)
 }
 

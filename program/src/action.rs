@@ -246,6 +246,7 @@ pub enum Function {
     SpeedFactor,
     PressureAdvance,
     HomeOffsets,
+    SoftEndstops,
     ArmSettings,
     Trims,
     MotorMilliamps,

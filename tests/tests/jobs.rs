@@ -38,10 +38,10 @@ fn corexy_homes_one_axis_at_a_time_and_ends_at_its_switches() {
     for (real, said) in tool.into_iter().zip(expected) {
         assert_near(real, said.parse().unwrap(), &status);
     }
-    bench.run(&["G91", "G1 X-10 Y-5 F3000", "M400"]);
+    bench.run(&["G91", "G1 X10 Y5 F3000", "M400"]);
     let moved = bench.world(|world| world.tool_mm());
-    assert_near(moved[0], tool[0] - 10.0, "x");
-    assert_near(moved[1], tool[1] - 5.0, "y");
+    assert_near(moved[0], tool[0] + 10.0, "x");
+    assert_near(moved[1], tool[1] + 5.0, "y");
 }
 
 #[test]

@@ -116,7 +116,7 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 }
 
 async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let moved = match machine.may_move() {
+    let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
         Ok(()) => shapes::submit(machine, request).await,
         Err(failure) => Err(failure),
     };

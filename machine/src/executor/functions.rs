@@ -111,7 +111,7 @@ fn motion_or_heat<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     let now = machine.ports.now();
-    let Machine { ports, program, sessions, axes, bed, tuning, config, .. } = machine;
+    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
         Function::MotorsOn => axes.enable(ports, config, tuning, now).map(ok),
@@ -130,6 +130,7 @@ fn motion_or_heat<P: Ports>(
         Function::SpeedFactor => motion_codes::speed_factor(ports, words, reply),
         Function::Trims => arms::trims(tuning, words, reply).map(ok),
         Function::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
+        Function::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),
         Function::MotorMilliamps | Function::MotorAmps => {
             motors::motor_currents(ports, config, axes, tuning, words, reply)
         }

@@ -17,6 +17,7 @@ use crate::failure::{Failure, message};
 use crate::heat::HeatControl;
 use crate::ports::{InputLevels, Ports};
 use crate::safety::Event;
+use crate::safety::travel::Travel;
 use crate::sessions::{Recipient, Reply};
 use crate::supervisor::Supervisor;
 use crate::tuning::Tuning;
@@ -191,7 +192,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.motion(|motion| motion.commanded_position())
     }
 
-    /// Submits one straight move, waiting while the look-ahead queue is full.
+    /// How far axes may be commanded.
+    pub fn travel(&mut self) -> &Travel {
+        self.machine.travel()
+    }
+
+    /// Submits one straight move, wherever it goes, waiting while the look-ahead queue is full.
     ///
     /// # Errors
     /// When it is refused, or the machine halts.

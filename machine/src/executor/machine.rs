@@ -3,9 +3,10 @@
 //! It knows nothing of lines, of commands, or of who is served while it waits.
 
 use config::MachineConfig;
+use motion::path::Bounds;
 use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, State, States};
-use units::{Axis, AxisSet, Micros};
+use units::{Axis, AxisSet, Micros, PerAxis};
 
 use super::frames::Frames;
 use super::polls::Polls;
@@ -17,6 +18,7 @@ use crate::jobs::Jobs;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::Outputs;
 use crate::ports::Ports;
+use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
 use crate::sessions::{Recipient, Sessions};
 use crate::tuning::Tuning;
@@ -165,6 +167,39 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) fn may_move(&self) -> Result<(), Failure> {
         if self.config.motion.must_be_homed && !self.facts().all_homed() {
             return Err(Failure::alarm("Must be homed before moving"));
+        }
+        Ok(())
+    }
+
+    /// How far axes may be commanded.
+    pub(super) fn travel(&mut self) -> &Travel {
+        self.safety.travel.up_to_date(self.config, &self.tuning)
+    }
+
+    /// Whether a place is within the travel, so that a straight move there leaves it nowhere.
+    pub(super) fn reaches(&mut self, place: &PerAxis<f64>) -> bool {
+        let homed = self.axes.homed();
+        self.travel().has(place, homed)
+    }
+
+    /// Whether a straight move stays within the travel.
+    pub(super) fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
+        let homed = self.axes.homed();
+        self.travel().check(from, to, homed).map_err(|out| out.failure(self.config))
+    }
+
+    /// The same for a curve that goes this far along the axes.
+    pub(super) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
+        let homed = self.axes.homed();
+        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.config))
+    }
+
+    /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or not at all.
+    pub(super) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
+        let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), first);
+        for to in self.program.moves_to_come() {
+            travel.check(from, to, self.axes.homed()).map_err(|out| out.failure(self.config))?;
+            from = to;
         }
         Ok(())
     }

@@ -71,7 +71,7 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
 pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
-    if !is_whole || !is_free || machine.may_move().is_err() {
+    if !is_whole || !is_free || machine.may_move().is_err() || !machine.reaches(&request.target) {
         return false;
     }
     let own = in_motions_terms(machine, request);
@@ -115,6 +115,7 @@ pub(super) async fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
 }
 
 async fn line<P: Ports>(machine: &mut Machine<'_, P>, common: &mut Common, names_xy: bool) -> Result<(), Failure> {
+    machine.stays_within(&common.from, &common.to)?;
     let lines = machine.tuning.lines;
     let line = if names_xy || machine.config.motion.segment_z_moves {
         Line::cut(common.from, common.to, common.request.feed_rate, &lines)
@@ -143,6 +144,7 @@ async fn draw_arc<P: Ports>(
     arc: Arc,
     column: u16,
 ) -> Result<(), Failure> {
+    machine.curve_stays_within(&common.from, &arc.bounds())?;
     let settings = arc_settings(machine.config);
     if settings.cut() {
         for point in Chords::new(arc, &settings).map_err(|error| bad_arc(column, &error))? {
@@ -167,7 +169,9 @@ async fn draw<P: Ports>(
     common: &mut Common,
     spline: impl ParametricCurve + Copy,
 ) -> Result<(), Failure> {
-    for (end, curve) in SplineMoves::new(spline, common.from, common.to) {
+    let moves = SplineMoves::new(spline, common.from, common.to);
+    machine.curve_stays_within(&common.from, &moves.bounds())?;
+    for (end, curve) in moves {
         common.go(machine, end, curve).await?;
     }
     Ok(())

@@ -88,10 +88,13 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
         Then::Resumed => {
+            let Some(position) = machine.jobs.suspended().map(|suspended| suspended.position) else { return Ok(()) };
+            let from = machine.ports.motion(|motion| motion.commanded_position());
+            let mut target = from;
+            Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
+            machine.stays_within(&from, &target)?;
             let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
             machine.safety.apply(Event::Unsuspend);
-            let mut target = machine.ports.motion(|motion| motion.commanded_position());
-            Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = suspended.position[axis]);
             machine.program.come_back_to(suspended.kept);
             let rate = machine.program.modal().seek_rate;
             Hands::new(machine, Recipient::Nobody).go(target, rate, Mode::Rapid).await?;

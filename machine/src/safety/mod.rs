@@ -15,6 +15,7 @@ pub use kill_button::{KillButton, Press};
 pub use limits::{Hit, Limits};
 pub use state::{Event, Mode};
 pub use step_times::{Lateness, StepTimesWatch, microseconds};
+use travel::Travel;
 
 /// Motion must have come to rest by then, else it is cut.
 const STOP_TIMEOUT: Micros = Micros::from_seconds(1);
@@ -29,6 +30,8 @@ pub struct Safety {
     release_wanted: bool,
     /// The limits.
     pub limits: Limits,
+    /// How far axes may be commanded.
+    pub travel: Travel,
     /// The kill button.
     pub kill_button: KillButton,
     /// Whether steps came in time.

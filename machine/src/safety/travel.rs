@@ -1,5 +1,5 @@
-//! Soft limits: how far homed axes may be commanded, from what the configuration says of their homing
-//! switches.
+//! Soft endstops: how far homed axes may be commanded. The configuration says it (`[soft endstop]`), and where
+//! it does not, it follows from what it says of their homing switches.
 //!
 //! A switch is at one end of its axis, at `homing_position`. No place of the axis is further from it than
 //! `max_travel`: from there the machine could not be homed. So travel ends at the switch on one side, and
@@ -9,12 +9,18 @@
 //! linear delta the height above which no carriage can go is known, of the others nothing is refused that
 //! they can reach. A, B and C may turn without end. What homing and probing do is not held against this: they
 //! go where switches and contacts are.
+//!
+//! Positions are machine coordinates as programs see them: after work, tool and G92 offsets, before leveling
+//! and skew. So a bed that is measured anew does not move the ends of a program's space, and a lift of some
+//! tenths of a mm is not what soft endstops are for.
 
 use core::fmt;
 
 use config::{ArmSolution, HomingDirection, MachineConfig};
+use motion::path::Bounds;
 use units::{Axis, AxisSet, PerAxis};
 
+use crate::failure::{Failure, message};
 use crate::tuning::Tuning;
 
 /// Rounding of targets, of inches for one, mm.
@@ -50,10 +56,23 @@ impl Range {
     }
 }
 
-/// Where a machine can go.
-#[derive(Clone, Copy, Debug)]
+/// Where a machine can go. Nothing is out of it before [`Travel::up_to_date`].
+#[derive(Clone, Debug)]
 pub struct Travel {
     ranges: PerAxis<Range>,
+    /// Axes that have an end.
+    ending: AxisSet,
+    /// The homing positions it was worked out from.
+    home_changes: Option<u32>,
+    /// What M211 says; the configuration does where it says nothing.
+    switched: Option<bool>,
+}
+
+impl Default for Travel {
+    fn default() -> Self {
+        let ranges = PerAxis([Range::ENDLESS; units::MAX_AXES]);
+        Self { ranges, ending: AxisSet::NONE, home_changes: None, switched: None }
+    }
 }
 
 /// A move out of the travel.
@@ -61,7 +80,7 @@ pub struct Travel {
 pub struct OutOfTravel {
     /// The axis.
     pub axis: Axis,
-    /// The machine position asked for, mm.
+    /// The furthest machine position asked for, mm.
     pub target: f64,
     /// The last one before it that the axis has, mm.
     pub end: f64,
@@ -70,35 +89,87 @@ pub struct OutOfTravel {
 impl fmt::Display for OutOfTravel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (letter, target, end) = (self.axis.letter(), self.target, self.end);
-        write!(f, "machine {letter} {target:.3} is out of travel, which ends at {end:.3} (homing_position, max_travel)")
+        let (small, which) = (letter.to_ascii_lowercase(), if target < end { "min" } else { "max" });
+        write!(
+            f,
+            "machine {letter} {target:.3} is out of travel, which ends at {end:.3} ([soft endstop] {small}_{which})"
+        )
+    }
+}
+
+impl OutOfTravel {
+    /// What comes of it: the machine halts, or only the move is refused.
+    #[cold]
+    #[must_use]
+    pub fn failure(&self, config: &MachineConfig) -> Failure {
+        let text = message(format_args!("{self}"));
+        if config.soft_endstops.halt { Failure::Alarm(text) } else { Failure::Refused(text) }
     }
 }
 
 impl Travel {
-    /// The travel of a machine whose homing positions are corrected like this.
-    #[must_use]
-    pub fn new(config: &MachineConfig, tuning: &Tuning) -> Self {
-        Self { ranges: PerAxis(Axis::ALL.map(|axis| range(config, tuning, axis))) }
+    /// This, worked out anew where homing positions have been corrected since, or M211 has switched it.
+    pub fn up_to_date(&mut self, config: &MachineConfig, tuning: &Tuning) -> &Self {
+        let changes = Some(tuning.home_changes());
+        if self.home_changes != changes {
+            self.home_changes = changes;
+            self.ranges = PerAxis(Axis::ALL.map(|axis| range(config, tuning, axis)));
+            let is_on = self.switched.unwrap_or(config.soft_endstops.enable);
+            let ends = |axis: &Axis| is_on && self.ranges[*axis] != Range::ENDLESS;
+            self.ending = AxisSet::collect(Axis::ALL.into_iter().filter(ends));
+        }
+        self
     }
 
-    /// Whether a move stays within the travel of the axes that are homed. One that begins outside may go back
-    /// or come closer.
+    /// Holds moves against it from now on, or does not (M211).
+    pub const fn switch(&mut self, on: bool) {
+        self.switched = Some(on);
+        self.home_changes = None;
+    }
+
+    /// Moves are held against it.
+    #[must_use]
+    pub fn is_on(&self, config: &MachineConfig) -> bool {
+        self.switched.unwrap_or(config.soft_endstops.enable)
+    }
+
+    /// The least and the greatest places of the axes, mm; infinite where an axis does not end.
+    #[must_use]
+    pub fn ends(&self) -> [PerAxis<f64>; 2] {
+        [PerAxis(self.ranges.0.map(|range| range.least)), PerAxis(self.ranges.0.map(|range| range.most))]
+    }
+
+    /// Whether a place is within the travel of the axes that are homed.
+    #[must_use]
+    pub fn has(&self, place: &PerAxis<f64>, homed: AxisSet) -> bool {
+        self.ending.and(homed).axes().all(|axis| self.ranges[axis].end_before(place[axis]).is_none())
+    }
+
+    /// Whether a straight move stays within the travel of the axes that are homed. One that begins outside may
+    /// go back or come closer.
     ///
     /// # Errors
     /// The first axis that it takes out.
     pub fn check(&self, from: &PerAxis<f64>, to: &PerAxis<f64>, homed: AxisSet) -> Result<(), OutOfTravel> {
-        for axis in homed.axes() {
-            let allowed = self.ranges[axis].and(from[axis]);
-            if allowed.end_before(to[axis]).is_some() {
-                let range = self.ranges[axis];
-                return Err(OutOfTravel {
-                    axis,
-                    target: to[axis],
-                    end: range.end_before(to[axis]).unwrap_or_default(),
-                });
-            }
+        self.ending.and(homed).axes().try_for_each(|axis| self.check_axis(axis, from[axis], to[axis]))
+    }
+
+    /// The same for a move that goes this far along the axes.
+    ///
+    /// # Errors
+    /// The first axis that it takes out.
+    pub fn check_bounds(&self, from: &PerAxis<f64>, bounds: &Bounds, homed: AxisSet) -> Result<(), OutOfTravel> {
+        self.check(from, &bounds.least, homed)?;
+        self.check(from, &bounds.most, homed)
+    }
+
+    fn check_axis(&self, axis: Axis, from: f64, target: f64) -> Result<(), OutOfTravel> {
+        let range = self.ranges[axis];
+        match range.and(from).end_before(target) {
+            // What is further out than where it begins is out.
+            Some(_) => Err(OutOfTravel { axis, target, end: range.end_before(target).unwrap_or_default() }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Where a straight move must end to stay within the travel of the axes that are homed: at its own end,
@@ -106,7 +177,7 @@ impl Travel {
     #[must_use]
     pub fn cut(&self, from: &PerAxis<f64>, to: &PerAxis<f64>, homed: AxisSet) -> PerAxis<f64> {
         let mut share = 1.0;
-        for axis in homed.axes() {
+        for axis in self.ending.and(homed).axes() {
             if let Some(end) = self.ranges[axis].and(from[axis]).end_before(to[axis]) {
                 // Beyond the end and not beyond the beginning: they differ.
                 let own = (end - from[axis]) / (to[axis] - from[axis]);
@@ -120,7 +191,17 @@ impl Travel {
     }
 }
 
+/// What the configuration says of an axis, and for the rest what follows from homing.
 fn range(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
+    let (by_homing, ends) = (range_by_homing(config, tuning, axis), &config.soft_endstops);
+    let written = |ends: &[Option<units::Mm>; 3]| Some(ends.get(axis as usize).copied()??.0);
+    Range {
+        least: written(&ends.least).unwrap_or(by_homing.least),
+        most: written(&ends.most).unwrap_or(by_homing.most),
+    }
+}
+
+fn range_by_homing(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
     let Some(stop) = config.homing_endstop(axis) else { return Range::ENDLESS };
     let configured = tuning.homing_position(config, axis);
     // A correction is in force from the next homing on: until then the other one is.
@@ -162,120 +243,4 @@ const fn is_of_the_axis(arms: ArmSolution, axis: Axis) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use config::EndstopConfig;
-    use proptest::prelude::*;
-    use units::Mm;
-
-    fn stop(axis: Axis, homing_direction: HomingDirection, position: f64, travel: f64) -> EndstopConfig {
-        EndstopConfig {
-            axis: Some(axis),
-            homing_direction,
-            homing_position: Mm(position),
-            max_travel: Mm(travel),
-            ..EndstopConfig::default()
-        }
-    }
-
-    /// X from -5 to 215, Y without switch, Z from -100 to 0 as on a mill.
-    fn mill() -> MachineConfig {
-        let mut config = MachineConfig::default();
-        config.endstops.push(stop(Axis::X, HomingDirection::ToMin, -5.0, 220.0)).unwrap();
-        config.endstops.push(stop(Axis::Z, HomingDirection::ToMax, 0.0, 100.0)).unwrap();
-        config
-    }
-
-    fn travel(config: &MachineConfig) -> Travel {
-        Travel::new(config, &Tuning::new(config))
-    }
-
-    fn at(x: f64, y: f64, z: f64) -> PerAxis<f64> {
-        PerAxis([x, y, z, 0.0, 0.0, 0.0])
-    }
-
-    #[test]
-    fn travel_ends_at_the_switch_and_max_travel_from_it() {
-        let travel = travel(&mill());
-        let from = at(0.0, 0.0, 0.0);
-        for inside in [at(-5.0, -1e6, -100.0), at(215.0, 1e6, 0.0), at(215.000_05, 0.0, 0.0)] {
-            assert_eq!(travel.check(&from, &inside, AxisSet::ALL), Ok(()), "{inside:?}");
-        }
-        for (target, axis, end) in [
-            (at(-5.1, 0.0, 0.0), Axis::X, -5.0),
-            (at(215.1, 0.0, 0.0), Axis::X, 215.0),
-            (at(0.0, 0.0, 0.1), Axis::Z, 0.0),
-            (at(0.0, 0.0, -101.0), Axis::Z, -100.0),
-        ] {
-            let out = travel.check(&from, &target, AxisSet::ALL).unwrap_err();
-            assert_eq!(out, OutOfTravel { axis, target: target[axis], end });
-            assert_eq!(travel.check(&from, &target, AxisSet::ALL.without(AxisSet::of(axis))), Ok(()), "not homed");
-        }
-        let out = travel.check(&from, &at(300.0, 0.0, 0.0), AxisSet::ALL).unwrap_err();
-        let text = "machine X 300.000 is out of travel, which ends at 215.000 (homing_position, max_travel)";
-        assert_eq!(out.to_string(), text);
-    }
-
-    #[test]
-    fn a_correction_moves_the_end_and_a_probe_above_the_bed_does_not_hide_it() {
-        let mut config = mill();
-        config.endstops.push(stop(Axis::Y, HomingDirection::ToMin, 0.0, 200.0)).unwrap();
-        let mut tuning = Tuning::new(&config);
-        tuning.set_home_offset(Axis::Y, -2.0);
-        let corrected = Travel::new(&config, &tuning);
-        assert_eq!(corrected.check(&at(0.0, 0.0, 0.0), &at(0.0, -2.0, 0.0), AxisSet::ALL), Ok(()));
-        assert!(corrected.check(&at(0.0, 0.0, 0.0), &at(0.0, -2.1, 0.0), AxisSet::ALL).is_err());
-
-        let mut printer = MachineConfig::default();
-        printer.endstops.push(stop(Axis::Z, HomingDirection::ToMin, 1.5, 200.0)).unwrap();
-        let printer = travel(&printer);
-        assert_eq!(printer.check(&at(0.0, 0.0, 1.5), &at(0.0, 0.0, 0.0), AxisSet::ALL), Ok(()));
-        assert!(printer.check(&at(0.0, 0.0, 1.5), &at(0.0, 0.0, -0.1), AxisSet::ALL).is_err());
-    }
-
-    #[test]
-    fn of_towers_and_arms_only_the_top_of_a_delta_is_known() {
-        let mut config = MachineConfig::default();
-        for axis in Axis::ALL {
-            config.endstops.push(stop(axis, HomingDirection::ToMax, 250.0, 300.0)).unwrap();
-        }
-        let from = at(0.0, 0.0, 0.0);
-        let far = PerAxis([-1e4, 1e4, -1e4, 1e4, 1e4, 1e4]);
-        for arms in [ArmSolution::LinearDelta, ArmSolution::RotaryDelta, ArmSolution::Morgan, ArmSolution::Winch] {
-            config.motion.arm_solution = arms;
-            assert_eq!(travel(&config).check(&from, &far, AxisSet::ALL), Ok(()), "{arms:?}");
-        }
-        config.motion.arm_solution = ArmSolution::LinearDelta;
-        let mut tuning = Tuning::new(&config);
-        tuning.set_trim([0.0, -0.5, 0.2]);
-        let delta = Travel::new(&config, &tuning);
-        assert_eq!(delta.check(&from, &at(0.0, 0.0, 250.5), AxisSet::ALL), Ok(()));
-        assert!(delta.check(&from, &at(0.0, 0.0, 251.0), AxisSet::ALL).is_err());
-    }
-
-    #[test]
-    fn a_jog_along_two_axes_ends_where_its_line_leaves_the_travel() {
-        let travel = travel(&mill());
-        let cut = travel.cut(&at(205.0, 0.0, 0.0), &at(225.0, 40.0, 0.0), AxisSet::ALL);
-        assert_eq!(cut, at(215.0, 20.0, 0.0));
-    }
-
-    proptest! {
-        /// From anywhere: the way inwards is free, no move goes further out than it begins, and what is cut
-        /// passes the check.
-        #[test]
-        fn a_move_from_outside_may_come_closer_only(from in -500.0..500.0_f64, to in -500.0..500.0_f64) {
-            let travel = travel(&mill());
-            let outside = |x: f64| (-5.0 - x).max(x - 215.0).max(0.0);
-            let (start, target) = (at(from, 0.0, 0.0), at(to, 3.0, 0.0));
-            let same_side = (from - 105.0) * (to - 105.0) > 0.0;
-            let allowed = outside(to) <= ROUNDING || same_side && outside(to) <= outside(from) + ROUNDING;
-            let check = travel.check(&start, &target, AxisSet::ALL);
-            prop_assert_eq!(check.is_ok(), allowed, "{:?}", check);
-            let cut = travel.cut(&start, &target, AxisSet::ALL);
-            prop_assert!(travel.check(&start, &cut, AxisSet::ALL).is_ok());
-            prop_assert!((cut[Axis::X] - from) * (to - from) >= 0.0, "turned back: {:?}", cut);
-            prop_assert_eq!(cut == target, check.is_ok());
-        }
-    }
-}
+mod tests;

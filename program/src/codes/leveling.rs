@@ -95,6 +95,9 @@ pub const ROWS: &[CodeInfo] = &[
         .states(super::row::EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(206), Function::HomeOffsets, "correct homing positions, from the next homing on")
         .takes(PLACES),
+    CodeInfo::asks(Code::m(211), Function::SoftEndstops, "the ends of travel that moves are held against; says them")
+        .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
+        .differs("not known"),
     leveling(Code::m(370), Function::LevelingOff, "no leveling"),
     leveling(Code::m(374), Function::SaveGrid, "save the grid to the card"),
     leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved grid"),

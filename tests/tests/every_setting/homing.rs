@@ -1,4 +1,4 @@
-//! `[endstops]`.
+//! `[endstops]` and `[soft endstop]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, row};
@@ -20,7 +20,8 @@ pub const ROWS: &[Row] = &[
     row("[endstops] minx.fast_rate", "50", "20", Edges(HOME)),
     row("[endstops] minx.slow_rate", "10", "4", Edges(HOME)),
     row("[endstops] minx.retract", "5", "2", Edges(HOME)),
-    row("[endstops] minx.limit_enable", "false", "true", Look(run_into_the_limit)),
+    row("[endstops] minx.limit_enable", "false", "true", Look(run_into_the_limit))
+        .with(&["[soft endstop] enable = false"]),
     row("[endstops] common.debounce_ms", "0", "20", Edges(HOME)),
     row("[endstops] common.homing_order", "", "ZXY", Edges(HOME)),
     row("[endstops] common.home_z_first", "false", "true", Edges(HOME)),
@@ -33,7 +34,18 @@ pub const ROWS: &[Row] = &[
     row("[endstops] common.alpha_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.beta_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.gamma_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
+    row("[soft endstop] enable", "true", "false", Say(BEYOND)),
+    row("[soft endstop] halt", "false", "true", Say(BEYOND)),
+    row("[soft endstop] x_min", "", "-10", Say(&["G28", "G1 X-5 F6000"])),
+    row("[soft endstop] x_max", "", "100", Say(&["G28", "G1 X110 F6000"])),
+    row("[soft endstop] y_min", "", "-10", Say(&["G28", "G1 Y-5 F6000"])),
+    row("[soft endstop] y_max", "", "100", Say(&["G28", "G1 Y110 F6000"])),
+    row("[soft endstop] z_min", "", "-10", Say(&["G28", "G1 Z-1 F600"])),
+    row("[soft endstop] z_max", "", "20", Say(&["G28", "G1 Z22 F600"])),
 ];
+
+/// Past the end of X, which is at 220, and what is said of the next line.
+const BEYOND: &[&str] = &["G28", "G1 X225 F6000", "G1 X20"];
 
 fn run_into_the_limit(bench: &mut Bench) -> String {
     bench.run(&["G28", "G1 X10 F3000", "M400", "G92 X50"]);

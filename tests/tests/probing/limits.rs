@@ -11,7 +11,8 @@ const HIT: &str = "ALARM: Hard limit Z was hit (minz)";
 
 /// Homed, and 20 mm above Z's switch, which is at zero and a limit.
 fn above(plan: Plan) -> Bench {
-    let mut bench = plan.set("[endstops] minz.limit_enable = true").start();
+    // Soft endstops would refuse the way to the switch.
+    let mut bench = plan.set("[endstops] minz.limit_enable = true").set("[soft endstop] enable = false").start();
     bench.run(&["G28", "G1 X50 Y60 Z20 F6000", "M400"]);
     // Long enough open to guard.
     bench.hear(0.1);

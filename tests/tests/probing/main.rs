@@ -142,11 +142,11 @@ fn a_touch_plate_is_found_from_its_side() {
 #[test]
 fn g38_4_and_5_search_for_the_contacts_end() {
     let mut bench = homed(plan(CARTESIAN));
-    lay_bed(&bench, Bed::level(2.0));
+    lay_bed(&bench, Bed::level(4.0));
     bench.say("G38.2 Z-30");
     bench.run(&["G91", "G1 Z-0.5 F60", "G90"]);
     let found = numbers(&bench.say("G38.4 Z5 F60"), "[PRB:");
-    assert_near(found[2], 2.0, 2.0 * Z_STEP);
+    assert_near(found[2], 4.0, 2.0 * Z_STEP);
     assert_eq!(found[3], 1.0);
     assert_eq!(bench.say("G38.5 Z5"), "error:ZProbe triggered before move, aborting command.\n", "it is open");
     bench.run(&["G91", "G1 Z-3 F600", "G90", "M400"]);
