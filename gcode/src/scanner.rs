@@ -56,8 +56,8 @@ impl<'a> Blocks<'a> {
     /// To the next word; none at the end of the line.
     fn next_word(&mut self) -> Result<Option<u8>, SyntaxError> {
         loop {
-            self.skip_blanks();
             match self.peek() {
+                Some(b' ' | b'\t') => self.at += 1,
                 None | Some(b';') => {
                     self.at = self.line.len();
                     return Ok(None);
@@ -107,7 +107,7 @@ impl<'a> Blocks<'a> {
             }
             let begin = self.at;
             let value = self.value(letter, flags_allowed)?;
-            block.set(letter, value, u8::try_from(column(begin)).unwrap_or(u8::MAX));
+            block.set(letter, value, begin.saturating_add(1).min(usize::from(u8::MAX)) as u8);
         }
         Ok(true)
     }

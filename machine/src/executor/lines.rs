@@ -261,15 +261,15 @@ pub(super) async fn run_block<P: Ports>(
     while let Some(effect) = machine.program.next_effect() {
         actions::effect(machine, effect).await?;
     }
-    match meaning {
+    match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::Unknown => Ok(Answer::Unknown),
         Meaning::Action(Action::Move(request))
-            if machine.program.is_last_action() && shapes::take_at_once(machine, &request) =>
+            if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
         {
             Ok(Answer::Ok)
         }
-        Meaning::Action(action) => actions::carry_out_all(machine, &action, to).await,
+        Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
     }
 }
 

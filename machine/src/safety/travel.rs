@@ -142,7 +142,9 @@ impl Travel {
     /// Whether a place is within the travel of the axes that are homed.
     #[must_use]
     pub fn has(&self, place: &PerAxis<f64>, homed: AxisSet) -> bool {
-        self.ending.and(homed).axes().all(|axis| self.ranges[axis].end_before(place[axis]).is_none())
+        let held = self.ending.and(homed);
+        // Every axis in turn: this is asked for each line.
+        Axis::ALL.into_iter().all(|axis| !held.has(axis) || self.ranges[axis].end_before(place[axis]).is_none())
     }
 
     /// Whether a straight move stays within the travel of the axes that are homed. One that begins outside may
