@@ -178,7 +178,9 @@ impl fmt::Display for Block<'_> {
         if let Some(text) = self.text {
             write!(f, " {text}")?;
         }
-        for (letter, value) in self.words() {
+        // Where one of these comes first it is no word but a line number, a subroutine or a tool.
+        let is_late = |word: &(char, Option<f64>)| matches!(word.0, 'N' | 'O' | 'T');
+        for (letter, value) in self.words().filter(|word| !is_late(word)).chain(self.words().filter(is_late)) {
             write!(f, "{blank}{letter}")?;
             if let Some(value) = value {
                 write!(f, "{value}")?;

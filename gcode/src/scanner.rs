@@ -350,6 +350,13 @@ mod tests {
         }
 
         #[test]
+        fn words_alone_printed_read_back_as_themselves(line in "[XYZ]1( [A-FH-LN-Z]-?[0-9]{1,4}){0,5}") {
+            let read = blocks(&line);
+            let printed = read[0].to_string();
+            prop_assert_eq!(blocks(&printed), read);
+        }
+
+        #[test]
         fn no_bytes_make_it_panic_or_run_on(line in proptest::collection::vec(any::<u8>(), 0..255)) {
             let all: Vec<_> = Blocks::new(&line).collect();
             prop_assert!(all.len() <= line.len());
