@@ -20,6 +20,7 @@ use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
 use config::{BoardId, MachineConfig};
+use machine::heat::HeatControl;
 use machine::motion_config::motion_config;
 use machine::ports::{SessionProfile, StepTimes};
 use machine::sessions::SessionId;
@@ -79,11 +80,19 @@ pub struct Runner {
     tasks: Tasks,
     machine: MachineConfig,
     slot_ns: u64,
+    polls: u32,
 }
 
 impl std::fmt::Debug for Runner {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Runner").field("now_ns", &self.now_ns()).finish_non_exhaustive()
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        // The drivers reach the world through what is shared, and are shared themselves: that circle would keep both.
+        *self.shared.bank.borrow_mut() = bank::Bank::default();
     }
 }
 
@@ -106,7 +115,7 @@ impl Runner {
         let executor = Box::pin(async move {
             machine::run(ports).await;
         });
-        Ok(Self { tasks: Tasks::new(inputs), shared, executor, machine, slot_ns: 0 })
+        Ok(Self { tasks: Tasks::new(inputs), shared, executor, machine, slot_ns: 0, polls: POLLS_PER_SLOT })
     }
 
     /// Virtual time since power-on, nanoseconds.
@@ -123,6 +132,17 @@ impl Runner {
     /// The motion object, for whoever checks it.
     pub fn motion<R>(&self, f: impl FnOnce(&mut motion::Motion) -> R) -> R {
         f(&mut self.shared.motion.borrow_mut())
+    }
+
+    /// Heat control, for whoever checks it.
+    pub fn heat<R>(&self, f: impl FnOnce(&HeatControl) -> R) -> R {
+        f(&self.shared.heat.borrow())
+    }
+
+    /// An input is armed that stops the motors at once, without braking.
+    #[must_use]
+    pub fn hard_stop_is_armed(&self) -> bool {
+        self.shared.latch.armed() != 0 && self.shared.latch.is_hard()
     }
 
     /// The configuration the simulated machine was built from.
@@ -177,7 +197,7 @@ impl Runner {
     /// Runs one slot of half a millisecond.
     pub fn step(&mut self) {
         self.tasks.periodic(&self.shared);
-        for _ in 0..POLLS_PER_SLOT {
+        for _ in 0..self.polls {
             let mut context = Context::from_waker(Waker::noop());
             // The executor never ends; were it to, the machine would stand still and tests would say so.
             if let Poll::Ready(()) = self.executor.as_mut().poll(&mut context) {
@@ -231,6 +251,11 @@ impl Runner {
     #[must_use]
     pub fn take_plan(&mut self) -> Option<Plan> {
         self.tasks.watch.take()?.into_plan()
+    }
+
+    /// From now on the dispatcher has time for so many turns in a slot.
+    pub const fn set_polls(&mut self, polls: u32) {
+        self.polls = polls;
     }
 
     /// Something keeps the step feed from its next so many runs.
