@@ -60,6 +60,7 @@ impl Motion {
         }
         let length = request.curve.length();
         if is_curved && length >= SMALLEST {
+            countable_length(config, length)?;
             let path = Path::new(self.planned, &request.target, length, request.curve);
             no_orphan(self.orphans, &ways_of_curve(&path, &delta))?;
             let over = self.compensation.over_path(&path, length);
@@ -209,6 +210,13 @@ pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(
         libm::fabs(steps) < MAX_STEPS
     });
     if in_range && point.0.iter().all(|part| part.is_finite()) { Ok(()) } else { Err(Refusal::NotFinite) }
+}
+
+/// The steps of a curve's whole length can be counted. So can they then at each of its places, and the way that braking takes is
+/// not lost in the rounding of a place on it.
+fn countable_length(config: &MotionConfig, length: f64) -> Result<(), Refusal> {
+    let steps = Actuator::ALL.into_iter().map(|actuator| length * steps_per_mm(config, actuator));
+    if steps.fold(0.0, greatest) < MAX_STEPS { Ok(()) } else { Err(Refusal::NotFinite) }
 }
 
 /// Axes that no motor moves, or not with all the motors that they need.

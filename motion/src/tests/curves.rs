@@ -12,7 +12,7 @@ use super::{
     rig::{Rig, at, cases, printer},
 };
 use crate::{
-    FilterConfig, Kinematics, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind,
+    FilterConfig, Kinematics, MotionConfig, Move, PressureAdvance, Refusal, Shaper, ShaperKind,
     geometry::{Arc, ArcShape, Bezier, Plane, SplineMoves},
     kinematics::{LinearDelta, tests::machines},
     oracle::StepError,
@@ -233,6 +233,30 @@ fn circle(radius: f64, z: f64, turns: u32, feed: f64) -> (PerAxis<f64>, Vec<Move
     let arc = Arc::new(start, start, &shape).expect("a circle");
     let parts = arc.parts(16 * turns).map(|(to, curve)| Move { curve, ..Move::feed(to, MmPerSecond(feed)) });
     (start, parts.collect())
+}
+
+/// On a path too long to count, rounding would swallow the way that braking takes.
+#[test]
+fn a_circle_too_large_to_count_is_refused_and_on_the_largest_a_stop_brakes() {
+    let circle = |radius: f64| {
+        let shape =
+            ArcShape { plane: Plane::Xy, to_centre_first: -radius, to_centre_second: 0.0, clockwise: false, turns: 1 };
+        let arc = Arc::new(at(0.0, 0.0, 0.0, 0.0), at(0.0, 0.0, 0.0, 0.0), &shape).expect("a circle");
+        let curve = arc.parts(1).next().map_or(Curve::Line, |(_, curve)| curve);
+        Move { curve, ..Move::feed(at(0.0, 0.0, 0.0, 0.0), MmPerSecond(2.9)) }
+    };
+    let mut rig = Rig::new(printer());
+    for radius in [4.3e5, 2e9, 4e9] {
+        assert_eq!(rig.motion().submit(&circle(radius)), Err(Refusal::NotFinite), "{radius}");
+    }
+    rig.submit(&circle(4.2e5));
+    rig.motion().flush();
+    (0..1_000).for_each(|_| rig.tick());
+    let before = rig.counts[Actuator::Beta];
+    assert!(before > 100, "it does not move");
+    rig.motion().stop();
+    rig.finish();
+    assert!(rig.counts[Actuator::Beta] - before <= 1, "{} steps on", rig.counts[Actuator::Beta] - before);
 }
 
 #[test]
