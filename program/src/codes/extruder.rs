@@ -26,14 +26,14 @@ pub const ROWS: &[CodeInfo] = &[
     .takes(&[word('D', Unit::Mm, "its diameter"), TOOL_WORD]),
     CodeInfo::means(Code::m(207), Interpreter::retraction, "how G10 retracts").takes(&[
         word('S', Unit::Mm, "length"),
-        word('F', Unit::MmPerMinute, "speed"),
+        word('F', Unit::MmPerMinute, "speed").above(0.0),
         word('Z', Unit::Mm, "lift"),
-        word('Q', Unit::MmPerMinute, "speed of the lift"),
+        word('Q', Unit::MmPerMinute, "speed of the lift").above(0.0),
         TOOL_WORD,
     ]),
     CodeInfo::means(Code::m(208), Interpreter::recovery, "how G11 recovers").takes(&[
         word('S', Unit::Mm, "length beyond the retraction"),
-        word('F', Unit::MmPerMinute, "speed"),
+        word('F', Unit::MmPerMinute, "speed").above(0.0),
         TOOL_WORD,
     ]),
     CodeInfo::either(
