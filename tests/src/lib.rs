@@ -236,6 +236,14 @@ impl Bench {
         assert!(self.runner.send_on(CONSOLE, bytes), "the inbox is full");
     }
 
+    /// Sends bytes on any session.
+    ///
+    /// # Panics
+    /// When its inbox is full.
+    pub fn send_on(&mut self, session: SessionId, bytes: &[u8]) {
+        assert!(self.runner.send_on(session, bytes), "the inbox is full");
+    }
+
     /// As [`Self::type_in`], but what does not fit is lost. False when something was.
     pub fn try_type(&mut self, text: &str) -> bool {
         self.runner.type_on(CONSOLE, text)
@@ -313,6 +321,23 @@ impl Bench {
     pub fn duty(&self, heater: &str) -> f64 {
         self.world(|world| world.heater_index(heater).map(|index| world.heater_mean_duty(index)))
             .expect("a heater of this machine")
+    }
+
+    /// A heater is on, or is to be.
+    #[must_use]
+    pub fn heats(&self) -> bool {
+        self.runner.heat(|heat| heat.heaters().any(|(_, heater)| heater.is_on() || heater.duty().0 > 0))
+    }
+
+    /// Moves are queued or under way.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.runner.motion(|motion| !motion.is_idle())
+    }
+
+    /// From now on the machine has time for so many turns of its work in half a millisecond.
+    pub const fn set_polls(&mut self, polls: u32) {
+        self.runner.set_polls(polls);
     }
 
     /// A motor has current.

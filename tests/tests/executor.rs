@@ -214,6 +214,38 @@ fn check_mode_reads_and_carries_nothing_out() {
 }
 
 #[test]
+fn check_mode_carries_out_nothing_that_takes_time() {
+    let probe = ["[zprobe] enable = true", "[zprobe] probe_pin = PB10^", "[general] grbl_mode = true"];
+    let mut bench = probe.into_iter().fold(Plan::new(CARTESIAN), Plan::set).start();
+    bench.run(&["G28.3 X30 Y40 Z10"]);
+    assert!(bench.say("$C").contains("Enabled"));
+    for line in [
+        "$H",
+        "G28",
+        "G28.2",
+        "G30",
+        "G29",
+        "G32",
+        "M48",
+        "$P",
+        "M303 E0 S60",
+        "G38.2 Z-5 F300",
+        "M104 S60",
+        "M109 S60",
+    ] {
+        assert!(bench.say(line).contains("ok"), "{line}");
+        bench.hear(0.2);
+        assert_eq!(bench.world(|world| world.trace().total()), 0, "{line} moves something");
+        assert!(!bench.heats(), "{line} heats");
+    }
+    for line in ["suspend", "resume"] {
+        bench.say(line);
+        assert!(bench.say("get mode").starts_with("check\n"), "{line}");
+    }
+    assert!(bench.say("$C").contains("Disabled"), "a job is not suspended");
+}
+
+#[test]
 fn a_sleeping_machine_wakes_by_ctrl_x_alone() {
     let mut bench = homed(Plan::new(CARTESIAN));
     assert_eq!(bench.say("$SLP"), "ok\n");
