@@ -43,6 +43,21 @@ fn the_kill_button_halts_and_holding_it_releases() {
     bench.run(&["G1 X1 F600", "M400"]);
 }
 
+/// As soon as it is seen, not at the next look at all inputs.
+#[test]
+fn the_kill_button_is_as_fast_as_m112() {
+    for delay in 0..12 {
+        let mut bench = Plan::new(CARTESIAN).adding(KILL).start();
+        bench.run(&["M104 S200"]);
+        bench.hear(0.1 + 0.001 * f64::from(delay));
+        assert!(bench.heats());
+        press(&mut bench, "kill", true);
+        // The runner shows pins as they are at the end of half a millisecond.
+        bench.hear(0.001);
+        assert!(!bench.heats(), "{delay} ms after a look");
+    }
+}
+
 #[test]
 fn an_input_switch_runs_its_commands() {
     let switch = "\n[switch]\nlight.enable = true\nlight.input_pin = PB7^\nlight.output_on_command = M106_S255\n\

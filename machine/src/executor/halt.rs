@@ -119,7 +119,7 @@ impl<P: Ports> Machine<'_, P> {
         self.finish_release();
     }
 
-    /// The kill button, at each poll.
+    /// The kill button, at each of its looks.
     pub(super) fn watch_kill_button(&mut self, now: Micros) {
         let settings = self.config.kill_button;
         if !settings.enable || settings.pin.is_none() {

@@ -8,6 +8,7 @@ use crate::failure::Message;
 #[derive(Debug, Default)]
 pub(super) struct Polls {
     pub due: Micros,
+    pub kill_due: Micros,
     pub led_due: Micros,
     pub led_phase: u8,
     /// What was wrong with the line of saved settings that just ended.

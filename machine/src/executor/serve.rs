@@ -17,6 +17,8 @@ use crate::supervisor::{Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
+/// How often the kill button is looked at: it is to be as fast as M112, and a look at all inputs is dear for every turn.
+const KILL_PERIOD: Micros = Micros(250);
 /// Half period of the life LED.
 const LED_PERIOD: Micros = Micros::from_millis(100);
 
@@ -29,6 +31,10 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     while session < machine.sessions.count() {
         machine.serve_session(SessionId(session));
         session += 1;
+    }
+    if now >= machine.polls.kill_due {
+        machine.polls.kill_due = now.plus(KILL_PERIOD);
+        machine.watch_kill_button(now);
     }
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
@@ -187,7 +193,6 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_supervisor();
         self.watch_limits(now);
         self.watch_step_times(now);
-        self.watch_kill_button(now);
         self.watch_halt(now);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
