@@ -32,6 +32,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
     ("scenarios", &["units", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
+    ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("host", &["units", "gcode", "config", "motion", "sim", "machine"]),
     ("xtask", &[]),
 ];

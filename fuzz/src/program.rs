@@ -1,0 +1,174 @@
+//! Lines to actions, in every dialect: every line has a bounded meaning, a faulty one changes nothing, and the program always
+//! knows where it is.
+
+use gcode::{Block, Blocks, Decoder, Line};
+use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};
+use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
+
+/// What an input may direct beside its lines.
+pub const DIRECTIONS: &[&str] =
+    &["@grbl", "@smoothie", "@refuse", "@homed", "@unhomed", "@elsewhere", "@contact", "@halt", "@again"];
+/// More actions than any block means.
+const MOST_ACTIONS: usize = 8;
+/// More effects than any block has.
+const MOST_EFFECTS: usize = 40;
+
+/// A machine of two extruders, a hot end, a bed, and switches on several codes.
+fn setup() -> Setup {
+    let mut setup = Setup { feed_rate: MmPerSecond(50.0), seek_rate: MmPerSecond(100.0), ..Setup::default() };
+    for (id, axis) in [(0, Axis::A), (1, Axis::B)] {
+        let tool = ToolSettings {
+            id: ToolId(id),
+            axis,
+            offset: if id == 0 { [0.0; 3] } else { [20.0, 0.5, -0.25] },
+            filament_diameter: (id == 1).then_some(1.75),
+            retract_length: 3.0,
+            retract_rate: MmPerSecond(40.0),
+            recover_length: 0.5,
+            recover_rate: MmPerSecond(20.0),
+            z_lift: if id == 0 { 0.4 } else { 0.0 },
+            z_lift_rate: MmPerSecond(10.0),
+            is_off: false,
+        };
+        assert!(setup.tools.push(tool).is_ok(), "room for two tools");
+    }
+    let heaters = [(0, [104, 109, 105]), (254, [140, 190, 105])];
+    for (heater, (id, codes)) in HeaterId::all().zip(heaters) {
+        let heater_setup = HeaterSetup { id: ToolId(id), presets: [Celsius(185.0), Celsius(230.0)] };
+        assert!(setup.heaters.push(heater_setup).is_ok(), "room for two heaters");
+        let claims = [Claim::Target(heater), Claim::TargetAndWait(heater), Claim::Temperature(heater)];
+        for (code, claim) in codes.into_iter().zip(claims) {
+            assert!(setup.claims.add(gcode::Code::m(code), claim), "a code that can be claimed");
+        }
+    }
+    for (switch, on, off) in [(0, 106, 107), (1, 3, 5), (2, 8, 9)] {
+        assert!(setup.claims.add(gcode::Code::m(on), Claim::SwitchOn(SwitchId(switch))), "a code that can be claimed");
+        assert!(
+            setup.claims.add(gcode::Code::m(off), Claim::SwitchOff(SwitchId(switch))),
+            "a code that can be claimed"
+        );
+    }
+    setup
+}
+
+struct Session {
+    interpreter: Interpreter,
+    facts: Facts,
+    dialect: Dialect,
+    decoder: Decoder,
+    kept: Option<program::Kept>,
+    /// The machine refuses the moves of the next block.
+    refuses: bool,
+}
+
+/// Has a program mean something, line by line, in the dialect of Smoothieware and in that of GRBL.
+///
+/// # Panics
+/// When something of the above is not so.
+pub fn run(bytes: &[u8]) {
+    for dialect in [Dialect::Smoothie, Dialect::Grbl] {
+        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+        let mut session = Session {
+            interpreter: Interpreter::new(setup()),
+            facts,
+            dialect,
+            decoder: Decoder::new(),
+            kept: None,
+            refuses: false,
+        };
+        for line in bytes.split(|byte| matches!(byte, b'\n' | b'\r')) {
+            session.line(line.get(..gcode::MAX_LINE_LENGTH).unwrap_or(line));
+        }
+    }
+}
+
+impl Session {
+    fn line(&mut self, line: &[u8]) {
+        match line {
+            b"@grbl" => self.dialect = Dialect::Grbl,
+            b"@smoothie" => self.dialect = Dialect::Smoothie,
+            b"@refuse" => self.refuses = true,
+            b"@homed" => self.facts.homed = self.facts.can_home,
+            b"@unhomed" => self.facts.homed = AxisSet::NONE,
+            b"@elsewhere" => self.interpreter.resynchronise(PerAxis([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+            b"@contact" => self.interpreter.read_contact(1.5, 0.0),
+            b"@halt" => self.interpreter.halt(),
+            b"@again" => match self.kept.take() {
+                Some(kept) => self.interpreter.come_back_to(kept),
+                None => self.kept = Some(self.interpreter.keep()),
+            },
+            line => {
+                if let Ok(Line::Code(blocks)) = self.decoder.decode(line) {
+                    self.blocks(blocks);
+                }
+            }
+        }
+    }
+
+    fn blocks(&mut self, blocks: Blocks<'_>) {
+        for block in blocks.map_while(Result::ok) {
+            if let Some((row, _, _)) = self.interpreter.question(&block) {
+                assert_eq!(row.waits, program::Waits::Question, "{block}: no question");
+            }
+            if let Some(row) = self.interpreter.row(&block)
+                && !self.block(&block, row)
+            {
+                return;
+            }
+        }
+    }
+
+    /// False when the rest of the line is not read.
+    fn block(&mut self, block: &Block<'_>, row: &'static program::CodeInfo) -> bool {
+        let before = *self.interpreter.position();
+        let meaning = match self.interpreter.run(block, row, self.facts, self.dialect) {
+            Ok(meaning) => meaning,
+            Err(fault) => {
+                assert!(!fault.to_string().is_empty(), "{block}: a fault without words");
+                assert!(fault.column <= gcode::MAX_LINE_LENGTH as u16 + 1, "{block}: column {}", fault.column);
+                assert_eq!(*self.interpreter.position(), before, "{block}: refused, and yet it moved: {fault}");
+                return false;
+            }
+        };
+        let effects = std::iter::from_fn(|| self.interpreter.next_effect()).take(MOST_EFFECTS).count();
+        assert!(effects < MOST_EFFECTS, "{block}: effects without end");
+        let Meaning::Action(first) = meaning else { return true };
+        let mut is_refused = self.carry_out(&first, block);
+        let mut count = 1;
+        while !is_refused && let Some(action) = self.interpreter.next_action() {
+            is_refused = self.carry_out(&action, block);
+            count += 1;
+            assert!(count <= MOST_ACTIONS, "{block}: actions without end");
+        }
+        if is_refused {
+            self.interpreter.take_back();
+            assert_eq!(*self.interpreter.position(), before, "{block}: taken back, and yet it is elsewhere");
+        }
+        self.refuses = false;
+        let here = self.interpreter.position().0;
+        assert!(here.iter().all(|mm| mm.is_finite()), "{block}: the program is at {here:?}");
+        !is_refused
+    }
+
+    /// True when the machine refuses it, as it does with places that are none.
+    fn carry_out(&mut self, action: &Action<'_>, block: &Block<'_>) -> bool {
+        match action {
+            Action::Move(wanted) => {
+                let rate = wanted.rate.speed().get();
+                assert!(!rate.is_nan() && rate >= 0.0, "{block}: a rate of {rate}");
+                self.refuses || !wanted.target.0.iter().all(|mm| mm.is_finite())
+            }
+            Action::SetPosition { to, .. } => {
+                let mut here = *self.interpreter.position();
+                for axis in Axis::ALL {
+                    if let Some(mm) = to[axis].filter(|mm| mm.is_finite()) {
+                        here[axis] = mm;
+                    }
+                }
+                self.interpreter.resynchronise(here);
+                false
+            }
+            _ => false,
+        }
+    }
+}
