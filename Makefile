@@ -10,8 +10,8 @@ export CARGO_TARGET_DIR := $(CURDIR)/target
 # `make test PROPTEST_RNG_SEED=7` other ones.
 export PROPTEST_RNG_SEED ?= 1
 
-TARGET := thumbv7em-none-eabihf
-IMAGE := target/$(TARGET)/release/firmware
+TRIPLE := thumbv7em-none-eabihf
+IMAGE := target/$(TRIPLE)/release/firmware
 VELVET := target/native/velvet
 VPRIME := virtual-prime/target/release/virtual-prime
 
@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -44,7 +44,7 @@ test: test-lint test-host test-image test-virtual
 
 ## make firmware                 the image: target/thumbv7em-none-eabihf/release/firmware and .bin
 firmware: target/toolchain.mk
-	@$(FW_CARGO) build -q --locked -p firmware --release --target $(TARGET) $(FW_FLAGS)
+	@$(FW_CARGO) build -q --locked -p firmware --release --target $(TRIPLE) $(FW_FLAGS)
 	@$(CARGO) run -q --locked -p xtask -- itcm $(IMAGE)
 	@$(CARGO) run -q --locked -p xtask -- image $(IMAGE) $(IMAGE).bin
 
@@ -83,6 +83,11 @@ check: velvet
 bench: firmware virtual-prime velvet
 	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME) $(VELVET)
 
+## make fuzz [SECONDS=n] [TARGET=parser|program|console] [MINIMISE=1]
+##                               any input: no panic, no hang, no motion outside limits; needs a C++ compiler
+fuzz: target/toolchain.mk
+	@CARGO="$(CARGO)" SECONDS_EACH="$(SECONDS)" TARGET="$(TARGET)" MINIMISE="$(MINIMISE)" scripts/fuzz.sh
+
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"
 	@$(CARGO) run -q --locked -p xtask -- deps
@@ -90,7 +95,7 @@ test-lint: target/toolchain.mk
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi
 	@if $(CARGO) clippy --version >/dev/null 2>&1; then \
 	    $(CARGO) clippy -q --locked --all-targets -- -D warnings && \
-	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p firmware --release --target $(TARGET) -- -D warnings; fi; \
+	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p firmware --release --target $(TRIPLE) -- -D warnings; fi; \
 	else echo "clippy is not installed: skipped"; fi
 
 test-host: target/toolchain.mk

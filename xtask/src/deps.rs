@@ -33,6 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("scenarios", &["units", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
+    ("fuzz-engine", &["fuzz"]),
     ("host", &["units", "gcode", "config", "motion", "sim", "machine"]),
     ("xtask", &[]),
 ];
