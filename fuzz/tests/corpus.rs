@@ -29,7 +29,7 @@ fn run(target: &Target, what: &str, input: &[u8]) {
 
 fn replay(name: &str) {
     let files = files(name);
-    assert!(files.len() >= 10, "the corpus of {name} is gone");
+    assert!(files.len() >= 40, "the corpus of {name} is gone");
     for file in files {
         let input = fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         run(target(name), &file.display().to_string(), &input);
