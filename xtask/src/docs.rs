@@ -1,5 +1,5 @@
-//! Keeps the documentation true: every file it names exists, every link leads somewhere, and a function named together
-//! with its file is in that file.
+//! Keeps the documentation true: every file it names exists, every link leads somewhere, and a function named
+//! together with its file is in that file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -62,8 +62,8 @@ fn links(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Source files quoted in the text, with the item named just before: "`Motion::stop` in `motion/src/motion.rs`" or
-/// "`Motion::stop` (`motion/src/motion.rs`".
+/// Source files quoted in the text, with the item named just before: "`Motion::stop` in
+/// `motion/src/motion.rs`" or "`Motion::stop` (`motion/src/motion.rs`".
 fn quoted_sources(text: &str) -> Vec<(Option<&str>, &str)> {
     // Odd pieces lie between backquotes.
     let pieces: Vec<&str> = text.split('`').collect();

@@ -1,7 +1,8 @@
 //! The step interrupt must not wait for flash: whatever runs in ITCM may branch only within ITCM.
 //!
 //! Thumb-2 branches are decoded here by hand: only BL, B.W and the literal loads of a long call matter, and a
-//! disassembler would be a large dependency for four bit patterns (ARM DDI 0403E, sections A7.7.12 and A7.7.18).
+//! disassembler would be a large dependency for four bit patterns (ARM DDI 0403E, sections A7.7.12 and
+//! A7.7.18).
 
 use std::fs;
 use std::ops::Range;

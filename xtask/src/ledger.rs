@@ -1,8 +1,9 @@
-//! The performance ledger: what the release image costs, in instructions counted on the virtual board and in bytes.
+//! The performance ledger: what the release image costs, in instructions counted on the virtual board and in
+//! bytes.
 //!
-//! Small jobs are made up so that each answers one question; `docs/performance.md` says what each number means.
-//! Instructions are exact and repeatable. They are not cycles: a Cortex-M7 issues up to two a cycle from TCM, and waits for
-//! flash, buses and divisions. Only silicon can tell that factor.
+//! Small jobs are made up so that each answers one question; `docs/performance.md` says what each number
+//! means. Instructions are exact and repeatable. They are not cycles: a Cortex-M7 issues up to two a cycle
+//! from TCM, and waits for flash, buses and divisions. Only silicon can tell that factor.
 
 mod board;
 mod config;
@@ -29,7 +30,8 @@ pub type Ledger = BTreeMap<String, f64>;
 /// A number may get worse by this share before it counts as a regression.
 const TOLERANCE: f64 = 0.02;
 
-/// Keys of what a crate takes of the flash. Code moves from one to another when it is inlined: only their sum is held to anything.
+/// Keys of what a crate takes of the flash. Code moves from one to another when it is inlined: only their sum
+/// is held to anything.
 const SIZE: &str = "flash_of_";
 
 /// Of these, more is better.

@@ -19,7 +19,8 @@ pub const REGIONS: &[(&str, Range<u64>)] = &[
     ("sram4", 0x3800_0000..0x3801_0000),
 ];
 
-/// Bytes taken in each of [`REGIONS`]. Flash counts what is stored there, load images of other regions included.
+/// Bytes taken in each of [`REGIONS`]. Flash counts what is stored there, load images of other regions
+/// included.
 pub fn used(elf_bytes: &[u8]) -> Result<Vec<(&'static str, u64)>> {
     let file = object::File::parse(elf_bytes).context("not an ELF file")?;
     let mut used: Vec<(&str, u64)> = REGIONS.iter().map(|(name, _)| (*name, 0)).collect();

@@ -1,5 +1,5 @@
-//! House rules that are about the text of a source file: where `unsafe` may stand, that pure crates build without the
-//! standard library, how long a file may grow.
+//! House rules that are about the text of a source file: where `unsafe` may stand, that pure crates build
+//! without the standard library, how long a file may grow.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,6 +10,8 @@ use anyhow::{Context, Result};
 const MAY_BE_UNSAFE: &[&str] = &["bsp-prime", "firmware"];
 /// Past this a file holds a second idea.
 const MAX_LINES: usize = 500;
+/// What a comment may not go beyond, columns.
+const COMMENT_COLUMNS: usize = 110;
 /// Not ours to judge.
 const SKIP: &[&str] = &["target", ".git", "node_modules"];
 
@@ -56,6 +58,14 @@ fn file_faults(name: &str, text: &str) -> Vec<String> {
     let lines = text.lines().count();
     if lines > MAX_LINES {
         faults.push(format!("{name}: {lines} lines; split it, one idea per file (limit {MAX_LINES})"));
+    }
+    for (number, line) in text.lines().enumerate() {
+        let Some((mark, words)) = line.trim_start().split_once(' ') else { continue };
+        // Rows of tables and hidden lines of examples have no place to be broken, nor has a long word.
+        let can_be_broken = words.trim().contains(' ') && !words.starts_with(['|', '#']);
+        if mark.starts_with("//") && line.chars().count() > COMMENT_COLUMNS && can_be_broken {
+            faults.push(format!("{name}:{}: a comment goes beyond column {COMMENT_COLUMNS}", number + 1));
+        }
     }
     let may_be_unsafe = MAY_BE_UNSAFE.iter().any(|folder| name.starts_with(&format!("{folder}/")));
     // The rules' own tests quote the word, the emulator's board suite is an image of its own.
@@ -116,6 +126,13 @@ mod tests {
         assert!(file_faults("motion/src/a.rs", "let text = \"unsafe\";").is_empty());
         assert!(file_faults("motion/src/a.rs", "#![forbid(unsafe_code)]").is_empty());
         assert!(file_faults("bsp-prime/src/a.rs", "unsafe { y }").is_empty());
+    }
+
+    #[test]
+    fn a_comment_that_goes_too_far_is_named() {
+        let comment = |length: usize| format!("    // {}\n", "word ".repeat(length).trim_end());
+        assert_eq!(file_faults("gcode/src/a.rs", &comment(21)).len(), 1);
+        assert!(file_faults("gcode/src/a.rs", &comment(20)).is_empty());
     }
 
     #[test]

@@ -1,7 +1,9 @@
-//! How the files of a crate hang together: which name each other, which types are spread over many of them, who may wait.
+//! How the files of a crate hang together: which name each other, which types are spread over many of them,
+//! who may wait.
 //!
-//! Files are read with `syn`. An edge is an import, a path in the text, or the call of a method of `self` or of an argument whose type
-//! has that method in another file. Tests do not count. A path through a re-export leads to the file that defines the item.
+//! Files are read with `syn`. An edge is an import, a path in the text, or the call of a method of `self` or
+//! of an argument whose type has that method in another file. Tests do not count. A path through a re-export
+//! leads to the file that defines the item.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -30,7 +32,8 @@ pub struct Structure {
     waits: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Broken rules of a crate; `executor` is the folder whose functions alone may wait with the whole machine in hand.
+/// Broken rules of a crate; `executor` is the folder whose functions alone may wait with the whole machine in
+/// hand.
 pub fn faults(root: &Path, package: &str, executor: Option<(&str, &str)>) -> Result<Vec<String>> {
     let structure = Structure::read(&root.join(package).join("src"))?;
     let mut faults = Vec::new();
@@ -135,7 +138,8 @@ fn module_of(name: &str) -> Vec<String> {
     parts
 }
 
-/// The file that a path leads to, if it is one of the crate. What a file re-exports is found where it is defined.
+/// The file that a path leads to, if it is one of the crate. What a file re-exports is found where it is
+/// defined.
 fn resolve(
     path: &[String],
     here: &[String],

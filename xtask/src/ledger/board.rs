@@ -23,9 +23,9 @@ const SOFTWARE: [&str; 2] = ["LPTIM1", "LPTIM2"];
 /// Other interrupts.
 const OTHERS: [&str; 1] = ["SDMMC1"];
 
-/// Where the step queue lies in the image, and when to look at it: at each run of the feed. The offset is that of `queue` in
-/// the step interrupt's static (`bsp-prime/src/step_engine.rs`): four words, ten of pulses, sixteen bytes and then eight for each of eight
-/// motors, and three words.
+/// Where the step queue lies in the image, and when to look at it: at each run of the feed. The offset is
+/// that of `queue` in the step interrupt's static (`bsp-prime/src/step_engine.rs`): four words, ten of
+/// pulses, sixteen bytes and then eight for each of eight motors, and three words.
 const QUEUE: &str = "TIM6_DAC,step_engine6SHARED,260";
 
 /// What is run.

@@ -1,4 +1,5 @@
-//! What loading a configuration costs on the board: time for a file of 300 lines, and the memory that any file takes.
+//! What loading a configuration costs on the board: time for a file of 300 lines, and the memory that any
+//! file takes.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,4 +1,5 @@
-//! How soon a hold takes effect: from the byte to the first step that comes later than the motion before would have had it.
+//! How soon a hold takes effect: from the byte to the first step that comes later than the motion before
+//! would have had it.
 
 use std::fs;
 use std::path::Path;
@@ -25,8 +26,8 @@ pub fn latency_us(steps: &Path, motor: &str, held_ns: u64) -> Result<f64> {
     Ok((slower - held_ns) as f64 * 1e-3)
 }
 
-/// The first step after `held_ns` from which on every step is later than the steady motion before, by more than any step of
-/// that motion was.
+/// The first step after `held_ns` from which on every step is later than the steady motion before, by more
+/// than any step of that motion was.
 fn first_slower(times: &[u64], held_ns: u64) -> Option<u64> {
     let held = times.partition_point(|&time| time <= held_ns);
     let steady = &times[times.partition_point(|&time| time + STEADY_NS < held_ns)..held];

@@ -10,13 +10,14 @@ pub const MANY: usize = 2_000;
 /// Ends of the path of both line jobs, millimetres.
 const PATH_MM: [f64; 3] = [50.0, 20.0, 2.0];
 
-/// Where each axis goes in a stroke. Unequal, so that motors step at moments of their own, as they do in real jobs.
+/// Where each axis goes in a stroke. Unequal, so that motors step at moments of their own, as they do in real
+/// jobs.
 const STROKE: [(&str, f64); 6] = [("X", 40.0), ("Y", 39.0), ("Z", 38.0), ("E", 37.0), ("B", 36.0), ("C", 35.0)];
 /// Speed of six motors at once, mm/min: so many, at 200,000 steps/s each, are what the processor can do.
 const SIX_F: u32 = 12_700;
 
-/// Strokes there and back of this many motors at once: X, then Y and Z, then the extruder, then pulsed drivers. Nearly all the
-/// work is steps. `longer` times as far as is enough for the fast machine.
+/// Strokes there and back of this many motors at once: X, then Y and Z, then the extruder, then pulsed
+/// drivers. Nearly all the work is steps. `longer` times as far as is enough for the fast machine.
 pub fn steps(motors: usize, longer: f64) -> String {
     let feed = if motors > 4 { SIX_F } else { 40_000 };
     let mut job = String::from("M82\n");
@@ -77,8 +78,9 @@ pub fn stroke() -> String {
     "G1 X80 Y78 Z76 F40000\n".into()
 }
 
-/// What is hard on a step's time: corners, reversals, arcs, segments of a hundredth of a millimetre, retractions. The segments
-/// come at 6000 a second: where lines come faster than they are read, the plan depends on the reading, on the board as elsewhere.
+/// What is hard on a step's time: corners, reversals, arcs, segments of a hundredth of a millimetre,
+/// retractions. The segments come at 6000 a second: where lines come faster than they are read, the plan
+/// depends on the reading, on the board as elsewhere.
 pub fn hard() -> String {
     let mut job = String::from("M83\nG1 X30 Y20 F18000\n");
     for tooth in 0..20 {

@@ -1,4 +1,5 @@
-//! The machines the ledger is measured on, and for each kind of kinematics a path inside it that turns all its motors.
+//! The machines the ledger is measured on, and for each kind of kinematics a path inside it that turns all
+//! its motors.
 
 /// What is read from `bench`: a printer, and a fast machine with a place for each kind of kinematics.
 pub struct Machines {
@@ -93,7 +94,8 @@ impl Machines {
         self.printer.replace(ADVANCE.0, ADVANCE.1) + SHAPERS
     }
 
-    /// The fast machine with filters that look far ahead: pressure advance over 40 ms, and a shaper of Y that is longer than that of X.
+    /// The fast machine with filters that look far ahead: pressure advance over 40 ms, and a shaper of Y that
+    /// is longer than that of X.
     pub fn looking_far_ahead(&self) -> String {
         let far = "[extruder]\nhotend.pressure_advance = 0.04\nhotend.pressure_advance_smooth_time = 0.04\n";
         let shapers = SHAPERS.replace("shaper_type_y = mzv", "shaper_type_y = 2hump_ei");

@@ -13,7 +13,8 @@ use super::machines::{KINDS, Kind, Machines};
 
 /// Instructions the core executes in a second of virtual time, and so what a second has room for.
 const INSTRUCTIONS_PER_S: f64 = 400e6;
-/// Rates of the fastest of three motors that are tried, best first: from what a configuration allows downwards.
+/// Rates of the fastest of three motors that are tried, best first: from what a configuration allows
+/// downwards.
 const RATES: [u32; 12] =
     [1_000_000, 950_000, 900_000, 850_000, 800_000, 750_000, 700_000, 650_000, 600_000, 550_000, 500_000, 450_000];
 /// How fast the three axes are to each other, together, in the loaded job.
@@ -121,8 +122,8 @@ fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else. `with`: what the names of jobs and
-/// keys end with.
+/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else. `with`:
+/// what the names of jobs and keys end with.
 fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     let of = |job: &str| results.of(&format!("{job}{with}"));
     let (few, many, hard) = (of("lines-few")?, of("lines-many")?, of("hard")?);
@@ -147,7 +148,8 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// The highest rate at which no step comes late and none is put off, with everything else running; and what happens then.
+/// The highest rate at which no step comes late and none is put off, with everything else running; and what
+/// happens then.
 fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Result<()> {
     let name = |rate: u32| format!("loaded-{rate}");
     let job = |rate: u32| Job::new(name(rate), &machines.fastest(), jobs::loaded(rate)).under_load();

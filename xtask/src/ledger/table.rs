@@ -2,9 +2,10 @@
 
 use super::Ledger;
 
-/// Cycles for each instruction of a Cortex-M7, an estimate: half a cycle where two issue at once and everything is in TCM is the
-/// ideal; stores to port registers, taken branches and the dozen cycles into and out of an interrupt bring it to 0.8; flash and
-/// AXI reads that miss the caches, divisions and double-precision arithmetic to 1.6.
+/// Cycles for each instruction of a Cortex-M7, an estimate: half a cycle where two issue at once and
+/// everything is in TCM is the ideal; stores to port registers, taken branches and the dozen cycles into and
+/// out of an interrupt bring it to 0.8; flash and AXI reads that miss the caches, divisions and
+/// double-precision arithmetic to 1.6.
 const CYCLES: [f64; 2] = [0.8, 1.6];
 /// Keys whose estimate in cycles says something: the costs of steps.
 const IN_CYCLES: [&str; 4] = ["emit_per_step_", "feed_per_step_", "solve_per_step_", "per_step_total"];
