@@ -21,7 +21,8 @@ fn main() {
         .map_or(package.to_owned(), |commit| format!("{package}-{commit}"));
     println!("cargo:rustc-env=VELVET_VERSION={version}");
     println!("cargo:rerun-if-changed=build.rs");
-    // Git's own answer: in a worktree these are not below `.git`, which is a file there. `logs/HEAD` grows with each commit.
+    // Git's own answer: in a worktree these are not below `.git`, which is a file there. `logs/HEAD` grows
+    // with each commit.
     for file in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", file]) {
             println!("cargo:rerun-if-changed={path}");

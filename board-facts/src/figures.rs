@@ -19,7 +19,8 @@ pub struct Figure {
 pub const DRIVER_BUS_HZ: u64 = 390_625;
 /// Clocks of one frame to a driver.
 pub const DRIVER_FRAME_BITS: u64 = 24;
-/// DIR must be stable this long before an active edge of STEP (TMC2590 and TMC2660 data sheets, STEP and DIR timing), nanoseconds.
+/// DIR must be stable this long before an active edge of STEP (TMC2590 and TMC2660 data sheets, STEP and DIR
+/// timing), nanoseconds.
 pub const DRIVER_DIRECTION_SETUP_NS: u64 = 20;
 /// Counts of a period of hardware PWM.
 pub const PWM_COUNTS: u64 = 1_000;

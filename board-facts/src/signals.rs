@@ -1,7 +1,8 @@
 //! Every signal: what its pin is in each state of the machine.
 //!
-//! The states are those of a machine that uses everything ([`Signal::idle`] and [`Signal::halted`]); `boot` is the board with its image up and
-//! nothing wired yet, as it stays without a usable configuration. Pins that no row names are left as they come out of reset, analog.
+//! The states are those of a machine that uses everything ([`Signal::idle`] and [`Signal::halted`]); `boot`
+//! is the board with its image up and nothing wired yet, as it stays without a usable configuration. Pins
+//! that no row names are left as they come out of reset, analog.
 
 use crate::Proof;
 use crate::wiring::{
@@ -93,7 +94,8 @@ const INPUTS: &str = "virtual-prime/tests/conventions/inputs.rs";
 const BUSES: &str = "virtual-prime/tests/conventions/buses.rs";
 const DIRECTIONS: &str = "virtual-prime/tests/conventions/directions.rs";
 
-/// A header pin that the tests' machine gives to an external driver, a button or a serial port. Which pin it is, is the configuration's choice.
+/// A header pin that the tests' machine gives to an external driver, a button or a serial port. Which pin it
+/// is, is the configuration's choice.
 const EXTERNAL_STEP: &[&str] = &["PG0"];
 const EXTERNAL_DIRECTION: &[&str] = &["PG1"];
 const EXTERNAL_ENABLE: &[&str] = &["PJ2"];

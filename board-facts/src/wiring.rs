@@ -21,8 +21,8 @@ pub const DRIVERS: [DriverSocket; 4] = [
     DriverSocket { step: "PC6", direction: "PG5", select: "PG6", stall: "PG9" },
 ];
 
-/// While a motor counts up, a plain direction pin is high: it is not. Every socket, external drivers and slaves.
-/// Known good: the firmware of running boards, and the machines built around them.
+/// While a motor counts up, a plain direction pin is high: it is not. Every socket, external drivers and
+/// slaves. Known good: the firmware of running boards, and the machines built around them.
 pub const UP_IS_HIGH: bool = false;
 
 /// ENN of all four drivers: low enables. Nothing on the board pulls it.
@@ -62,8 +62,8 @@ const fn output(name: &'static str, pin: &'static str, on_high: bool, feed: Feed
     PowerOutput { name, pin, on_high, feed }
 }
 
-/// Hot ends, bed, fans and relay outputs. Schematic: sheet mosfets. Q25 lies between the supply's connectors (J11, J12, J16) and J17 to J20; the
-/// bed's connectors (J13, J14) lie on the supply itself.
+/// Hot ends, bed, fans and relay outputs. Schematic: sheet mosfets. Q25 lies between the supply's connectors
+/// (J11, J12, J16) and J17 to J20; the bed's connectors (J13, J14) lie on the supply itself.
 pub const POWER_OUTPUTS: [PowerOutput; 7] = [
     output("hotend A", "PE0", true, Feed::Switched),
     output("hotend B", "PB8", true, Feed::Switched),
@@ -80,8 +80,8 @@ pub fn power_output(pin: &str) -> Option<&'static PowerOutput> {
     POWER_OUTPUTS.iter().find(|output| output.pin == pin)
 }
 
-/// End stop inputs: name and pin. Schematic: sheet inputs; 10 kOhm to 5 V and 100 nF at the connector, then a 74LCX07, which does not
-/// invert and only pulls low.
+/// End stop inputs: name and pin. Schematic: sheet inputs; 10 kOhm to 5 V and 100 nF at the connector, then a
+/// 74LCX07, which does not invert and only pulls low.
 pub const END_STOPS: [(&str, &str); 6] =
     [("X min", "PD0"), ("X max", "PI3"), ("Y min", "PI1"), ("Y max", "PA9"), ("Z min", "PI0"), ("Z max", "PH15")];
 /// Probe: an LMV331 that pulls low below 2.9 V at the connector.
@@ -108,8 +108,8 @@ const fn input(name: &'static str, converter: u8, channel: u8, pin: Option<&'sta
     AnalogInput { name, converter, channel, pin }
 }
 
-/// Thermistor inputs: the one on the board, connectors T1 to T3 (J21 to J23), and three raw header pins. Schematic: sheet inputs;
-/// DS12923, pin definitions.
+/// Thermistor inputs: the one on the board, connectors T1 to T3 (J21 to J23), and three raw header pins.
+/// Schematic: sheet inputs; DS12923, pin definitions.
 pub const THERMISTORS: [AnalogInput; 7] = [
     input("ADC1_0", 1, 0, None),
     input("ADC1_1", 1, 2, Some("PF11")),
@@ -124,7 +124,8 @@ pub const THERMISTOR_PULL_UP_OHMS: f64 = 4_700.0;
 /// What feeds the dividers; VREF+ is the same net, so that ratios are exact.
 pub const ANALOG_REFERENCE_VOLTS: f64 = 3.3;
 
-/// The heaters' supply, measured before Q25: it is there whether or not the switch is on. Schematic: FETSENSE, R69 to R71.
+/// The heaters' supply, measured before Q25: it is there whether or not the switch is on. Schematic:
+/// FETSENSE, R69 to R71.
 pub const HEATER_SUPPLY: AnalogInput = input("vfet", 3, 7, Some("PF8"));
 /// The motors' supply. Schematic: VMOTSENSE, R60 to R62.
 pub const MOTOR_SUPPLY: AnalogInput = input("vmotor", 3, 16, Some("PH5"));

@@ -1,11 +1,14 @@
-//! Analog inputs: ADC1 scans the thermistors for ever into a DMA ring; ADC3 takes one reading of a supply or header input at a time.
+//! Analog inputs: ADC1 scans the thermistors for ever into a DMA ring; ADC3 takes one reading of a supply or
+//! header input at a time.
 //!
-//! Nobody waits for a conversion and no interrupt is taken: the ring always holds the last [`AVERAGED`] scans, and heat control averages them
-//! when it ticks. Both run from per_ck (64 MHz HSI) / 6, halved again inside from silicon revision V on: 5.33 MHz. With 810.5 cycles of sampling
-//! (the inputs come through 4.7 kOhm) one conversion takes 154 us, so the ring of four inputs is renewed every 20 ms.
+//! Nobody waits for a conversion and no interrupt is taken: the ring always holds the last [`AVERAGED`]
+//! scans, and heat control averages them when it ticks. Both run from per_ck (64 MHz HSI) / 6, halved again
+//! inside from silicon revision V on: 5.33 MHz. With 810.5 cycles of sampling (the inputs come through 4.7
+//! kOhm) one conversion takes 154 us, so the ring of four inputs is renewed every 20 ms.
 //!
-//! Both are calibrated for offset and linearity, which takes 31 ms: it is begun when the board comes up and over long before a configuration
-//! has been read. Without linearity, codes are missing near multiples of 4096, and temperatures jump by up to 0.8 K there.
+//! Both are calibrated for offset and linearity, which takes 31 ms: it is begun when the board comes up and
+//! over long before a configuration has been read. Without linearity, codes are missing near multiples of
+//! 4096, and temperatures jump by up to 0.8 K there.
 
 use stm32h7xx_hal::pac;
 
@@ -18,11 +21,13 @@ pub const AVERAGED: usize = 32;
 pub const MAX_INPUTS: usize = 7;
 /// Start-up of the regulator: 10 us (DS12923, "ADC characteristics", tADCVREG_STUP); ten times that.
 const REGULATOR_LIMIT_US: u32 = 100;
-/// Calibration of offset and linearity takes 165,010 ADC cycles (DS12923, "ADC characteristics", tCAL): 31 ms at 5.33 MHz. Three times that.
+/// Calibration of offset and linearity takes 165,010 ADC cycles (DS12923, "ADC characteristics", tCAL): 31 ms
+/// at 5.33 MHz. Three times that.
 const CALIBRATION_LIMIT_US: u32 = 100_000;
 /// Enabling takes a few cycles of the converter's clock; a hundred times that.
 const READY_LIMIT_US: u32 = 100;
-/// Longest sampling time, 810.5 cycles (RM0399 section 26.7.7, SMP = 7), for all inputs 0 to 9 of a register at once.
+/// Longest sampling time, 810.5 cycles (RM0399 section 26.7.7, SMP = 7), for all inputs 0 to 9 of a register
+/// at once.
 const SLOWEST_SAMPLING: u32 = 0o7_777_777_777;
 
 dma_buffer! {
@@ -45,7 +50,8 @@ pub enum AdcError {
     ScanStopped,
 }
 
-/// Powers a converter and begins its calibration, single-ended, of offset and linearity (RM0399 section 26.4.6 to 26.4.8). Its clock must be set.
+/// Powers a converter and begins its calibration, single-ended, of offset and linearity (RM0399 section
+/// 26.4.6 to 26.4.8). Its clock must be set.
 fn begin_calibration(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
     adc.cr.modify(|_, w| w.deeppwd().clear_bit());
     adc.cr.modify(|_, w| w.advregen().set_bit());
@@ -88,8 +94,8 @@ impl Thermistors {
         // RM0399 section 26.8.2: asynchronous clock, divided by 6.
         // SAFETY: 0b0011 is "divided by 6", 0b00 "asynchronous".
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
-        // RM0399 section 13.3.1: PA0_C is a pad of its own when its switch to PA0 is open; it is thermistor input 0.
-        // SAFETY: SYSCFG's PMCR is written here alone, once, before any interrupt is enabled.
+        // RM0399 section 13.3.1: PA0_C is a pad of its own when its switch to PA0 is open; it is thermistor
+        // input 0. SAFETY: SYSCFG's PMCR is written here alone, once, before any interrupt is enabled.
         unsafe { (*pac::SYSCFG::ptr()).pmcr.modify(|_, w| w.pa0so().set_bit()) };
         let calibration_begun = begin_calibration(&adc);
         Self { adc, dma, inputs: 0, calibration_begun }
@@ -119,8 +125,8 @@ impl Thermistors {
     fn set_sequence(&self, channels: &[u8]) {
         let at = |rank: usize| u32::from(channels.get(rank).copied().unwrap_or(0));
         let select = channels.iter().fold(0, |mask, channel| mask | (1_u32 << channel));
-        // RM0399 section 26.7.8 ff.: preselection, then ranks of six bits, four in SQR1 after the length, three (of five) in SQR2.
-        // SAFETY: channels are at most 19, the length at most 7: valid fields.
+        // RM0399 section 26.7.8 ff.: preselection, then ranks of six bits, four in SQR1 after the length,
+        // three (of five) in SQR2. SAFETY: channels are at most 19, the length at most 7: valid fields.
         unsafe {
             self.adc.pcsel.write(|w| w.bits(select));
             let length = channels.len() as u32 - 1;
@@ -136,8 +142,9 @@ impl Thermistors {
         mux.ccr[STREAM].write(|w| unsafe { w.dmareq_id().bits(ADC1_REQUEST) });
         let stream = &self.dma.st[STREAM];
         let source = self.adc.dr.as_ptr() as u32;
-        // RM0399 section 16.5: peripheral to memory, 16 bits, circular over whole scans.
-        // SAFETY: source and ring are the addresses of the data register and of a buffer that lives for ever and is as long as the count.
+        // RM0399 section 16.5: peripheral to memory, 16 bits, circular over whole scans. SAFETY: source and
+        // ring are the addresses of the data register and of a buffer that lives for ever and is as long as
+        // the count.
         unsafe {
             stream.par.write(|w| w.bits(source));
             stream.m0ar.write(|w| w.bits(ring));
@@ -147,11 +154,12 @@ impl Thermistors {
         stream.cr.modify(|_, w| w.en().set_bit());
     }
 
-    /// The average of the last 32 readings of the input at `position` in the list given to [`Self::start`], 0 to 65 535 for full scale.
+    /// The average of the last 32 readings of the input at `position` in the list given to [`Self::start`], 0
+    /// to 65 535 for full scale.
     ///
     /// # Errors
-    /// [`AdcError::NotFilled`] in the first moments, [`AdcError::ScanStopped`] when the DMA has stopped with an error,
-    /// [`AdcError::BadInputs`] beyond the list.
+    /// [`AdcError::NotFilled`] in the first moments, [`AdcError::ScanStopped`] when the DMA has stopped with
+    /// an error, [`AdcError::BadInputs`] beyond the list.
     pub fn average(&self, position: usize) -> Result<u16, AdcError> {
         if position >= self.inputs {
             return Err(AdcError::BadInputs);
@@ -159,8 +167,8 @@ impl Thermistors {
         if !self.is_running() {
             return Err(AdcError::ScanStopped);
         }
-        // RM0399 section 16.5.1: the flag comes with the end of the first round and is never cleared here. Before that the ring holds zeros,
-        // which a thermistor would read as glowing.
+        // RM0399 section 16.5.1: the flag comes with the end of the first round and is never cleared here.
+        // Before that the ring holds zeros, which a thermistor would read as glowing.
         if self.dma.lisr.read().tcif1().bit_is_clear() {
             return Err(AdcError::NotFilled);
         }
@@ -170,7 +178,8 @@ impl Thermistors {
         Ok((sum / AVERAGED as u32) as u16)
     }
 
-    /// How many samples the DMA has yet to write before it wraps: changes with every conversion while the scan is alive.
+    /// How many samples the DMA has yet to write before it wraps: changes with every conversion while the
+    /// scan is alive.
     #[must_use]
     pub fn samples_to_wrap(&self) -> u32 {
         self.dma.st[STREAM].ndtr.read().bits()
@@ -183,7 +192,8 @@ impl Thermistors {
     }
 }
 
-/// Single readings of ADC3's inputs, taken round-robin without waiting: each [`Self::poll`] collects one and starts the next.
+/// Single readings of ADC3's inputs, taken round-robin without waiting: each [`Self::poll`] collects one and
+/// starts the next.
 pub struct Supplies {
     adc: pac::ADC3,
     calibration_begun: Result<(), AdcError>,
@@ -199,7 +209,8 @@ impl Supplies {
     pub(crate) fn new(adc: pac::ADC3, common: &pac::ADC3_COMMON) -> Self {
         // SAFETY: as for ADC1.
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
-        // The chip's temperature sensor and reference; the battery's divider stays off, it would drain the cell.
+        // The chip's temperature sensor and reference; the battery's divider stays off, it would drain the
+        // cell.
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
@@ -222,7 +233,8 @@ impl Supplies {
         Ok(())
     }
 
-    /// Collects a finished reading and starts the next. A converter that does not finish leaves its reading as `None`.
+    /// Collects a finished reading and starts the next. A converter that does not finish leaves its reading
+    /// as `None`.
     pub fn poll(&mut self) {
         if !self.ready {
             return;
@@ -270,8 +282,9 @@ pub fn pin_volts(reading: u16) -> f32 {
     f32::from(reading) * (3.3 / 65_535.0)
 }
 
-/// Degrees Celsius for a reading of the chip's temperature sensor, by the two points it was calibrated at (DS12923, "Temperature sensor calibration
-/// values": 30 and 110 degrees at 3.3 V). `None` for a chip without calibration.
+/// Degrees Celsius for a reading of the chip's temperature sensor, by the two points it was calibrated at
+/// (DS12923, "Temperature sensor calibration values": 30 and 110 degrees at 3.3 V). `None` for a chip without
+/// calibration.
 #[must_use]
 pub fn chip_celsius(reading: u16) -> Option<f32> {
     const AT_30: *const u16 = 0x1FF1_E820 as *const u16;

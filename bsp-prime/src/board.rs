@@ -16,7 +16,8 @@ use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::watchdog::Watchdog;
 
-/// Longest time between two feedings. Longer than the slowest SD command with its repetitions; heaters have shorter guards of their own.
+/// Longest time between two feedings. Longer than the slowest SD command with its repetitions; heaters have
+/// shorter guards of their own.
 const WATCHDOG_LIMIT_MS: u32 = 4_000;
 /// Rate of the debug console.
 const DEBUG_BAUD: u32 = 115_200;
@@ -75,7 +76,8 @@ pub struct Board {
     pub watchdog: Watchdog,
 }
 
-/// Every output of the board to off, whatever state the chip is in. The first thing at start and the first thing in any disaster.
+/// Every output of the board to off, whatever state the chip is in. The first thing at start and the first
+/// thing in any disaster.
 ///
 /// The motors are released too: a crashed firmware cannot hold them in a known way.
 pub fn make_outputs_safe() {

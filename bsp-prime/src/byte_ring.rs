@@ -1,7 +1,8 @@
 //! A byte queue between an interrupt and a task: one writer, one reader, no lock.
 //!
-//! The writer alone stores `written`, the reader alone stores `read`; a byte is published by the release store of `written`. A full ring
-//! refuses, and the refusals are counted, so that a lost byte is always known.
+//! The writer alone stores `written`, the reader alone stores `read`; a byte is published by the release
+//! store of `written`. A full ring refuses, and the refusals are counted, so that a lost byte is always
+//! known.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -73,8 +74,8 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         true
     }
 
-    /// Writer: appends as much of `bytes` as fits and says how much that was. What did not fit is not counted as refused:
-    /// the caller still has it.
+    /// Writer: appends as much of `bytes` as fits and says how much that was. What did not fit is not counted
+    /// as refused: the caller still has it.
     pub fn push_some(&self, bytes: &[u8]) -> usize {
         let count = bytes.len().min(self.room());
         for &byte in bytes.iter().take(count) {

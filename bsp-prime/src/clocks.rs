@@ -1,9 +1,9 @@
-//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals. What nothing uses is off: PLL2,
-//! PLL3 (it would make the 48 MHz of USB), HSI48.
+//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals. What
+//! nothing uses is off: PLL2, PLL3 (it would make the 48 MHz of USB), HSI48.
 //!
-//! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here first, with a bound,
-//! and the watchdog already runs when [`freeze`] is called: should a PLL or the supply never report ready, the board resets with
-//! its outputs off instead of hanging.
+//! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here
+//! first, with a bound, and the watchdog already runs when [`freeze`] is called: should a PLL or the supply
+//! never report ready, the board resets with its outputs off instead of hanging.
 
 use stm32h7xx_hal::pac;
 use stm32h7xx_hal::prelude::*;
@@ -24,12 +24,13 @@ pub const CRYSTAL_HZ: u32 = 25_000_000;
 /// Kernel clock of SDMMC1: PLL1 Q, the reset choice of its multiplexer.
 pub const SDMMC_KERNEL_HZ: u32 = 200_000_000;
 
-/// The crystal should start within 2 ms (data sheet DS12923 table "HSE oscillator characteristics"); ten times that.
+/// The crystal should start within 2 ms (data sheet DS12923 table "HSE oscillator characteristics"); ten
+/// times that.
 const CRYSTAL_START_LIMIT_US: u32 = 20_000;
 
-/// Two wait states more than the manual asks for at 200 MHz and VOS1, in a row that ends at 210 MHz (RM0399 section 4.3.8, table of
-/// recommended wait states): what boards are known to run with.
-/// Reads that miss the caches take 10 ns longer; what is in a hurry runs from ITCM.
+/// Two wait states more than the manual asks for at 200 MHz and VOS1, in a row that ends at 210 MHz (RM0399
+/// section 4.3.8, table of recommended wait states): what boards are known to run with. Reads that miss the
+/// caches take 10 ns longer; what is in a hurry runs from ITCM.
 const FLASH_WAIT_STATES: u8 = 4;
 /// Programming delay, WRHIGHFREQ, as long as its field allows: known good with these wait states.
 const FLASH_PROGRAMMING_DELAY: u8 = 3;
@@ -60,10 +61,11 @@ pub fn start_crystal(rcc: &pac::RCC) -> Result<(), ClockError> {
 /// Sets supply and clocks. Call once, after [`start_crystal`] and with the watchdog running.
 ///
 /// # Errors
-/// [`ClockError::Wrong`] when the tree differs from the constants of this module, on which every timer and baud rate is built;
-/// [`ClockError::FlashTiming`].
+/// [`ClockError::Wrong`] when the tree differs from the constants of this module, on which every timer and
+/// baud rate is built; [`ClockError::FlashTiming`].
 pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr, ClockError> {
-    // The board feeds the core from the SMPS alone; LDO mode would be electrically wrong (RM0399 section 7.4.1).
+    // The board feeds the core from the SMPS alone; LDO mode would be electrically wrong (RM0399 section
+    // 7.4.1).
     let power = pwr.constrain().smps().vos1().freeze();
     let ccdr = rcc
         .constrain()
@@ -110,10 +112,11 @@ fn slow_flash() -> Result<(), ClockError> {
     wait::until(FLASH_LIMIT_US, taken).map_err(|_| ClockError::FlashTiming)
 }
 
-/// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist for us.
+/// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist
+/// for us.
 pub fn enable_peripherals() {
-    // SAFETY: `freeze` consumed the RCC token; the HAL keeps it without touching the enable registers again, and this runs once,
-    // before any interrupt is enabled.
+    // SAFETY: `freeze` consumed the RCC token; the HAL keeps it without touching the enable registers again,
+    // and this runs once, before any interrupt is enabled.
     let rcc = unsafe { &*pac::RCC::ptr() };
     // RM0399 section 9.7.40 ff., "clock register". AHB: DMA, ADCs, SDMMC, RAMs of domain D2.
     rcc.ahb1enr.modify(|_, w| w.dma1en().enabled().adc12en().enabled());
@@ -129,7 +132,8 @@ pub fn enable_peripherals() {
     rcc.apb4enr.modify(|_, w| w.syscfgen().enabled().rtcapben().enabled());
     // RM0399 section 9.7.19, RCC_D3CCIPR: the ADCs run from per_ck (HSI, 64 MHz).
     rcc.d3ccipr.modify(|_, w| w.adcsel().per());
-    // RM0399 section 3.2: two cycles after the write before the first access; this read back is longer than that.
+    // RM0399 section 3.2: two cycles after the write before the first access; this read back is longer than
+    // that.
     let _settled = rcc.apb4enr.read().bits();
     cortex_m::asm::dsb();
 }

@@ -1,6 +1,8 @@
-//! Memory that a DMA reads or writes: only to be had through [`dma_buffer!`](crate::dma_buffer), which places it in the non-cacheable arena.
+//! Memory that a DMA reads or writes: only to be had through [`dma_buffer!`](crate::dma_buffer), which places
+//! it in the non-cacheable arena.
 //!
-//! Access is volatile and by value. No reference into such memory ever exists, because the other side changes it at any time.
+//! Access is volatile and by value. No reference into such memory ever exists, because the other side changes
+//! it at any time.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -26,7 +28,8 @@ impl DmaWord for u32 {}
 #[derive(Debug)]
 pub struct DmaBuffer<W, const LENGTH: usize>(UnsafeCell<MaybeUninit<[W; LENGTH]>>);
 
-// SAFETY: all access is by volatile single-word reads and writes of plain numbers; the contents are as shared as a register.
+// SAFETY: all access is by volatile single-word reads and writes of plain numbers; the contents are as shared
+// as a register.
 unsafe impl<W: DmaWord, const LENGTH: usize> Sync for DmaBuffer<W, LENGTH> {}
 
 impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
@@ -37,7 +40,8 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
         Self(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
-    /// The address for the DMA. `None` when the linker did not put the buffer into the arena, in which case it must not be used.
+    /// The address for the DMA. `None` when the linker did not put the buffer into the arena, in which case
+    /// it must not be used.
     pub fn address(&self) -> Option<u32> {
         let address = self.0.get() as u32;
         let inside = (DMA_ARENA_START..DMA_ARENA_START + DMA_ARENA_BYTES).contains(&address);
@@ -47,7 +51,8 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
     /// The word at `index`, or `None` beyond the end.
     #[inline]
     pub fn read(&self, index: usize) -> Option<W> {
-        // SAFETY: within the array; the arena was zeroed at start-up, so the word is initialised, and any pattern is a value.
+        // SAFETY: within the array; the arena was zeroed at start-up, so the word is initialised, and any
+        // pattern is a value.
         (index < LENGTH).then(|| unsafe { self.0.get().cast::<W>().add(index).read_volatile() })
     }
 

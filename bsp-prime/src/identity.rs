@@ -1,4 +1,5 @@
-//! Who this board is and why it started: unique id, silicon revision, driver chips by the identity resistors, cause of the last reset.
+//! Who this board is and why it started: unique id, silicon revision, driver chips by the identity resistors,
+//! cause of the last reset.
 
 use core::fmt;
 
@@ -71,7 +72,8 @@ const UNIQUE_ID: *const u32 = 0x1FF1_E800 as *const u32;
 
 /// Reads the cause and clears the flags, so that the next reset shows its own.
 pub(crate) fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
-    // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF: most telling first.
+    // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF:
+    // most telling first.
     let flags = rcc.rsr.read();
     let cause = if flags.iwdg1rstf().bit_is_set() {
         ResetCause::Watchdog

@@ -1,11 +1,14 @@
-//! The Smoothieboard v2 Prime (STM32H745XI, Cortex-M7 at 400 MHz): clocks, memory, pins by role, timers and buses.
+//! The Smoothieboard v2 Prime (STM32H745XI, Cortex-M7 at 400 MHz): clocks, memory, pins by role, timers and
+//! buses.
 //!
-//! [`Board::take`] brings the board up in the one safe order, every output off before anything else, and gives back a
-//! struct of roles. Pins that a configuration names are handed out by [`pins::Pins`], which knows who owns what. Nothing here
-//! waits without a bound, and nothing here knows what a heater or an axis means.
+//! [`Board::take`] brings the board up in the one safe order, every output off before anything else, and
+//! gives back a struct of roles. Pins that a configuration names are handed out by [`pins::Pins`], which
+//! knows who owns what. Nothing here waits without a bound, and nothing here knows what a heater or an axis
+//! means.
 //!
-//! `stm32h7xx-hal` sets up the supply and the clock tree; what it does not offer (scans, rings, latches, IDMA, placement)
-//! is done on the registers, each with the section of the reference manual RM0399 (revision 4) that says so.
+//! `stm32h7xx-hal` sets up the supply and the clock tree; what it does not offer (scans, rings, latches,
+//! IDMA, placement) is done on the registers, each with the section of the reference manual RM0399
+//! (revision 4) that says so.
 #![no_std]
 #![allow(unsafe_code, reason = "the board package is where registers, linker symbols and the MPU are reached")]
 

@@ -1,4 +1,5 @@
-//! Memory before use: hot code into the ITCM with the vector table, clean AXI SRAM, a DMA arena no cache touches, a guard under the stack.
+//! Memory before use: hot code into the ITCM with the vector table, clean AXI SRAM, a DMA arena no cache
+//! touches, a guard under the stack.
 
 use core::ptr::{addr_of, addr_of_mut};
 
@@ -20,7 +21,8 @@ unsafe extern "C" {
     static __vector_table: u32;
 }
 
-/// Vectors of the core (16) and of the chip (150; RM0399 section 20.1.2), rounded up to the alignment VTOR asks for.
+/// Vectors of the core (16) and of the chip (150; RM0399 section 20.1.2), rounded up to the alignment VTOR
+/// asks for.
 const VECTORS: usize = 256;
 /// Where the vector table is copied to: the bottom of the ITCM, which `memory.x` leaves free.
 const ITCM_VECTORS: usize = 0x0000_0000;
@@ -31,8 +33,9 @@ pub const DMA_ARENA_BYTES: u32 = 64 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
-/// Zeroes the statics in AXI SRAM, as `cortex-m-rt` does it for those in DTCM and just before it: so no code has seen them
-/// without their first values. Assembly, because no Rust may run before its statics are what they say.
+/// Zeroes the statics in AXI SRAM, as `cortex-m-rt` does it for those in DTCM and just before it: so no code
+/// has seen them without their first values. Assembly, because no Rust may run before its statics are what
+/// they say.
 #[unsafe(naked)]
 // SAFETY: the name is the one that `cortex-m-rt`'s reset code calls; nobody else defines it.
 #[unsafe(no_mangle)]
@@ -51,18 +54,21 @@ extern "C" fn __pre_init() {
     )
 }
 
-/// Copies code and vectors to the ITCM, zeroes the two regions that `cortex-m-rt` does not know, sets the MPU and the caches.
+/// Copies code and vectors to the ITCM, zeroes the two regions that `cortex-m-rt` does not know, sets the MPU
+/// and the caches.
 ///
 /// Call once, before any interrupt is enabled and before anything in those regions is used.
 pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
-    // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words; nothing has run from or
-    // looked at them yet, since this is the first thing the board does and interrupts are off.
+    // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words;
+    // nothing has run from or looked at them yet, since this is the first thing the board does and interrupts
+    // are off.
     unsafe {
         copy_words(addr_of!(__siitcm), addr_of_mut!(__sitcm), addr_of_mut!(__eitcm));
         zero_words(addr_of_mut!(__saxisram), addr_of_mut!(__eaxisram));
         zero_words(addr_of_mut!(__sdma_arena), addr_of_mut!(__edma_arena));
         copy_vectors();
-        // The table is copied whole and aligned to its size rounded up to a power of two (ARMv7-M ARM B3.2.5).
+        // The table is copied whole and aligned to its size rounded up to a power of two (ARMv7-M ARM
+        // B3.2.5).
         scb.vtor.write(ITCM_VECTORS as u32);
     }
     cortex_m::asm::dsb();
@@ -77,8 +83,9 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
 /// `from` and `to..end` must be word-aligned memory that nothing else refers to.
 unsafe fn copy_words(mut from: *const u32, mut to: *mut u32, end: *mut u32) {
     while to < end {
-        // SAFETY: the caller vouches for both ranges; `to` is below `end`. Volatile, because the ITCM starts near address zero
-        // and the compiler must not turn the loop into a library call that may itself live there.
+        // SAFETY: the caller vouches for both ranges; `to` is below `end`. Volatile, because the ITCM starts
+        // near address zero and the compiler must not turn the loop into a library call that may itself live
+        // there.
         unsafe {
             to.write_volatile(from.read_volatile());
             from = from.add(1);
@@ -99,12 +106,13 @@ unsafe fn zero_words(mut to: *mut u32, end: *mut u32) {
     }
 }
 
-/// Copies the vector table to address zero, which Rust's pointers may not name: hence two lines of assembly per word.
+/// Copies the vector table to address zero, which Rust's pointers may not name: hence two lines of assembly
+/// per word.
 fn copy_vectors() {
     let table = addr_of!(__vector_table);
     for index in 0..VECTORS {
-        // SAFETY: reads within the image (the table is followed by more flash than 1 KiB) and writes the first KiB of the ITCM, which
-        // the linker script leaves free.
+        // SAFETY: reads within the image (the table is followed by more flash than 1 KiB) and writes the
+        // first KiB of the ITCM, which the linker script leaves free.
         unsafe {
             let entry = table.add(index).read_volatile();
             core::arch::asm!("str {entry}, [{at}]", entry = in(reg) entry, at = in(reg) ITCM_VECTORS + index * 4,
@@ -118,16 +126,18 @@ pub(crate) fn set_vector(interrupt: stm32h7xx_hal::pac::Interrupt, handler: exte
     /// The core's own vectors come first (ARMv7-M ARM B1.5.2).
     const CORE_VECTORS: usize = 16;
     let at = ITCM_VECTORS + 4 * (CORE_VECTORS + interrupt as usize);
-    // SAFETY: the entry lies in the table's KiB, which `copy_vectors` filled; a function's address has the bit for Thumb code. The new vector is
-    // seen by every exception entry after the barrier (ARMv7-M ARM B2.5).
+    // SAFETY: the entry lies in the table's KiB, which `copy_vectors` filled; a function's address has the
+    // bit for Thumb code. The new vector is seen by every exception entry after the barrier (ARMv7-M ARM
+    // B2.5).
     unsafe {
         core::arch::asm!("str {handler}, [{at}]", "dsb", handler = in(reg) handler, at = in(reg) at,
             options(nostack, preserves_flags));
     }
 }
 
-/// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory, the strips below the
-/// stacks' limits become untouchable, so that an overflow is a fault and not a corrupted plan.
+/// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory,
+/// the strips below the stacks' limits become untouchable, so that an overflow is a fault and not a corrupted
+/// plan.
 fn protect(mpu: &mut MPU) {
     const ENABLE: u32 = 1;
     const FULL_ACCESS: u32 = 0b011 << 24;
@@ -140,11 +150,13 @@ fn protect(mpu: &mut MPU) {
     }
     let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
     const READ_ONLY: u32 = 0b111 << 24;
-    // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back, write-allocate.
+    // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back,
+    // write-allocate.
     const WRITE_THROUGH: u32 = 1 << 17;
     const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
     let regions = [
-        // The default map's attributes, with what it does not say: flash is not written, data is not executed.
+        // The default map's attributes, with what it does not say: flash is not written, data is not
+        // executed.
         (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size_field(64 * 1024)),
         (0x0800_0000, READ_ONLY | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
         (0x2000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(128 * 1024)),
@@ -157,8 +169,8 @@ fn protect(mpu: &mut MPU) {
         ),
     ];
     cortex_m::asm::dmb();
-    // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the caches still off, and
-    // the strip lies in the free part of the DTCM.
+    // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the
+    // caches still off, and the strip lies in the free part of the DTCM.
     unsafe {
         mpu.ctrl.write(0);
         for (number, (base, attributes)) in regions.into_iter().enumerate() {
@@ -173,11 +185,13 @@ fn protect(mpu: &mut MPU) {
     cortex_m::asm::isb();
 }
 
-/// What the MPU holds of a region: its base and its attributes and size, RASR (ARMv7-M ARM B3.5.9). For tests: nothing else has to ask.
+/// What the MPU holds of a region: its base and its attributes and size, RASR (ARMv7-M ARM B3.5.9). For
+/// tests: nothing else has to ask.
 #[must_use]
 pub fn protection(region: u8) -> (u32, u32) {
     cortex_m::interrupt::free(|_| {
-        // SAFETY: selecting a region for reading changes none of them; interrupts are masked, so that nobody selects another between.
+        // SAFETY: selecting a region for reading changes none of them; interrupts are masked, so that nobody
+        // selects another between.
         let mpu = unsafe { &*MPU::PTR };
         // SAFETY: as above; a number beyond the last region reads as zeros.
         unsafe { mpu.rnr.write(u32::from(region)) };
@@ -212,7 +226,8 @@ pub fn stack_room_bytes() -> u32 {
 fn paint_stack() {
     let top = cortex_m::register::msp::read().saturating_sub(PAINT_MARGIN_BYTES);
     for address in (stack_limit()..top).step_by(4) {
-        // SAFETY: between the statics' end and well below the present stack pointer, in DTCM: nothing lives there.
+        // SAFETY: between the statics' end and well below the present stack pointer, in DTCM: nothing lives
+        // there.
         unsafe { (address as *mut u32).write_volatile(PAINT) };
     }
 }

@@ -1,6 +1,8 @@
-//! Hardware PWM: TIM1 (`PWM1_1` to `PWM1_4`, PE9 PE11 PE13 PE14) and TIM8 (`PWM2_1` to `PWM2_4`, PI5 PI6 PI7 PI2).
+//! Hardware PWM: TIM1 (`PWM1_1` to `PWM1_4`, PE9 PE11 PE13 PE14) and TIM8 (`PWM2_1` to `PWM2_4`, PI5 PI6 PI7
+//! PI2).
 //!
-//! PWM mode 1, active high. The period has 1000 counts at any frequency, so that a duty is a per-mille whatever the rate.
+//! PWM mode 1, active high. The period has 1000 counts at any frequency, so that a duty is a per-mille
+//! whatever the rate.
 
 use stm32h7xx_hal::pac;
 
@@ -34,7 +36,8 @@ impl Pwm {
         let prescaler = (TIMER_HZ / PERIOD).checked_div(rate_hz).unwrap_or(0).clamp(1, 65_536) - 1;
         timer.psc.write(|w| w.psc().bits(prescaler as u16));
         timer.arr.write(|w| w.arr().bits((PERIOD - 1) as u16));
-        // RM0399 section 42.4.7: OCxM = 110 (PWM mode 1), buffered compare values, in both channels of both registers.
+        // RM0399 section 42.4.7: OCxM = 110 (PWM mode 1), buffered compare values, in both channels of both
+        // registers.
         const BOTH_CHANNELS: u32 = 0x6868;
         // SAFETY: that is a valid pattern of the two mode registers; four channels enabled, active high.
         unsafe {

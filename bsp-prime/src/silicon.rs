@@ -1,10 +1,13 @@
-//! What this silicon needs before it is used, and an option byte that must be right: all of it outside the HAL.
+//! What this silicon needs before it is used, and an option byte that must be right: all of it outside the
+//! HAL.
 
 use stm32h7xx_hal::pac;
 
-/// The first revision (X) whose AXI SRAM needs no help; Y is 0x1003, V 0x2003 (RM0399 section 63.5.8, DBGMCU_IDC).
+/// The first revision (X) whose AXI SRAM needs no help; Y is 0x1003, V 0x2003 (RM0399 section 63.5.8,
+/// DBGMCU_IDC).
 const REVISION_X: u32 = 0x2001;
-/// FLASH_OPTSR_CUR.BCM4: the Cortex-M4 starts after reset (RM0399 section 4.9.8). The device crate gives this bit no name.
+/// FLASH_OPTSR_CUR.BCM4: the Cortex-M4 starts after reset (RM0399 section 4.9.8). The device crate gives this
+/// bit no name.
 const BCM4: u32 = 1 << 22;
 
 /// Before anything reads the AXI SRAM or may speculate.
@@ -13,8 +16,8 @@ pub(crate) fn prepare(rcc: &pac::RCC) {
     close_external_memory(rcc);
 }
 
-/// On revisions before X, two reads of the AXI SRAM under way at once may give wrong data (errata ES0445, "Reading from AXI SRAM may
-/// lead to data read corruption"): one at a time then.
+/// On revisions before X, two reads of the AXI SRAM under way at once may give wrong data (errata ES0445,
+/// "Reading from AXI SRAM may lead to data read corruption"): one at a time then.
 fn serialise_axi_sram_reads() {
     // SAFETY: a read-only register.
     let revision = unsafe { (*pac::DBGMCU::ptr()).idc.read().bits() } >> 16;
@@ -25,8 +28,8 @@ fn serialise_axi_sram_reads() {
     }
 }
 
-/// Bank 1 of the memory controller is on after reset with nothing behind it. A speculative read of its addresses would stall the
-/// core for up to 24 us, many steps long.
+/// Bank 1 of the memory controller is on after reset with nothing behind it. A speculative read of its
+/// addresses would stall the core for up to 24 us, many steps long.
 fn close_external_memory(rcc: &pac::RCC) {
     // RM0399 section 9.7.38, RCC_AHB3ENR: the controller's clock, for as long as the write takes.
     rcc.ahb3enr.modify(|_, w| w.fmcen().enabled());
@@ -39,8 +42,9 @@ fn close_external_memory(rcc: &pac::RCC) {
     rcc.ahb3enr.modify(|_, w| w.fmcen().disabled());
 }
 
-/// Lets the I/O compensation cell match the drivers' edges to temperature and supply. Needs the clock of SYSCFG. Nothing waits
-/// for it: pins work without, only with edges less even, and the cell takes over when it is ready.
+/// Lets the I/O compensation cell match the drivers' edges to temperature and supply. Needs the clock of
+/// SYSCFG. Nothing waits for it: pins work without, only with edges less even, and the cell takes over when
+/// it is ready.
 pub(crate) fn compensate_outputs() {
     // RM0399 section 9.7.2, RCC_CR: CSION, the cell's clock; section 13.3.7, SYSCFG_CCCSR: EN.
     // SAFETY: called once, by the board's start, after which nobody holds these two.
@@ -50,7 +54,8 @@ pub(crate) fn compensate_outputs() {
     }
 }
 
-/// The option bytes have the second core start. It would run whatever lies in flash bank 2, into our peripherals and our memory.
+/// The option bytes have the second core start. It would run whatever lies in flash bank 2, into our
+/// peripherals and our memory.
 pub(crate) fn second_core_starts() -> bool {
     // SAFETY: a read-only register.
     unsafe { (*pac::FLASH::ptr()).optsr_cur().read().bits() & BCM4 != 0 }

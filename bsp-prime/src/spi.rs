@@ -1,7 +1,9 @@
-//! The motor drivers' bus: SPI4 (PE12, PE5, PE6), mode 3, one chip select per driver, as embedded-hal `SpiDevice`s.
+//! The motor drivers' bus: SPI4 (PE12, PE5, PE6), mode 3, one chip select per driver, as embedded-hal
+//! `SpiDevice`s.
 //!
-//! A frame of up to 8 bytes goes through the hardware FIFO whole; the only wait is for its end, and it is bounded. All devices belong to one owner,
-//! so the bus needs no lock; a flag turns a breach of that into an error instead of a garbled frame.
+//! A frame of up to 8 bytes goes through the hardware FIFO whole; the only wait is for its end, and it is
+//! bounded. All devices belong to one owner, so the bus needs no lock; a flag turns a breach of that into an
+//! error instead of a garbled frame.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,7 +17,8 @@ use crate::wait;
 const FIFO_BYTES: usize = 8;
 /// At 391 kHz eight bytes take 164 us; ten times that.
 const FRAME_LIMIT_US: u32 = 1_600;
-/// Longer than one bus clock (2.6 us), within which a new start after the end of a frame may stall (errata ES0445, "Master data transfer stall").
+/// Longer than one bus clock (2.6 us), within which a new start after the end of a frame may stall (errata
+/// ES0445, "Master data transfer stall").
 const SELECT_PAUSE_US: u32 = 3;
 
 /// What can go wrong on the bus.
@@ -48,8 +51,8 @@ impl MotorBus {
         for (port, number) in [('E', 12), ('E', 5), ('E', 6)] {
             pins::configure(PinName::new(port, number), Mode::Alternate(5, Speed::Low), Pull::Up, false);
         }
-        // RM0399 section 53.11: kernel clock 100 MHz / 256 = 391 kHz, the rate these boards have always been run at;
-        // 8 bits, master, mode 3, chip select by software, pins kept while disabled.
+        // RM0399 section 53.11: kernel clock 100 MHz / 256 = 391 kHz, the rate these boards have always been
+        // run at; 8 bits, master, mode 3, chip select by software, pins kept while disabled.
         spi.cfg1.write(|w| w.mbr().bits(0b111).dsize().bits(7));
         spi.cr1.write(|w| w.ssi().set_bit());
         spi.cfg2.write(|w| w.master().set_bit().cpol().set_bit().cpha().set_bit().ssm().set_bit().afcntr().set_bit());

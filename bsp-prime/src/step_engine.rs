@@ -1,19 +1,26 @@
-//! Step pulses: plays the [`queue`] on the pins at the times it names, on TIM2 (200 MHz, 32 bit, free running).
+//! Step pulses: plays the [`queue`] on the pins at the times it names, on TIM2 (200 MHz, 32 bit, free
+//! running).
 //!
-//! Compare 1 wakes the interrupt for the next event, compare 2 for the end of a pulse. The interrupt keeps no position and takes no decision: it writes
-//! the pins, and arms the timer for the next event. A motor steps by toggling: its BSRR word, rotated by 16 after each edge, always holds the opposite
-//! level. What the interrupt needs to know of the motors lies in a static of atomics, written by [`configure`] while nothing is queued: plain loads
-//! for the interrupt, no lock for anybody. The queue lies in the same static, so that one base register reaches everything.
+//! Compare 1 wakes the interrupt for the next event, compare 2 for the end of a pulse. The interrupt keeps no
+//! position and takes no decision: it writes the pins, and arms the timer for the next event. A motor steps
+//! by toggling: its BSRR word, rotated by 16 after each edge, always holds the opposite level. What the
+//! interrupt needs to know of the motors lies in a static of atomics, written by [`configure`] while nothing
+//! is queued: plain loads for the interrupt, no lock for anybody. The queue lies in the same static, so that
+//! one base register reaches everything.
 //!
-//! Where every motor steps on both edges (all on-board drivers do), a step costs about fifty instructions from entry to return, twenty when it comes
-//! together with another. Where a motor needs pulses a longer handler stands in the vector table; a pulse's end does not look at the queue. It runs in ITCM from DTCM data, integers only. When it is
-//! entered with nothing due (the feed pends it after writing) it only arms the timer.
+//! Where every motor steps on both edges (all on-board drivers do), a step costs about fifty instructions
+//! from entry to return, twenty when it comes together with another. Where a motor needs pulses a longer
+//! handler stands in the vector table; a pulse's end does not look at the queue. It runs in ITCM from DTCM
+//! data, integers only. When it is entered with nothing due (the feed pends it after writing) it only arms
+//! the timer.
 //!
-//! An event later than 250 ns is the sign that something kept the interrupt from running. From then on, until all is on time again, [`catch_up`] plays: it
-//! keeps every motor's events as far apart as its driver needs, so that no step is lost, and counts what it had to delay.
+//! An event later than 250 ns is the sign that something kept the interrupt from running. From then on, until
+//! all is on time again, [`catch_up`] plays: it keeps every motor's events as far apart as its driver needs,
+//! so that no step is lost, and counts what it had to delay.
 //!
-//! The interrupt has the highest priority of all, which nothing can mask but PRIMASK: no resource of any framework is shared with it, and none
-//! wraps it. Within it the queue's cut flag cannot change, so it is looked at once.
+//! The interrupt has the highest priority of all, which nothing can mask but PRIMASK: no resource of any
+//! framework is shared with it, and none wraps it. Within it the queue's cut flag cannot change, so it is
+//! looked at once.
 
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
@@ -43,8 +50,8 @@ impl Statistics {
         self.late.load(Ordering::Relaxed)
     }
 
-    /// How many of them had to be delayed further, to more than 10 us: played at once they would have followed the motor's last event faster than
-    /// its driver can.
+    /// How many of them had to be delayed further, to more than 10 us: played at once they would have
+    /// followed the motor's last event faster than its driver can.
     #[must_use]
     pub fn delayed_events(&self) -> u32 {
         self.delayed.load(Ordering::Relaxed)
@@ -71,7 +78,8 @@ pub static STATISTICS: Statistics =
 pub struct MotorLines {
     /// The step pin, off.
     pub step: FastPin,
-    /// The direction pin; off is forward. So on this board a low level counts up, and `!` makes that a high one.
+    /// The direction pin; off is forward. So on this board a low level counts up, and `!` makes that a high
+    /// one.
     pub direction: FastPin,
     /// Every edge is a step (the driver is set so), rather than every pulse.
     pub double_edge: bool,
@@ -120,7 +128,8 @@ struct Spacing {
     acted_at: AtomicU32,
 }
 
-/// Pulses that are high: when each is to end, in the order they began. All are of one length, so this is the order of their ends as well.
+/// Pulses that are high: when each is to end, in the order they began. All are of one length, so this is the
+/// order of their ends as well.
 struct Pulses {
     /// Counts of pulses ever ended and begun, wrapping.
     ended: AtomicU32,
@@ -131,8 +140,8 @@ struct Pulses {
 
 /// Bit of [`Shared::careful`]: something was late, [`catch_up`] plays.
 const CATCHING_UP: u32 = 1 << 31;
-/// A step delayed by less does no motor any harm: 10 us. Six motors that turn at one tick take half a microsecond to play, and each one's
-/// first step is due at the least distance behind.
+/// A step delayed by less does no motor any harm: 10 us. Six motors that turn at one tick take half a
+/// microsecond to play, and each one's first step is due at the least distance behind.
 const HARMLESS_TICKS: u32 = STEP_CLOCK_HZ / 100_000;
 /// Longer than any driver's least distance: 50 ms.
 const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
@@ -140,7 +149,8 @@ const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
 /// Everything the interrupt reads and writes. All zero until [`start`], so that the image carries none of it.
 #[repr(C)]
 struct Shared {
-    /// First: what is looked up for every event needs no offset. Eight, so that a three-bit index needs no test.
+    /// First: what is looked up for every event needs no offset. Eight, so that a three-bit index needs no
+    /// test.
     motors: [Motor; 8],
     /// Why the shortest way will not do: motors that step by pulses, one bit each, and [`CATCHING_UP`].
     careful: AtomicU32,
@@ -156,7 +166,8 @@ struct Shared {
     caught: AtomicU32,
     /// When the last late event was played.
     late_at: AtomicU32,
-    /// The greatest of the motors' least distances. Once nothing has been late for so long, nothing to come can be too close behind it.
+    /// The greatest of the motors' least distances. Once nothing has been late for so long, nothing to come
+    /// can be too close behind it.
     recovery: AtomicU32,
     /// Last: it is large.
     queue: StepQueue,
@@ -206,7 +217,8 @@ pub fn configure(motors: &[MotorLines; MAX_ACTUATORS], pulse_us: u32) {
 /// Writes a word to a port's BSRR.
 #[inline(always)]
 fn write(register: &AtomicPtr<u32>, word: u32) {
-    // SAFETY: the pointers in SHARED are to BSRR registers only, from before the interrupt first runs (`start`); a word names the one pin that its handle owns, or none.
+    // SAFETY: the pointers in SHARED are to BSRR registers only, from before the interrupt first runs
+    // (`start`); a word names the one pin that its handle owns, or none.
     unsafe { register.load(Ordering::Relaxed).write_volatile(word) };
 }
 
@@ -247,18 +259,21 @@ extern "C" fn on_step_timer() {
     });
 }
 
-/// The same where some motors need pulses, or something was late. Where motors need pulses this is the timer's interrupt itself.
+/// The same where some motors need pulses, or something was late. Where motors need pulses this is the
+/// timer's interrupt itself.
 #[inline(never)]
 #[unsafe(link_section = ".itcm.pulses")]
 extern "C" fn play_carefully() {
     let careful = SHARED.careful.load(Ordering::Relaxed);
     let flags = timer().sr.read();
-    // Flags are cleared before the timer is armed anew: what comes from then on counts. Writing one leaves a flag as it is.
+    // Flags are cleared before the timer is armed anew: what comes from then on counts. Writing one leaves a
+    // flag as it is.
     if flags.cc2if().bit_is_set() {
         timer().sr.write(|w| w.cc1if().set_bit().cc2if().clear_bit());
         lower();
         if flags.cc1if().bit_is_clear() && SHARED.woken.load(Ordering::Relaxed) == 0 {
-            // A pulse's end and nothing else: the timer is armed for the next event, or will be when the feed has written one.
+            // A pulse's end and nothing else: the timer is armed for the next event, or will be when the feed
+            // has written one.
             return;
         }
     }
@@ -270,7 +285,8 @@ extern "C" fn play_carefully() {
     SHARED.queue.play_on_this_core(|event| is_due(event.at) && act(event, careful));
 }
 
-/// Plays an event of a motor that may need pulses. False where its last pulse is still high: it is looked at again after a pulse's length.
+/// Plays an event of a motor that may need pulses. False where its last pulse is still high: it is looked at
+/// again after a pulse's length.
 #[inline(always)]
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
@@ -303,7 +319,8 @@ fn act(event: StepEvent, pulsed: u32) -> bool {
     true
 }
 
-/// The interrupt was kept so long that a motor's pulse is high when the next is due: [`catch_up`] plays that when it is low for long enough.
+/// The interrupt was kept so long that a motor's pulse is high when the next is due: [`catch_up`] plays that
+/// when it is low for long enough.
 #[cold]
 #[inline(never)]
 #[unsafe(link_section = ".itcm.wait")]
@@ -337,7 +354,8 @@ fn lower() {
     SHARED.raised.store(raised, Ordering::Relaxed);
 }
 
-/// How late it is for `at`, ticks. Negative: not yet, and the timer is armed for it; when it comes while arming, it has come.
+/// How late it is for `at`, ticks. Negative: not yet, and the timer is armed for it; when it comes while
+/// arming, it has come.
 #[inline(always)]
 fn lateness(at: u32) -> i32 {
     let late = now().wrapping_sub(at) as i32;
@@ -373,8 +391,8 @@ extern "C" fn fall_behind() {
     wake();
 }
 
-/// Plays what is due, but no motor's events closer than its driver allows. The first late event of a motor follows the one before
-/// at more than its planned distance; from then on it is known when each was played.
+/// Plays what is due, but no motor's events closer than its driver allows. The first late event of a motor
+/// follows the one before at more than its planned distance; from then on it is known when each was played.
 #[cold]
 #[inline(never)]
 #[unsafe(link_section = ".itcm.catch_up")]
@@ -437,7 +455,8 @@ fn now() -> u32 {
 /// The step timer's registers.
 #[inline(always)]
 fn timer() -> &'static pac::tim2::RegisterBlock {
-    // SAFETY: `start` took the timer from whoever else might have had it; from then on only the interrupt writes to it.
+    // SAFETY: `start` took the timer from whoever else might have had it; from then on only the interrupt
+    // writes to it.
     unsafe { &*pac::TIM2::ptr() }
 }
 

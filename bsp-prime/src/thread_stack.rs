@@ -1,8 +1,8 @@
 //! A stack of its own for idle, in AXI SRAM.
 //!
-//! The dispatcher's state lives on its stack and is large; DTCM is small and belongs to interrupts. So idle runs in thread mode on the process stack
-//! (PSP), all interrupts on the main stack (MSP) in DTCM (ARMv7-M ARM B1.4.1). An overflow of either meets a guard and ends in a hard fault, which
-//! runs on the main stack.
+//! The dispatcher's state lives on its stack and is large; DTCM is small and belongs to interrupts. So idle
+//! runs in thread mode on the process stack (PSP), all interrupts on the main stack (MSP) in DTCM (ARMv7-M
+//! ARM B1.4.1). An overflow of either meets a guard and ends in a hard fault, which runs on the main stack.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -41,9 +41,9 @@ pub fn run<F: FnOnce() -> core::convert::Infallible>(body: F) -> ! {
     let mut body = Some(body);
     let slot = &raw mut body;
     let top = guard() + THREAD_STACK_BYTES as u32;
-    // SAFETY: the new stack is used by nobody else, since this function never returns and is called once. `slot` stays valid: it lies on the
-    // main stack, whose pointer is not moved up again. Setting SPSEL is privileged thread mode's to do, ISB makes it effective
-    // (ARMv7-M ARM B1.4.4).
+    // SAFETY: the new stack is used by nobody else, since this function never returns and is called once.
+    // `slot` stays valid: it lies on the main stack, whose pointer is not moved up again. Setting SPSEL is
+    // privileged thread mode's to do, ISB makes it effective (ARMv7-M ARM B1.4.4).
     unsafe {
         core::arch::asm!(
             "msr psp, {top}",

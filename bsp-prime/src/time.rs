@@ -1,9 +1,11 @@
-//! The two clocks, each a free-running 32-bit timer with its 64-bit extension: TIM2 at 200 MHz for steps, TIM5 at 1 MHz for the rest.
-//! And the two periodic interrupts: TIM6 for the step feed, TIM7 for heat and slow outputs.
+//! The two clocks, each a free-running 32-bit timer with its 64-bit extension: TIM2 at 200 MHz for steps,
+//! TIM5 at 1 MHz for the rest. And the two periodic interrupts: TIM6 for the step feed, TIM7 for heat and
+//! slow outputs.
 //!
-//! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn lasts (10.7 s for TIM2);
-//! everybody may then read the 64-bit time from any priority, without a lock: whichever of the two is read first, a half turn that
-//! is not yet counted shows as a top bit that disagrees with the count's parity.
+//! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn
+//! lasts (10.7 s for TIM2); everybody may then read the 64-bit time from any priority, without a lock:
+//! whichever of the two is read first, a half turn that is not yet counted shows as a top bit that disagrees
+//! with the count's parity.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -44,8 +46,8 @@ impl Clock {
 }
 
 fn tim2() -> &'static pac::tim2::RegisterBlock {
-    // SAFETY: TIM2's registers exist for the whole run. Only this module (its counter, read-only after `start`) and the step engine
-    // (compare and status registers) touch them.
+    // SAFETY: TIM2's registers exist for the whole run. Only this module (its counter, read-only after
+    // `start`) and the step engine (compare and status registers) touch them.
     unsafe { &*pac::TIM2::ptr() }
 }
 
@@ -82,7 +84,8 @@ pub fn keep_clocks() {
 /// Starts both clocks. Called once by the board.
 pub(crate) fn start() {
     for (timer, divider) in [(tim2(), 1), (tim5(), TIMER_HZ / 1_000_000)] {
-        // RM0399 section 43.4: prescaler and period are buffered; the update event loads them and its flag is then cleared.
+        // RM0399 section 43.4: prescaler and period are buffered; the update event loads them and its flag is
+        // then cleared.
         timer.psc.write(|w| w.psc().bits((divider - 1) as u16));
         timer.arr.write(|w| w.arr().bits(u32::MAX));
         timer.egr.write(|w| w.ug().set_bit());
@@ -97,7 +100,8 @@ pub struct Ticker {
     registers: *const pac::tim6::RegisterBlock,
 }
 
-// SAFETY: the pointer is to registers, which are the same from every context; each ticker is the only user of its timer.
+// SAFETY: the pointer is to registers, which are the same from every context; each ticker is the only user of
+// its timer.
 unsafe impl Send for Ticker {}
 
 /// Has the heat tick's interrupt run now, besides its periods.

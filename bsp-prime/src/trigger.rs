@@ -1,7 +1,8 @@
-//! Inputs that stop motion: limit switches, probe, stall outputs. An edge is stamped with the step clock in its interrupt.
+//! Inputs that stop motion: limit switches, probe, stall outputs. An edge is stamped with the step clock in
+//! its interrupt.
 //!
-//! The chip has one edge detector (EXTI line) per pin *number*, shared by all ports: PD0 and PI0 cannot both be watched. Asking for a taken line is
-//! an error that names the pin that has it.
+//! The chip has one edge detector (EXTI line) per pin *number*, shared by all ports: PD0 and PI0 cannot both
+//! be watched. Asking for a taken line is an error that names the pin that has it.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -27,7 +28,8 @@ pub enum WatchError {
 }
 
 fn exti() -> &'static pac::exti::RegisterBlock {
-    // SAFETY: only this module uses EXTI; its enable bits change in `watch` and `unwatch`, from one task, with interrupts masked.
+    // SAFETY: only this module uses EXTI; its enable bits change in `watch` and `unwatch`, from one task,
+    // with interrupts masked.
     unsafe { &*pac::EXTI::ptr() }
 }
 
@@ -46,7 +48,8 @@ pub fn watch(spec: PinSpec, input: u8) -> Result<(), WatchError> {
     cortex_m::interrupt::free(|_| {
         route(line, spec.pin.port() as u32);
         let exti = exti();
-        // SAFETY: every pattern of these registers is valid; only this line's bit changes, with interrupts masked.
+        // SAFETY: every pattern of these registers is valid; only this line's bit changes, with interrupts
+        // masked.
         unsafe {
             // RM0399 section 21.6: the active edge is rising, or falling for an inverted input.
             exti.rtsr1.modify(|r, w| w.bits(if spec.inverted { r.bits() & !bit } else { r.bits() | bit }));

@@ -1,8 +1,10 @@
-//! The three serial ports: USART2 (debug console, PD5/PD6), USART3 (UART 0, PD8/PB11), UART4 (UART 1, PB9/PH14).
+//! The three serial ports: USART2 (debug console, PD5/PD6), USART3 (UART 0, PD8/PB11), UART4 (UART 1,
+//! PB9/PH14).
 //!
-//! The interrupt hands received bytes to its caller's sink and moves bytes to send from a ring to the hardware FIFO (16 each way); nobody waits.
-//! Only the interrupt touches the control registers after set-up: a writer fills the ring and pends the interrupt, which then switches the
-//! transmitter's own interrupt on. What the line loses (overrun, framing) is counted; the protocols above have checksums for it.
+//! The interrupt hands received bytes to its caller's sink and moves bytes to send from a ring to the
+//! hardware FIFO (16 each way); nobody waits. Only the interrupt touches the control registers after set-up:
+//! a writer fills the ring and pends the interrupt, which then switches the transmitter's own interrupt on.
+//! What the line loses (overrun, framing) is counted; the protocols above have checksums for it.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -97,8 +99,8 @@ impl Frame {
     /// 8 bits, no parity, 1 stop bit.
     pub const PLAIN: Self = Self { word_bits: 8, parity: Parity::None, two_stop_bits: false };
 
-    /// Words of 7 to 9 bits, parity bit included, as the chip counts them; 1 or 2 stop bits. `None` when the chip cannot do that,
-    /// or the words carry fewer than 7 bits of data or more than a byte.
+    /// Words of 7 to 9 bits, parity bit included, as the chip counts them; 1 or 2 stop bits. `None` when the
+    /// chip cannot do that, or the words carry fewer than 7 bits of data or more than a byte.
     #[must_use]
     pub const fn new(word_bits: u8, parity: Parity, stop_bits: u8) -> Option<Self> {
         let data = if matches!(parity, Parity::None) { word_bits } else { word_bits.wrapping_sub(1) };
@@ -141,11 +143,13 @@ pub(crate) fn port(name: PortName) -> (UartInterrupt, UartPort) {
 
 impl UartInterrupt {
     fn registers(&self) -> &'static pac::usart1::RegisterBlock {
-        // SAFETY: the pointer came from the PAC; the registers exist for the whole run and this value is their only user.
+        // SAFETY: the pointer came from the PAC; the registers exist for the whole run and this value is
+        // their only user.
         unsafe { &*self.registers }
     }
 
-    /// Moves what the FIFOs hold and can take, received bytes to `receive`. At most 16 bytes each way, so about 3 us.
+    /// Moves what the FIFOs hold and can take, received bytes to `receive`. At most 16 bytes each way, so
+    /// about 3 us.
     pub fn on_interrupt(&mut self, mut receive: impl FnMut(u8)) {
         let uart = self.registers();
         let status = uart.isr.read();
@@ -200,14 +204,16 @@ impl UartPort {
         // RM0399 section 51.8: configuration is only accepted while UE is clear.
         uart.cr1.reset();
         let divider = (PCLK_HZ + baud / 2).checked_div(baud).unwrap_or(0).clamp(16, 0xFFFF);
-        // SAFETY: with 16-fold oversampling the whole 16-bit divider is the field; values from 16 on are valid.
+        // SAFETY: with 16-fold oversampling the whole 16-bit divider is the field; values from 16 on are
+        // valid.
         uart.brr.write(|w| unsafe { w.bits(divider) });
         self.shared.not_data.store(frame.not_data(), Ordering::Relaxed);
         // RM0399 section 51.8.4, USART_CR2: STOP = 00 is one stop bit, 10 two.
         let stop_bits = if frame.two_stop_bits { 0b10 << 12 } else { 0 };
         // SAFETY: STOP alone; every other field at its reset value.
         uart.cr2.write(|w| unsafe { w.bits(stop_bits) });
-        // RM0399 section 51.8.1, USART_CR1: M1 M0 = 00 is eight bits, 01 nine, 10 seven; the parity bit counts.
+        // RM0399 section 51.8.1, USART_CR1: M1 M0 = 00 is eight bits, 01 nine, 10 seven; the parity bit
+        // counts.
         uart.cr1.write(|w| {
             w.m1().bit(frame.word_bits == 7).m0().bit(frame.word_bits == 9);
             w.pce().bit(frame.parity != Parity::None).ps().bit(frame.parity == Parity::Odd)

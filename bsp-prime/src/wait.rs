@@ -2,14 +2,16 @@
 
 use cortex_m::peripheral::DWT;
 
-/// Core cycles in a microsecond once the clocks are up. Before that the core is slower and the bound is longer, never shorter.
+/// Core cycles in a microsecond once the clocks are up. Before that the core is slower and the bound is
+/// longer, never shorter.
 const CYCLES_PER_MICROSECOND: u32 = crate::clocks::CORE_HZ / 1_000_000;
 
 /// The condition did not come true in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedOut;
 
-/// Polls `condition` until it holds or `limit_us` microseconds have passed (at most ten seconds: the counter wraps).
+/// Polls `condition` until it holds or `limit_us` microseconds have passed (at most ten seconds: the counter
+/// wraps).
 ///
 /// The counter is the DWT's, started by [`crate::Board::take`].
 ///

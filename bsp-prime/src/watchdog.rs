@@ -1,4 +1,5 @@
-//! The independent watchdog: once started it resets the board, outputs off, unless it is fed. Nothing stops it.
+//! The independent watchdog: once started it resets the board, outputs off, unless it is fed. Nothing stops
+//! it.
 
 use stm32h7xx_hal::pac;
 
@@ -12,9 +13,11 @@ pub struct Watchdog {
 const MAX_COUNTS: u32 = 0xFFF;
 
 impl Watchdog {
-    /// Starts it with a limit of up to 4095 ms (the LSI's tolerance is a few percent). It stands still while a debugger halts the core.
+    /// Starts it with a limit of up to 4095 ms (the LSI's tolerance is a few percent). It stands still while
+    /// a debugger halts the core.
     ///
-    /// The prescaler and reload values travel to the LSI's clock domain over the next milliseconds; nobody needs to wait for that.
+    /// The prescaler and reload values travel to the LSI's clock domain over the next milliseconds; nobody
+    /// needs to wait for that.
     #[must_use]
     pub(crate) fn start(registers: pac::IWDG1, limit_ms: u32) -> Self {
         // SAFETY: DBGMCU is used here alone; RM0399 section 63.5.8, APB4FZ1: freeze the watchdog in debug.

@@ -77,8 +77,8 @@ pub(crate) const fn uart_pads(channel: u8) -> [Pad; 2] {
 
 /// The FET buffer's enable: pulled up to 5 V, so a push-pull output would be driven from outside.
 pub(crate) const NEEDS_OPEN_DRAIN: Pad = pad('F', 14);
-/// Pads that something on the board drives: as outputs they would work against it. Source: Smoothieboard v2 Prime schematic, proto10, sheets
-/// smoothiev2-prime (SW2), inputs (74LCX07, LMV331) and driver (SG_TST).
+/// Pads that something on the board drives: as outputs they would work against it. Source: Smoothieboard v2
+/// Prime schematic, proto10, sheets smoothiev2-prime (SW2), inputs (74LCX07, LMV331) and driver (SG_TST).
 const DRIVEN: &[(&str, &[(char, u8)])] = &[
     ("the boot button", &[('J', 14)]),
     ("the end stops' buffer", &[('D', 0), ('I', 3), ('I', 1), ('A', 9), ('I', 0), ('H', 15)]),
@@ -96,7 +96,8 @@ fn named(table: &[(&'static str, &[(char, u8)])], pad: Pad) -> Option<&'static s
     table.iter().find(|(_, pads)| here(pads)).map(|&(what, _)| what)
 }
 
-/// Voltage across the sense resistor at full scale. TMC2590 datasheet section "Sense resistor", as Smoothieware uses it.
+/// Voltage across the sense resistor at full scale. TMC2590 datasheet section "Sense resistor", as
+/// Smoothieware uses it.
 pub(crate) const TMC2590_SENSE_VOLTS: f32 = 0.325;
 /// The same for the TMC2660.
 pub(crate) const TMC2660_SENSE_VOLTS: f32 = 0.310;

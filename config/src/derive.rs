@@ -135,8 +135,8 @@ fn drivers(config: &mut MachineConfig, written: Written) {
     }
 }
 
-/// Takes the pins and the switches-on from what stays off, so that nothing of it is wired. Its names and codes stay: its
-/// commands are refused with the reason.
+/// Takes the pins and the switches-on from what stays off, so that nothing of it is wired. Its names and
+/// codes stay: its commands are refused with the reason.
 pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     forget_disabled(config, ledger);
     without_their_timer(config);

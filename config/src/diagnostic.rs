@@ -54,7 +54,8 @@ impl Diagnostic {
     }
 }
 
-/// `line 12, column 3: error: [planner] has no setting 'junction_devation' (did you mean junction_deviation?)`
+/// `line 12, column 3: error: [planner] has no setting 'junction_devation' (did you mean
+/// junction_deviation?)`
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.line > 0 {

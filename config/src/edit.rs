@@ -1,4 +1,5 @@
-//! Changes one setting in a configuration's text and leaves everything else as it is: comments, order, blank lines.
+//! Changes one setting in a configuration's text and leaves everything else as it is: comments, order, blank
+//! lines.
 //!
 //! The text passes through line by line, so that a file of any size can be changed in fixed memory.
 

@@ -95,7 +95,8 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
-    /// Notes where a setting stands; gives the place where it stood before. A full ledger forgets places, not values.
+    /// Notes where a setting stands; gives the place where it stood before. A full ledger forgets places, not
+    /// values.
     pub(crate) fn write(&mut self, path: Path, span: Span) -> Result<Option<Span>, Span> {
         match self.written.iter_mut().find(|(known, _)| *known == path) {
             Some((_, at)) => Ok(Some(core::mem::replace(at, span))),

@@ -1,4 +1,5 @@
-//! Parts of the machine that can stay off alone: which there are, and what an error in the file puts out of service.
+//! Parts of the machine that can stay off alone: which there are, and what an error in the file puts out of
+//! service.
 
 use crate::machine::{MachineConfig, Name};
 use crate::schema::Section;
@@ -20,8 +21,8 @@ pub enum Scope {
     Instance,
 }
 
-/// Sections that the rest of the machine can do without. Every other one is vital: kinematics, speeds, motors and their
-/// drivers, endstops (homing and limits), the kill button, the dialect of G-code.
+/// Sections that the rest of the machine can do without. Every other one is vital: kinematics, speeds, motors
+/// and their drivers, endstops (homing and limits), the kill button, the dialect of G-code.
 const SCOPES: &[(&str, Scope)] = &[
     ("temperature control", Scope::Instance),
     ("switch", Scope::Instance),
@@ -83,7 +84,8 @@ impl<'n> Module<'n> {
         Module { section: Some(section), name: "" }
     }
 
-    /// The instance of this name, or the section as a whole when there is no name or it has none that can be off alone.
+    /// The instance of this name, or the section as a whole when there is no name or it has none that can be
+    /// off alone.
     pub(crate) fn new(section: &'static Section, name: &'n str) -> Self {
         let name = if section.scope() == Scope::Instance && name != "common" { name } else { "" };
         Self { section: Some(section), name }

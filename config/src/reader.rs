@@ -1,7 +1,8 @@
 //! Text to machine description, line by line.
 //!
-//! The format is Smoothieware's: `[section]`, `key = value`, `name.key = value`, `#` comments. What Smoothieware passes
-//! over in silence (an unknown key, a word that is no number, a line without `=`) is reported here.
+//! The format is Smoothieware's: `[section]`, `key = value`, `name.key = value`, `#` comments. What
+//! Smoothieware passes over in silence (an unknown key, a word that is no number, a line without `=`) is
+//! reported here.
 
 mod settings;
 
@@ -46,8 +47,8 @@ impl Summary {
     }
 }
 
-/// Memory that reading takes, in bytes: fixed, whatever the file. The description itself, and while reading what is
-/// remembered of the file for the checks.
+/// Memory that reading takes, in bytes: fixed, whatever the file. The description itself, and while reading
+/// what is remembered of the file for the checks.
 pub const READING_BYTES: usize = core::mem::size_of::<MachineConfig>() + core::mem::size_of::<Reader<'_>>();
 
 /// Longest line without its comment. Comments may be of any length.
@@ -255,7 +256,8 @@ fn column(offset: usize) -> u8 {
     u8::try_from(offset + 1).unwrap_or(u8::MAX)
 }
 
-/// Reads a whole configuration. The result is only to be used when the summary [is usable](Summary::is_usable).
+/// Reads a whole configuration. The result is only to be used when the summary [is
+/// usable](Summary::is_usable).
 pub fn parse(text: &[u8], board: BoardId, sink: &mut dyn Sink) -> (MachineConfig, Summary) {
     let mut config = MachineConfig::default();
     let mut reader = Reader::new(&mut config, board, sink);

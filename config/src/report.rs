@@ -45,8 +45,8 @@ impl<'a> Reporter<'a> {
         Self { sink, summary: Summary::default(), off: Vec::new() }
     }
 
-    /// Reports a finding. An error about what the machine cannot do without is fatal; any other puts its module out of
-    /// service.
+    /// Reports a finding. An error about what the machine cannot do without is fatal; any other puts its
+    /// module out of service.
     pub(crate) fn report(
         &mut self,
         severity: Severity,

@@ -26,8 +26,8 @@ pub(crate) fn is_supported(section: &Section) -> bool {
     section.settings.iter().any(|row| row.support == Support::Now)
 }
 
-/// How bad an unknown key is, and what to do. A near miss is an error: the machine would run with another value than
-/// the one written. Anything else is a leftover, which Smoothieware ignores too.
+/// How bad an unknown key is, and what to do. A near miss is an error: the machine would run with another
+/// value than the one written. Anything else is a leftover, which Smoothieware ignores too.
 pub(crate) fn key(section: &Section, key: &str, is_common: bool) -> (Severity, String<160>) {
     if !is_supported(section) {
         let fix =

@@ -1,7 +1,7 @@
 //! Forty-odd broken configurations, each with everything `velvet check` says about it.
 //!
-//! The messages stand in `golden/broken.txt`, to be read like a text. `VELVET_WRITE=1 cargo test -p config` writes it
-//! anew: read the difference before you keep it.
+//! The messages stand in `golden/broken.txt`, to be read like a text. `VELVET_WRITE=1 cargo test -p config`
+//! writes it anew: read the difference before you keep it.
 
 mod common;
 

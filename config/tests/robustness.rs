@@ -108,8 +108,9 @@ proptest! {
     }
 }
 
-/// `velvet check` answers at once, whatever the machine. How fast is told, not judged: that depends on whose computer runs
-/// the test. `cargo test -p config --release --test robustness -- --nocapture long_configuration`
+/// `velvet check` answers at once, whatever the machine. How fast is told, not judged: that depends on whose
+/// computer runs the test. `cargo test -p config --release --test robustness -- --nocapture
+/// long_configuration`
 #[test]
 fn a_long_configuration_has_no_finding() {
     let switches: String = (0..14)

@@ -1,7 +1,7 @@
 //! The machine's port to its motor drivers ([`machine::ports::MotorDrivers`]) over TMC chips and enable pins.
 //!
-//! A crate of its own because `machine` never sees a chip and `tmc` never sees a machine; the board and the native runner
-//! bring their own bus and pins.
+//! A crate of its own because `machine` never sees a chip and `tmc` never sees a machine; the board and the
+//! native runner bring their own bus and pins.
 #![no_std]
 
 mod set_up;
@@ -57,7 +57,8 @@ impl<SPI: SpiDevice, E> DriverBank<SPI, E> {
 impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault> {
         let chip = self.chip(motor)?;
-        // Silence is found by `start`, which writes every register; switching off first only changes the copy it writes.
+        // Silence is found by `start`, which writes every register; switching off first only changes the copy
+        // it writes.
         let _silent_or_off = chip.disable();
         chip.start().map(drop).map_err(fault)
     }

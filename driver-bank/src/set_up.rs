@@ -27,8 +27,9 @@ impl<E: fmt::Debug> fmt::Display for NotSetUp<E> {
     }
 }
 
-/// Only a setting that no chip can take matters here; a chip may be silent, since the motor supply may be off. All of its
-/// registers are written, and silence is reported, by [`machine::ports::MotorDrivers::initialise`].
+/// Only a setting that no chip can take matters here; a chip may be silent, since the motor supply may be
+/// off. All of its registers are written, and silence is reported, by
+/// [`machine::ports::MotorDrivers::initialise`].
 fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
     match result {
         Err(error @ Error::Setting(_)) => Err(NotSetUp::Driver(error)),
@@ -73,8 +74,9 @@ pub fn set_up<SPI: SpiDevice, E>(
     Ok(MotorDriver::Chip(driver, most))
 }
 
-/// Switches off the bridges of a chip that no motor of the configuration uses. It keeps what it was told for as long as the motor supply stays,
-/// through a reset of the board too, and the enable line is common to all: it would hold its motor with an earlier configuration's current.
+/// Switches off the bridges of a chip that no motor of the configuration uses. It keeps what it was told for
+/// as long as the motor supply stays, through a reset of the board too, and the enable line is common to all:
+/// it would hold its motor with an earlier configuration's current.
 ///
 /// # Errors
 /// As [`Driver::disable`]; without motor supply nobody answers, and the chip is off anyway.

@@ -1,6 +1,6 @@
-//! Mechanical switches bounce: a closing contact opens again several times within some milliseconds (J. Ganssle, "A
-//! Guide to Debouncing", 2004: about 6 ms at most for most switches he measured). A level counts when it has
-//! lasted.
+//! Mechanical switches bounce: a closing contact opens again several times within some milliseconds (J.
+//! Ganssle, "A Guide to Debouncing", 2004: about 6 ms at most for most switches he measured). A level counts
+//! when it has lasted.
 
 use units::Micros;
 

@@ -1,30 +1,34 @@
 //! Names on FAT16 and FAT32 volumes: directories are read and changed here, long file names included.
 //!
-//! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a damaged volume
-//! gives [`Error::Damaged`], never a hang or a panic. What a file contains is not read or written here.
+//! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a
+//! damaged volume gives [`Error::Damaged`], never a hang or a panic. What a file contains is not read or
+//! written here.
 //!
-//! Source: Microsoft Extensible Firmware Initiative FAT32 File System Specification, "FAT: General Overview of On-Disk
-//! Format", version 1.03 (below: FAT 1.03), which the SD Physical Layer Specification, Part 2 File System, builds on.
+//! Source: Microsoft Extensible Firmware Initiative FAT32 File System Specification, "FAT: General Overview
+//! of On-Disk Format", version 1.03 (below: FAT 1.03), which the SD Physical Layer Specification, Part 2 File
+//! System, builds on.
 //!
 //! # Names
 //!
-//! A name has at most 255 UTF-16 units. Names are the same without regard to case, and so are found and kept apart; the case
-//! they were made with is kept. Case is folded for ASCII and for every other letter of the basic plane that has exactly
-//! one capital which has exactly this small letter ([`same_name`]). Every entry is also found by its short name (8.3).
+//! A name has at most 255 UTF-16 units. Names are the same without regard to case, and so are found and kept
+//! apart; the case they were made with is kept. Case is folded for ASCII and for every other letter of the
+//! basic plane that has exactly one capital which has exactly this small letter ([`same_name`]). Every entry
+//! is also found by its short name (8.3).
 //!
 //! # What a power cut leaves
 //!
-//! A card writes a block whole or not at all. Every change here is ordered such that, whichever write is the last, the
-//! volume mounts, no other file has changed, no two names stand for the same clusters, and a name stands for all of its
-//! clusters or for none. At worst there are clusters without a name (space that a file system check gives back), pieces of
-//! a long name that nothing follows (ignored by everyone, and used again here), and tables of which the second copy is one
-//! block behind (everyone reads the first). In detail:
+//! A card writes a block whole or not at all. Every change here is ordered such that, whichever write is the
+//! last, the volume mounts, no other file has changed, no two names stand for the same clusters, and a name
+//! stands for all of its clusters or for none. At worst there are clusters without a name (space that a file
+//! system check gives back), pieces of a long name that nothing follows (ignored by everyone, and used again
+//! here), and tables of which the second copy is one block behind (everyone reads the first). In detail:
 //!
 //! - A new entry becomes visible with the one block that holds its short part, written last.
 //! - A removed entry disappears with that block, written first; its clusters are freed after.
 //! - A directory is whole before its parent names it; a cluster is zeroed before a directory grows by it.
-//! - A moved entry changes its place in one write when both places lie in one block. Otherwise a note in the root directory
-//!   says that it is under way, and [`Volume::settle`] completes it or takes it back: see the module `moving`.
+//! - A moved entry changes its place in one write when both places lie in one block. Otherwise a note in the
+//!   root directory says that it is under way, and [`Volume::settle`] completes it or takes it back: see the
+//!   module `moving`.
 
 mod cursor;
 mod disk;
@@ -77,7 +81,8 @@ pub enum Error<E> {
     Device(E),
     /// No FAT16 or FAT32 volume with blocks of 512 bytes is there; says what is.
     NotFat(&'static str),
-    /// A chain of clusters loops, ends too soon or leaves the volume, or a directory is longer than FAT allows.
+    /// A chain of clusters loops, ends too soon or leaves the volume, or a directory is longer than FAT
+    /// allows.
     Damaged,
     /// No entry has this name.
     NotFound,
@@ -97,7 +102,8 @@ pub enum Error<E> {
     IntoItself,
     /// No cluster is free.
     Full,
-    /// The directory cannot take another entry: the root of a FAT16 volume has a fixed size, every other at most 65,536 slots.
+    /// The directory cannot take another entry: the root of a FAT16 volume has a fixed size, every other at
+    /// most 65,536 slots.
     DirectoryFull,
 }
 

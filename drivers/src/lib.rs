@@ -1,5 +1,6 @@
-//! Sensors, inputs and cards: what their datasheets say, as pure functions and small state machines. No bus and no pin in
-//! here; the caller reads the converter or the SPI frame and hands over the number, or moves the card's blocks.
+//! Sensors, inputs and cards: what their datasheets say, as pure functions and small state machines. No bus
+//! and no pin in here; the caller reads the converter or the SPI frame and hands over the number, or moves
+//! the card's blocks.
 //!
 //! ```
 //! use drivers::thermistor::{AdcCode, Thermistor};

@@ -1,7 +1,8 @@
 //! MAX31855 thermocouple converter: a 32-bit read-only frame, most significant bit first.
 //!
-//! MAX31855 datasheet (19-5793 Rev 5), tables 2 to 5: bits 31 to 18 thermocouple in quarter degrees, bit 16 any
-//! fault, bits 15 to 4 the cold junction in sixteenths, bits 2, 1 and 0 which fault, bits 17 and 3 always zero.
+//! MAX31855 datasheet (19-5793 Rev 5), tables 2 to 5: bits 31 to 18 thermocouple in quarter degrees, bit 16
+//! any fault, bits 15 to 4 the cold junction in sixteenths, bits 2, 1 and 0 which fault, bits 17 and 3 always
+//! zero.
 
 use units::Celsius;
 
@@ -53,7 +54,8 @@ impl Reading {
     /// What the chip reports, or that no chip reports.
     pub const fn decode(frame: u32) -> Result<Self, Fault> {
         const MUST_BE_ZERO: u32 = 1 << 17 | 1 << 3;
-        // A true all-zero frame would need both junctions at 0.00 C; a dead line is likelier, and off is the safe side.
+        // A true all-zero frame would need both junctions at 0.00 C; a dead line is likelier, and off is the
+        // safe side.
         if frame == 0 || frame & MUST_BE_ZERO != 0 {
             return Err(Fault::Absent);
         }

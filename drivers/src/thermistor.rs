@@ -1,8 +1,9 @@
-//! Thermistors (NTC) behind a divider: converter counts to degrees Celsius, and back for tests and simulators.
+//! Thermistors (NTC) behind a divider: converter counts to degrees Celsius, and back for tests and
+//! simulators.
 //!
-//! Divider on the Prime: 4.7 kOhm from 3.3 V to the input, the thermistor from the input to ground, a unity buffer
-//! behind it, so r = pull-up / (full / counts - 1). The converter's reference is the divider's supply; its voltage
-//! cancels.
+//! Divider on the Prime: 4.7 kOhm from 3.3 V to the input, the thermistor from the input to ground, a unity
+//! buffer behind it, so r = pull-up / (full / counts - 1). The converter's reference is the divider's supply;
+//! its voltage cancels.
 
 mod built_in;
 mod curve;
@@ -19,8 +20,8 @@ pub struct AdcCode(pub u16);
 impl AdcCode {
     /// The code of the reference voltage.
     pub const FULL_SCALE: Self = Self(u16::MAX);
-    /// Codes this close to an end of the range are no thermistor: 0.2 % of full scale is the converter's offset and
-    /// gain error together with the buffer's.
+    /// Codes this close to an end of the range are no thermistor: 0.2 % of full scale is the converter's
+    /// offset and gain error together with the buffer's.
     const DEAD_BAND: u16 = 131;
 
     /// Share of the reference voltage, 0 to 1.
@@ -33,8 +34,8 @@ impl AdcCode {
 /// Why there is no temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The input is at the supply, or the resistance is beyond what the sensor has at any sane temperature: a broken
-    /// wire or nothing plugged in.
+    /// The input is at the supply, or the resistance is beyond what the sensor has at any sane temperature: a
+    /// broken wire or nothing plugged in.
     Open,
     /// The input is at ground.
     Shorted,
@@ -104,8 +105,8 @@ pub struct Thermistor {
     pub curve: Curve,
     /// The resistors around it.
     pub divider: Divider,
-    /// More than this is an open circuit. Smoothieware's rule: eight times the nominal resistance, which a 100 k
-    /// sensor has near -15 C.
+    /// More than this is an open circuit. Smoothieware's rule: eight times the nominal resistance, which a
+    /// 100 k sensor has near -15 C.
     pub open_above: Ohms,
 }
 

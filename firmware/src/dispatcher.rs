@@ -14,8 +14,8 @@ use rtic::Mutex;
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// Has the executor polled once more. Called by whoever brings it bytes, and by the feed at each run; the step interrupt does not, or every step
-/// would cost a poll.
+/// Has the executor polled once more. Called by whoever brings it bytes, and by the feed at each run; the
+/// step interrupt does not, or every step would cost a poll.
 pub fn wake() {
     AWAKE.store(true, Ordering::Release);
 }
@@ -42,7 +42,8 @@ fn poll_for_ever(ports: impl Ports) -> Infallible {
         // It never ends, so there is nothing in the answer.
         let _pending = machine.as_mut().poll(&mut context).is_pending();
         while !AWAKE.swap(false, Ordering::Acquire) {
-            // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later, by the feed's.
+            // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later,
+            // by the feed's.
             rtic::export::wfi();
         }
     }

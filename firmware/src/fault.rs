@@ -1,4 +1,5 @@
-//! The end of the line: what a panic, a hard fault or a board that will not come up do. Outputs off first, then a report, then a reset.
+//! The end of the line: what a panic, a hard fault or a board that will not come up do. Outputs off first,
+//! then a report, then a reset.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,5 @@
-//! What the heat task touches: heater and switch outputs, the two enables of the output stage, the thermistor scan.
+//! What the heat task touches: heater and switch outputs, the two enables of the output stage, the thermistor
+//! scan.
 
 use bsp_prime::adc::Thermistors;
 use bsp_prime::pins::Output;

@@ -63,7 +63,8 @@ mod app {
     use crate::triggers::TriggerInputs;
     use crate::{INBOXES, LATCH, REACHED, REPORTS, dispatcher, fault};
 
-    /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what the step interrupt, the feed and the planner touch all the time.
+    /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
+    /// the step interrupt, the feed and the planner touch all the time.
     #[unsafe(link_section = ".axizero")]
     static mut STORE: Store = Store::new();
 
@@ -73,7 +74,8 @@ mod app {
     /// The one motion object.
     const fn motion() -> Motion {
         let (blocks, store) = (&raw mut BLOCKS, &raw mut STORE);
-        // SAFETY: called once, for the initial value of the one motion object; the statics have no other user.
+        // SAFETY: called once, for the initial value of the one motion object; the statics have no other
+        // user.
         unsafe { Motion::new(&mut *blocks, &mut *store) }
     }
 

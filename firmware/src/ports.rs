@@ -1,4 +1,5 @@
-//! The board as the machine sees it: every port of `machine`, each a few lines onto the board package or an RTIC lock.
+//! The board as the machine sees it: every port of `machine`, each a few lines onto the board package or an
+//! RTIC lock.
 
 use bsp_prime::pins::{Input, Output, Pins};
 use bsp_prime::sd::SdCard;
@@ -58,7 +59,8 @@ pub struct BoardPorts<M, H, S, T> {
     owned: &'static mut Owned,
     storage: CardStorage,
     shared: Shared<M, H, S, T>,
-    /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written to it.
+    /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written
+    /// to it.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
     reset_at: Option<Micros>,
@@ -131,7 +133,8 @@ where
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
         let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
-        // Longer than other locks, and still some microseconds only: the calibration begun at power-on is over. Nothing heats yet.
+        // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
+        // over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
         heat.lock(|heat| {
             let HeatIo { switches, pwm, pwm_switches, .. } = &mut heat.io;

@@ -1,7 +1,8 @@
 //! Inputs that stop motion, from pin to latch.
 //!
-//! An armed input is watched by its edge interrupt, which stamps the very tick. The chip has one edge detector per pin number, and on this board X min (PD0)
-//! and Z min (PI0) share one: so detectors are given out when inputs are armed, and every armed input is also read at each run of the step feed. An input that
+//! An armed input is watched by its edge interrupt, which stamps the very tick. The chip has one edge
+//! detector per pin number, and on this board X min (PD0) and Z min (PI0) share one: so detectors are given
+//! out when inputs are armed, and every armed input is also read at each run of the step feed. An input that
 //! got no detector, or was active before it was armed, is thus found half a millisecond late at worst.
 
 use bsp_prime::pins::{Input, PinSpec};

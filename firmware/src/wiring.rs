@@ -1,7 +1,7 @@
 //! From the configuration to pins and peripherals, once, at the end of boot.
 //!
-//! Whatever cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and left inactive; the rest goes on, so that one
-//! reading of the console shows all that is wrong.
+//! Whatever cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and left
+//! inactive; the rest goes on, so that one reading of the console shows all that is wrong.
 
 use core::fmt::{Display, Write};
 
@@ -121,7 +121,8 @@ fn external(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report:
     report.take(claimed).map_or(MotorDriver::None, MotorDriver::External)
 }
 
-/// A driver chip, with its settings in its copy of the registers. Nothing is expected to answer yet: the motor supply may be off.
+/// A driver chip, with its settings in its copy of the registers. Nothing is expected to answer yet: the
+/// motor supply may be off.
 fn chip(
     actuator: Actuator,
     motor: &ActuatorConfig,
@@ -229,7 +230,8 @@ pub fn switch_outputs(
     }
 }
 
-/// Every input the machine looks at: calls `place` with its bit's number, its pin, and whether it can stop motion.
+/// Every input the machine looks at: calls `place` with its bit's number, its pin, and whether it can stop
+/// motion.
 pub fn inputs(
     config: &MachineConfig,
     pins: &mut Pins,

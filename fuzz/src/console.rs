@@ -1,11 +1,12 @@
 //! A whole machine on the native runner, and somebody at its consoles who types anything.
 //!
-//! What must hold: nothing panics; every wait has an end; motors stay within the speeds and accelerations that the configuration
-//! permits and carriages within their travel ([`guard`]); no heater is asked for more than its `max_temp`; after M112 nothing is on
-//! within a millisecond; and a machine that was repaired can be released and answers.
+//! What must hold: nothing panics; every wait has an end; motors stay within the speeds and accelerations
+//! that the configuration permits and carriages within their travel ([`guard`]); no heater is asked for more
+//! than its `max_temp`; after M112 nothing is on within a millisecond; and a machine that was repaired can be
+//! released and answers.
 //!
-//! An input is what is typed, and lines of directions, see [`DIRECTIONS`]. Virtual time is bounded: half a millisecond for each
-//! line typed, and [`MOST_WAIT_NS`] for all `@wait` together.
+//! An input is what is typed, and lines of directions, see [`DIRECTIONS`]. Virtual time is bounded: half a
+//! millisecond for each line typed, and [`MOST_WAIT_NS`] for all `@wait` together.
 
 mod guard;
 mod machines;
@@ -23,8 +24,8 @@ pub use machines::{MACHINES, config};
 
 /// What an input may direct, one a line; everything else is typed as it stands.
 ///
-/// `@machine` counts in the first line alone. `@home` homes and waits for the end. `@file` puts the lines up to `@end` on the card
-/// as `part.g`, before power-on.
+/// `@machine` counts in the first line alone. `@home` homes and waits for the end. `@file` puts the lines up
+/// to `@end` on the card as `part.g`, before power-on.
 pub const DIRECTIONS: &[&str] = &[
     "@machine printer",
     "@machine corners",

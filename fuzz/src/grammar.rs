@@ -1,5 +1,5 @@
-//! Lines as people and programs write them, out of the tables that say what there is: codes with their words and bounds, console
-//! commands with what they take, settings. And lines that are wrong.
+//! Lines as people and programs write them, out of the tables that say what there is: codes with their words
+//! and bounds, console commands with what they take, settings. And lines that are wrong.
 
 use std::fmt::Write;
 

@@ -1,12 +1,13 @@
 //! What must hold for any input, and inputs to try it with.
 //!
-//! Three targets, each a function of bytes that panics when something is wrong: [`parser`] (bytes to words), [`program`] (lines to
-//! actions), [`console`] (a whole machine on the native runner, somebody at its consoles). They run in three ways: on the kept corpus
-//! and on generated inputs of a fixed seed in `make test` (`tests/`), and under a coverage-guided engine in `make fuzz` (`engine/`).
+//! Three targets, each a function of bytes that panics when something is wrong: [`parser`] (bytes to words),
+//! [`program`] (lines to actions), [`console`] (a whole machine on the native runner, somebody at its
+//! consoles). They run in three ways: on the kept corpus and on generated inputs of a fixed seed in `make
+//! test` (`tests/`), and under a coverage-guided engine in `make fuzz` (`engine/`).
 //!
-//! Inputs are text, so that a finding can be read and typed: what is typed, and lines of directions that begin with `@`. The
-//! [`grammar`] makes lines out of the tables of codes, commands and settings; [`mutation`] changes inputs line by line and word by
-//! word, beside what the engine does to bytes.
+//! Inputs are text, so that a finding can be read and typed: what is typed, and lines of directions that
+//! begin with `@`. The [`grammar`] makes lines out of the tables of codes, commands and settings;
+//! [`mutation`] changes inputs line by line and word by word, beside what the engine does to bytes.
 #![forbid(unsafe_code)]
 
 pub mod console;

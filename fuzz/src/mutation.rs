@@ -1,4 +1,5 @@
-//! Changes of an input as text: lines come, go and change places, words and numbers are exchanged. The engine changes bytes.
+//! Changes of an input as text: lines come, go and change places, words and numbers are exchanged. The engine
+//! changes bytes.
 
 use crate::dice::Dice;
 use crate::grammar;

@@ -1,5 +1,5 @@
-//! Bytes to words: whatever arrives, every line is read to its end in bounded work, every number is one, every place named is on
-//! the line.
+//! Bytes to words: whatever arrives, every line is read to its end in bounded work, every number is one,
+//! every place named is on the line.
 
 use gcode::realtime::{Heard, Receiver};
 use gcode::{Decoder, Gathered, Line, LineBuffer, MAX_LINE_LENGTH, Refusal};

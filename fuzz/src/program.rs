@@ -1,5 +1,5 @@
-//! Lines to actions, in every dialect: every line has a bounded meaning, a faulty one changes nothing, and the program always
-//! knows where it is.
+//! Lines to actions, in every dialect: every line has a bounded meaning, a faulty one changes nothing, and
+//! the program always knows where it is.
 
 use gcode::{Block, Blocks, Decoder, Line};
 use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};

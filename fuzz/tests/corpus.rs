@@ -1,4 +1,5 @@
-//! The kept corpus, every file of it, and generated inputs of a fixed seed: what `make test` tries of what `make fuzz` looks for.
+//! The kept corpus, every file of it, and generated inputs of a fixed seed: what `make test` tries of what
+//! `make fuzz` looks for.
 //!
 //! `FUZZ_FILE=path cargo test -p fuzz a_file` runs one input, with what it shows printed.
 

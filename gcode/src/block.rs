@@ -74,7 +74,8 @@ pub struct Block<'a> {
     pub code: Option<Code>,
     /// Column of the first word, from 1.
     pub column: u16,
-    /// Raw text after a code that takes text (M23 M28 M30 M32 M117 M501 M504), trimmed, without comment and checksum.
+    /// Raw text after a code that takes text (M23 M28 M30 M32 M117 M501 M504), trimmed, without comment and
+    /// checksum.
     pub text: Option<&'a str>,
     /// Bit n: the n-th letter is written.
     present: u32,
@@ -97,7 +98,8 @@ impl<'a> Block<'a> {
         (self.code, self.column, self.text, self.present, self.valued) = (code, column, None, 0, 0);
     }
 
-    /// Adds or replaces a word; for tests and for programs that make blocks. Anything but a letter is left out.
+    /// Adds or replaces a word; for tests and for programs that make blocks. Anything but a letter is left
+    /// out.
     #[must_use]
     pub fn with(mut self, letter: char, value: f64) -> Self {
         if let Ok(byte) = u8::try_from(letter) {

@@ -40,8 +40,8 @@ impl fmt::Display for Refusal {
 
 /// Takes line numbers, checksums, block delete and `%` off lines, and counts the numbered ones.
 ///
-/// A number is only held against the count when a checksum vouches for it: the `N` words of an RS-274 program are
-/// labels in any order. Lines without a number do not count.
+/// A number is only held against the count when a checksum vouches for it: the `N` words of an RS-274 program
+/// are labels in any order. Lines without a number do not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decoder {
     /// Skip lines that begin with `/`.
@@ -158,8 +158,8 @@ fn console_line(body: &[u8], at: usize) -> Result<Line<'_>, Refusal> {
 
 /// Where the checksum's `*` stands, and its number.
 ///
-/// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only digits follow.
-/// Elsewhere a `*` inside a comment is part of the comment.
+/// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only
+/// digits follow. Elsewhere a `*` inside a comment is part of the comment.
 fn checksum(line: &[u8], numbered: bool) -> Result<Option<(usize, u8)>, Refusal> {
     let Some(last) = memchr::memrchr(b'*', line) else { return Ok(None) };
     if numbered
@@ -353,8 +353,8 @@ mod tests {
             let mut bytes = line.clone().into_bytes();
             let at = at.index(star);
             bytes[at] ^= 1 << bit;
-            // A changed N, or a byte turned into one that ends the line, makes another kind of line; none may be executed
-            // as if nothing had happened.
+            // A changed N, or a byte turned into one that ends the line, makes another kind of line; none may
+            // be executed as if nothing had happened.
             let mut decoder = Decoder::new();
             let executed = matches!(decoder.decode(&bytes), Ok(Line::Code(blocks)) if blocks.clone().all(|b| b.is_ok()));
             prop_assert!(!executed, "{:?}", String::from_utf8_lossy(&bytes));

@@ -62,9 +62,11 @@ impl LineBuffer {
         }
     }
 
-    /// Takes the printable ASCII at the beginning of these: as [`Self::push`] of each, and quicker. Gives how many there were.
+    /// Takes the printable ASCII at the beginning of these: as [`Self::push`] of each, and quicker. Gives how
+    /// many there were.
     pub fn push_run(&mut self, bytes: &[u8]) -> usize {
-        // One comparison for each. What is not ASCII, and a tab, is taken singly, as what ends a line or takes back is.
+        // One comparison for each. What is not ASCII, and a tab, is taken singly, as what ends a line or
+        // takes back is.
         let is_plain = |byte: &u8| byte.wrapping_sub(b' ') < DELETE - b' ';
         let length = bytes.iter().position(|byte| !is_plain(byte)).unwrap_or(bytes.len());
         if length == 0 || self.state == State::Skipping {

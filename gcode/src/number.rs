@@ -1,8 +1,9 @@
 //! Decimal numbers, `[+-]digits[.digits]`, rounded to the nearest `f64`.
 //!
-//! `E` is an axis in G-code, so there is no exponent. A number of up to 15 digits (every number a slicer writes) is an
-//! exact integer divided by an exact power of ten: one rounding, so the result is the nearest `f64` (Clinger 1990,
-//! "How to read floating point numbers accurately"). Longer ones take the standard library's exact way.
+//! `E` is an axis in G-code, so there is no exponent. A number of up to 15 digits (every number a slicer
+//! writes) is an exact integer divided by an exact power of ten: one rounding, so the result is the nearest
+//! `f64` (Clinger 1990, "How to read floating point numbers accurately"). Longer ones take the standard
+//! library's exact way.
 
 /// Powers of ten that an `f64` holds exactly.
 const POWERS_OF_TEN: [f64; 23] = [

@@ -1,8 +1,10 @@
-//! Bytes that act at once, wherever they stand in a line, and are never part of it; and the emergency stop that is a line.
+//! Bytes that act at once, wherever they stand in a line, and are never part of it; and the emergency stop
+//! that is a line.
 //!
-//! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number, which has a checksum
-//! over all its bytes, nor the text of a code that takes one (M117): there `!` is a letter. Ctrl-X and Ctrl-Y are no letters, and act
-//! everywhere but in an upload. A byte of 0x80 or more is part of some letter, or a command of GRBL's: then it acts outside comments.
+//! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
+//! which has a checksum over all its bytes, nor the text of a code that takes one (M117): there `!` is a
+//! letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
+//! part of some letter, or a command of GRBL's: then it acts outside comments.
 
 use crate::scanner::TEXT_M_CODES;
 

@@ -76,7 +76,8 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// Reads the next command into a block; false at the end of the line. As the iterator, without moving the block about.
+    /// Reads the next command into a block; false at the end of the line. As the iterator, without moving the
+    /// block about.
     pub fn read(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
         let read = self.read_next(block);
         if read.is_err() {

@@ -1,7 +1,7 @@
 //! `velvet flash`: the image onto a board, by the tool that is installed.
 //!
-//! Two ways lead in: a debug probe on the board's SWD header, with probe-rs; or the chip's own boot loader over USB
-//! (hold BOOT0, press reset), with dfu-util.
+//! Two ways lead in: a debug probe on the board's SWD header, with probe-rs; or the chip's own boot loader
+//! over USB (hold BOOT0, press reset), with dfu-util.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -27,7 +27,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Check a configuration; exits 1 when something of the machine stays off or all of it, 2 when the file cannot be read
+    /// Check a configuration; exits 1 when something of the machine stays off or all of it, 2 when the file
+    /// cannot be read
     Check {
         /// The configuration
         file: PathBuf,
@@ -43,13 +44,15 @@ enum Command {
     },
     /// Print the JSON Schema of the configuration
     Schema,
-    /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can be used
+    /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can
+    /// be used
     Migrate(migrate::Options),
     /// Execute a job on this computer in virtual time, and write down what the machine did
     Run(run::Options),
     /// Compare every step edge of a run with the ideal trajectory of its job, whichever board made them
     Verify(verify::Options),
-    /// Draw how a job moves: OUT/motion.html with speed, acceleration, jerk, corners, and each step's distance from ideal
+    /// Draw how a job moves: OUT/motion.html with speed, acceleration, jerk, corners, and each step's
+    /// distance from ideal
     Motion(motion_page::Options),
     /// Draw the page about a run: OUT/report.html
     Report {

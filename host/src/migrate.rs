@@ -1,4 +1,5 @@
-//! `velvet migrate`: a Smoothieware v1 `config` becomes a `config.ini`, with a list of what a person has to do.
+//! `velvet migrate`: a Smoothieware v1 `config` becomes a `config.ini`, with a list of what a person has to
+//! do.
 
 mod board;
 mod convert;
@@ -158,7 +159,8 @@ mod tests {
         assert_eq!(config.player.after_suspend_gcode, "G91 G0 Z10");
     }
 
-    /// Both firmwares drive a plain direction pin low for positive motion, so what turned the right way goes on doing so.
+    /// Both firmwares drive a plain direction pin low for positive motion, so what turned the right way goes
+    /// on doing so.
     #[test]
     fn direction_pins_keep_their_exclamation_marks() {
         let (config, _) = migrated(PRINTER);

@@ -1,5 +1,5 @@
-//! `velvet motion`: a page that shows how a job moves: speed, acceleration and jerk over time, its hardest corners with and
-//! without input shaping, and how far each step is from its ideal time.
+//! `velvet motion`: a page that shows how a job moves: speed, acceleration and jerk over time, its hardest
+//! corners with and without input shaping, and how far each step is from its ideal time.
 
 use std::fs;
 use std::path::PathBuf;

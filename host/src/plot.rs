@@ -1,5 +1,5 @@
-//! `velvet plot`: a run's curves as text, for a terminal far from any browser. Two by four dots to a character
-//! (Unicode braille patterns, U+2800).
+//! `velvet plot`: a run's curves as text, for a terminal far from any browser. Two by four dots to a
+//! character (Unicode braille patterns, U+2800).
 
 /// Characters across and down.
 const WIDTH: usize = 72;

@@ -1,5 +1,5 @@
-//! `velvet run`: a job on this computer, in virtual time, without an emulator. The same machine code as on the board;
-//! what the image does is shown by the virtual board.
+//! `velvet run`: a job on this computer, in virtual time, without an emulator. The same machine code as on
+//! the board; what the image does is shown by the virtual board.
 
 use std::path::PathBuf;
 

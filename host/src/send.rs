@@ -1,5 +1,5 @@
-//! `velvet send`: G-code to a board over a serial port or the network, one line at a time, the next when the board has
-//! said ok.
+//! `velvet send`: G-code to a board over a serial port or the network, one line at a time, the next when the
+//! board has said ok.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;

@@ -137,8 +137,8 @@ impl Axes {
         }
     }
 
-    /// Takes the current off motors, and forgets where their axes are. Errors are left to the supervisor: a driver that does not
-    /// answer cannot be switched off over its bus; the global enable line does it.
+    /// Takes the current off motors, and forgets where their axes are. Errors are left to the supervisor: a
+    /// driver that does not answer cannot be switched off over its bus; the global enable line does it.
     pub fn disable(&mut self, ports: &mut impl DriversPort, axes: AxisSet) {
         for axis in axes.axes() {
             let Some(motor) = Actuator::from_index(axis as usize) else { continue };

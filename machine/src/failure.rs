@@ -14,7 +14,8 @@ pub fn message(text: Arguments<'_>) -> Message {
     message
 }
 
-/// What is wrong with a file, cut to fit. Of a long path it is the beginning that goes: the reason must be read whole.
+/// What is wrong with a file, cut to fit. Of a long path it is the beginning that goes: the reason must be
+/// read whole.
 #[must_use]
 pub fn about_file(path: &str, why: &str) -> Message {
     const CUT: &str = "...";

@@ -1,12 +1,13 @@
 //! Heaters, fans and every other switched output.
 //!
-//! [`HeatControl`] is a pure object with two clocks: [`HeatControl::tick`] reads sensors and runs control laws and
-//! guards; [`HeatControl::modulation_tick`] turns duties into on and off at 2 kHz. Both run in the heat task, above
-//! planning, so no amount of motion can starve them.
+//! [`HeatControl`] is a pure object with two clocks: [`HeatControl::tick`] reads sensors and runs control
+//! laws and guards; [`HeatControl::modulation_tick`] turns duties into on and off at 2 kHz. Both run in the
+//! heat task, above planning, so no amount of motion can starve them.
 //!
-//! A heater is on only while everything that makes it safe has been seen to work: a believable reading this sample, a
-//! guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that reported within
-//! [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the message follows later.
+//! A heater is on only while everything that makes it safe has been seen to work: a believable reading this
+//! sample, a guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that
+//! reported within [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the
+//! message follows later.
 
 mod effects;
 mod guard;
@@ -36,7 +37,8 @@ use stuck_on::Look;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
-/// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card command.
+/// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
+/// command.
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
 /// Targets up to this are "off": 1 and 2 are preset numbers in Smoothieware configurations.
 pub const OFF_BELOW: Celsius = Celsius(2.0);
@@ -58,7 +60,8 @@ pub enum HeatCause {
     CoolingTooSlow,
     /// The temperature left the target by more than `runaway_range`; the difference.
     Runaway(Celsius),
-    /// It warms although it is switched off: its MOSFET, or what stands for one, conducts. The rise since it was off.
+    /// It warms although it is switched off: its MOSFET, or what stands for one, conducts. The rise since it
+    /// was off.
     StuckOn(Celsius),
     /// The dispatcher stopped reporting.
     DispatcherSilent,
@@ -261,8 +264,8 @@ impl HeatControl {
         }
     }
 
-    /// Adds the next temperature controller, in the configuration's order, under the id it has there. None when there is no
-    /// room.
+    /// Adds the next temperature controller, in the configuration's order, under the id it has there. None
+    /// when there is no room.
     #[must_use]
     pub fn add(&mut self, settings: HeaterSettings) -> Option<HeaterId> {
         let id = HeaterId::all().nth(self.heaters.len())?;
@@ -291,7 +294,8 @@ impl HeatControl {
         self.heaters.get_mut(id.index())
     }
 
-    /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted, but for off.
+    /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted,
+    /// but for off.
     ///
     /// # Errors
     /// When the controller does not allow that temperature, or has nothing to heat with.
@@ -380,8 +384,8 @@ impl HeatControl {
         self.refused.take()
     }
 
-    /// Everything that heats off, at once, and what waits for its place on the path with it; the output stage closed until
-    /// [`Self::release`].
+    /// Everything that heats off, at once, and what waits for its place on the path with it; the output stage
+    /// closed until [`Self::release`].
     pub fn halt(&mut self) {
         self.effects.clear();
         self.halted = true;

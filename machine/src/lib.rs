@@ -1,9 +1,10 @@
 //! The machine: what happens between a line of text and a planned move, and everything that is not motion.
 //!
-//! One executor reads lines, has crate `program` say what they mean, and carries that out with the owners of the machine's
-//! parts: homing, heat, switches, jobs, sessions, alarms. It is pure: it sees the world only through [`ports`], asks for the time
-//! instead of having it, allocates nothing and never blocks. Sequences that wait (homing, waiting for a temperature) are
-//! `async fn` that read top to bottom; at each waiting point sessions are served.
+//! One executor reads lines, has crate `program` say what they mean, and carries that out with the owners of
+//! the machine's parts: homing, heat, switches, jobs, sessions, alarms. It is pure: it sees the world only
+//! through [`ports`], asks for the time instead of having it, allocates nothing and never blocks. Sequences
+//! that wait (homing, waiting for a temperature) are `async fn` that read top to bottom; at each waiting
+//! point sessions are served.
 //!
 //! It knows no chip, no pin and no runtime, and it computes no trajectory: that is `motion`'s.
 #![cfg_attr(not(test), no_std)]

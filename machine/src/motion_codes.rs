@@ -1,5 +1,5 @@
-//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900. The ends of
-//! travel: M211.
+//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900. The ends
+//! of travel: M211.
 //!
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
@@ -201,7 +201,8 @@ pub(crate) fn speed_factor(ports: &mut impl MotionPort, words: &Words<'_>, reply
     Ok(Answer::Ok)
 }
 
-/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; says them, as Marlin does.
+/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; says them, as Marlin
+/// does.
 pub(crate) fn soft_endstops(
     travel: &mut Travel,
     config: &MachineConfig,

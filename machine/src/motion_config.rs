@@ -116,7 +116,8 @@ fn shaper(settings: InputShaperConfig) -> Option<Shaper> {
 pub fn actuator(config: &MachineConfig, motor: Actuator) -> ActuatorConfig {
     let settings = &config.actuators[motor];
     let on_board = ActuatorConfig::new(settings.steps_per_mm);
-    // An external driver takes pulses: high for step_pulse_us, low for as long, even if the interrupt that ends one comes half a microsecond late.
+    // An external driver takes pulses: high for step_pulse_us, low for as long, even if the interrupt that
+    // ends one comes half a microsecond late.
     let pulse_ticks = config.system.step_pulse_us * (STEP_CLOCK_HZ / 1_000_000);
     let step_interval = match settings.driver {
         DriverKind::External => 2 * pulse_ticks + STEP_CLOCK_HZ / 2_000_000,

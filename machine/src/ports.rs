@@ -1,9 +1,10 @@
-//! Everything the machine may ask of the world. The board implements these traits with peripherals, the host runner
-//! with models and a folder; the machine cannot tell which. Each trait is one thing to ask for, so that whoever needs one thing
-//! takes one trait.
+//! Everything the machine may ask of the world. The board implements these traits with peripherals, the host
+//! runner with models and a folder; the machine cannot tell which. Each trait is one thing to ask for, so
+//! that whoever needs one thing takes one trait.
 //!
-//! Rules for implementers: no method waits for long. Sessions take what fits and say how much; storage answers within
-//! its own bounded time or with [`StorageError::NotResponding`]; locks are held for the closure only.
+//! Rules for implementers: no method waits for long. Sessions take what fits and say how much; storage
+//! answers within its own bounded time or with [`StorageError::NotResponding`]; locks are held for the
+//! closure only.
 
 mod board;
 mod consoles;

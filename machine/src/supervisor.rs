@@ -1,9 +1,10 @@
 //! The slow watch over motor drivers and their supply, run by the slow task.
 //!
-//! Once a second every internal driver's status is read over SPI; a fault counts when it is seen twice in a row, so a
-//! disturbed datagram alarms nobody. Motor supply below [`MOTOR_SUPPLY_OFF`] is "off": drivers lose their registers with
-//! it, so they are written anew when it returns. The supply of heaters and fans lies behind a switch of the board; it is
-//! judged only while that switch is on. What is found waits here as events for the dispatcher.
+//! Once a second every internal driver's status is read over SPI; a fault counts when it is seen twice in a
+//! row, so a disturbed datagram alarms nobody. Motor supply below [`MOTOR_SUPPLY_OFF`] is "off": drivers lose
+//! their registers with it, so they are written anew when it returns. The supply of heaters and fans lies
+//! behind a switch of the board; it is judged only while that switch is on. What is found waits here as
+//! events for the dispatcher.
 
 use heapless::Deque;
 use units::{Actuator, Micros, PerActuator, Volts};
@@ -158,8 +159,8 @@ impl Supervisor {
         self.fets = FetWatch { expected, ..FetWatch::default() };
     }
 
-    /// Is the supply of heaters and fans there? Counts as there until it has been missed twice in a row, which leaves it
-    /// time to rise.
+    /// Is the supply of heaters and fans there? Counts as there until it has been missed twice in a row,
+    /// which leaves it time to rise.
     #[must_use]
     pub fn fet_supply_on(&self) -> bool {
         !self.fets.reported
@@ -177,7 +178,8 @@ impl Supervisor {
         self.events.pop_front()
     }
 
-    /// The slow task's body; call at 1 Hz or faster. Worst cost: one status datagram for each internal driver.
+    /// The slow task's body; call at 1 Hz or faster. Worst cost: one status datagram for each internal
+    /// driver.
     pub fn tick(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
         if now < self.due {
             return;
@@ -242,7 +244,8 @@ impl Supervisor {
     }
 
     fn report(&mut self, event: SupervisorEvent) {
-        // A dispatcher that does not fetch 32 events is dead, and the watchdog will say so; nothing is lost by dropping.
+        // A dispatcher that does not fetch 32 events is dead, and the watchdog will say so; nothing is lost
+        // by dropping.
         let _ = self.events.push_back(event);
     }
 }

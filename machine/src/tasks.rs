@@ -1,4 +1,5 @@
-//! The bodies of the periodic tasks, once: the board's tasks and the host runner call them with the same periods.
+//! The bodies of the periodic tasks, once: the board's tasks and the host runner call them with the same
+//! periods.
 //!
 //! | task | period | body |
 //! |---|---|---|
@@ -25,7 +26,8 @@ pub const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
 /// Control ticks between two runs of the slow watch: 10 Hz.
 pub const CONTROLS_PER_SLOW: u32 = 10;
 
-/// How far the motors have come, from the feed to the heat task: outputs that ride on motion change there. Lives in a `static`.
+/// How far the motors have come, from the feed to the heat task: outputs that ride on motion change there.
+/// Lives in a `static`.
 #[derive(Debug, Default)]
 pub struct ReachedMark(AtomicU32);
 
@@ -83,7 +85,8 @@ impl HeatTask {
         Self { ticks: 0, controls: 0 }
     }
 
-    /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the modulators.
+    /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the
+    /// modulators.
     pub fn run(&mut self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) -> Due {
         heat.reach(reached.get(), now);
         self.ticks += 1;
@@ -136,8 +139,8 @@ impl FeedTask {
         Self { feed: StepFeed::new() }
     }
 
-    /// One run. The caller then makes sure that the step timer is armed; and when this says so, that the heat task runs, since outputs
-    /// may wait for where the motors are now.
+    /// One run. The caller then makes sure that the step timer is armed; and when this says so, that the heat
+    /// task runs, since outputs may wait for where the motors are now.
     pub fn run(
         &mut self,
         now: Ticks,

@@ -1,7 +1,8 @@
 //! What codes change of the configuration while the machine runs, and M500 saves.
 //!
-//! The configuration itself stays as it was read. Limits, steps and filters are in force in the motion object, gains and maximum
-//! temperatures in heat control, settings of extruders in the program: here is the rest.
+//! The configuration itself stays as it was read. Limits, steps and filters are in force in the motion
+//! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
+//! rest.
 
 use config::{MachineConfig, ProbeConfig};
 use motion::geometry::LineSettings;

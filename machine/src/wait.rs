@@ -3,7 +3,8 @@
 use core::future::poll_fn;
 use core::task::Poll;
 
-/// Returns control to whoever polls, once. No waker is kept: the executor is polled again after every interrupt.
+/// Returns control to whoever polls, once. No waker is kept: the executor is polled again after every
+/// interrupt.
 pub async fn yield_once() {
     let mut yielded = false;
     poll_fn(|_| {

@@ -1,5 +1,5 @@
-//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner, the slow watch over drivers and
-//! supplies, and the dispatcher; all of them.
+//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner, the slow watch
+//! over drivers and supplies, and the dispatcher; all of them.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 

@@ -32,19 +32,21 @@ pub struct MotionConfig {
 /// One motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorConfig {
-    /// (Micro)steps for one millimetre at the motor, or one degree. Greater than zero; a reversed motor is the pin's matter.
+    /// (Micro)steps for one millimetre at the motor, or one degree. Greater than zero; a reversed motor is
+    /// the pin's matter.
     pub steps_per_mm: f64,
     /// The motor copies every step of this one and is not an axis of its own.
     pub slaved_to: Option<Actuator>,
     /// Ticks by which a direction change precedes the next step, and follows the last one.
     pub direction_setup: u32,
-    /// Least distance in ticks between two steps of this motor (pulse plus pause; edge to edge with double-edge stepping).
+    /// Least distance in ticks between two steps of this motor (pulse plus pause; edge to edge with
+    /// double-edge stepping).
     pub step_interval: u32,
 }
 
 impl ActuatorConfig {
-    /// A motor with its own axis on a driver of the TMC2590 kind, with room to spare over its STEP/DIR timing: the
-    /// direction settles 100 ns before the step, edges are at least 100 ns apart.
+    /// A motor with its own axis on a driver of the TMC2590 kind, with room to spare over its STEP/DIR
+    /// timing: the direction settles 100 ns before the step, edges are at least 100 ns apart.
     #[must_use]
     pub const fn new(steps_per_mm: f64) -> Self {
         Self { steps_per_mm, slaved_to: None, direction_setup: 20, step_interval: 20 }
@@ -64,7 +66,8 @@ pub struct Limits {
     pub acceleration: MmPerSecond2,
     /// Acceleration of each motor, where it has its own limit (`acceleration`, M204 X..).
     pub actuator_acceleration: PerActuator<Option<MmPerSecond2>>,
-    /// Jerk of a move along its path (`jerk`), mm/s^3. `None` here and in `axis_jerk`: speed profiles are trapezoids.
+    /// Jerk of a move along its path (`jerk`), mm/s^3. `None` here and in `axis_jerk`: speed profiles are
+    /// trapezoids.
     pub jerk: Option<MmPerSecond3>,
     /// Jerk of the X, Y and Z component of any move (`x_axis_max_jerk`), mm/s^3.
     pub axis_jerk: [Option<MmPerSecond3>; 3],

@@ -1,7 +1,7 @@
 //! Conversions between floats and wide integers, made of 32-bit ones.
 //!
-//! A Cortex-M7 converts between `f64` and 32-bit integers in one instruction; for wider ones it calls a library of a
-//! hundred instructions. All of these give what the plain cast gives, to the last bit.
+//! A Cortex-M7 converts between `f64` and 32-bit integers in one instruction; for wider ones it calls a
+//! library of a hundred instructions. All of these give what the plain cast gives, to the last bit.
 
 /// 2^32.
 const TWO_32: f64 = 4_294_967_296.0;
@@ -32,7 +32,8 @@ pub(crate) fn float_of_i64(value: i64) -> f64 {
     f64::from((value >> 32) as i32) * TWO_32 + f64::from(value as u32)
 }
 
-/// Rounds to the nearest multiple of 2^-24, halves upwards, and gives it in that unit. Exact while |x| is below 2^28; saturates.
+/// Rounds to the nearest multiple of 2^-24, halves upwards, and gives it in that unit. Exact while |x| is
+/// below 2^28; saturates.
 #[inline]
 pub(crate) fn fixed_24(x: f64) -> i64 {
     let whole = floor_i32(x);

@@ -1,6 +1,7 @@
 //! Which motor is next: the motors' next events, kept sorted by time.
 //!
-//! Entries are [`key`](crate::series::key)s. At most six and usually two or three in play: insertion from the front beats a heap.
+//! Entries are [`key`](crate::series::key)s. At most six and usually two or three in play: insertion from the
+//! front beats a heap.
 
 use units::MAX_ACTUATORS;
 

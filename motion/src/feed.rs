@@ -1,8 +1,9 @@
-//! The step feed: takes segments of trajectory, solves them for steps, merges the motors, fills the step queue.
+//! The step feed: takes segments of trajectory, solves them for steps, merges the motors, fills the step
+//! queue.
 //!
-//! Runs about every half millisecond and keeps 1 to 1.5 ms written ahead: less would let a late run starve the interrupt,
-//! more would delay a hold. It locks the motion object only to take a segment (its knots are computed there, a few
-//! hundred instructions) and to report; solving happens without the lock.
+//! Runs about every half millisecond and keeps 1 to 1.5 ms written ahead: less would let a late run starve
+//! the interrupt, more would delay a hold. It locks the motion object only to take a segment (its knots are
+//! computed there, a few hundred instructions) and to report; solving happens without the lock.
 
 use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
@@ -46,7 +47,8 @@ impl FeedReport {
 pub(crate) enum Supply {
     /// A segment.
     Segment,
-    /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled at once.
+    /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled
+    /// at once.
     Later,
     /// Nothing, now.
     Nothing,
@@ -112,9 +114,9 @@ impl StepFeed {
         }
     }
 
-    /// One run of the feed task, due every half millisecond. Writes the queue up to [`HORIZON`] ahead of `now`, stops the
-    /// motion if the latch has fired, clears up after a cut. The caller then makes sure the step timer is armed.
-    /// Returns how far the motors have come.
+    /// One run of the feed task, due every half millisecond. Writes the queue up to [`HORIZON`] ahead of
+    /// `now`, stops the motion if the latch has fired, clears up after a cut. The caller then makes sure the
+    /// step timer is armed. Returns how far the motors have come.
     pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
         self.obey(&orders, queue);

@@ -1,9 +1,12 @@
-//! The jerk-limited way through one block: ramps ([`crate::ramp`]) and cruises, chosen from a state without acceleration.
+//! The jerk-limited way through one block: ramps ([`crate::ramp`]) and cruises, chosen from a state without
+//! acceleration.
 //!
-//! Every change of speed is a ramp that begins and ends without acceleration, and may run through any number of blocks. Where no
-//! ramp is under way, the next one is chosen: up, as far as the look-ahead allows ([`Ahead::climb`]); or none for now, and
-//! down to the anchor's speed ([`crate::planner::Brake`]) just in time. A ramp under way may still get another end while its acceleration
-//! has not begun to fall ([`Ahead::redirect`]): it then goes on up with what became known meanwhile, or need not go all the way down.
+//! Every change of speed is a ramp that begins and ends without acceleration, and may run through any number
+//! of blocks. Where no ramp is under way, the next one is chosen: up, as far as the look-ahead allows
+//! ([`Ahead::climb`]); or none for now, and down to the anchor's speed ([`crate::planner::Brake`]) just in
+//! time. A ramp under way may still get another end while its acceleration has not begun to fall
+//! ([`Ahead::redirect`]): it then goes on up with what became known meanwhile, or need not go all the way
+//! down.
 
 use crate::{
     least,
@@ -218,7 +221,8 @@ impl Ahead<'_> {
         }
     }
 
-    /// From a speed that is too high: to the cruise speed, to the anchor's, or to rest, whichever comes in time.
+    /// From a speed that is too high: to the cruise speed, to the anchor's, or to rest, whichever comes in
+    /// time.
     fn slow_down(&self, speed: f64) -> Option<Ramp> {
         let (bounds, brake, room) = (self.bounds(), &self.brake, self.room());
         let to_cruise = bounds.length(speed, self.cruise);
@@ -242,8 +246,8 @@ impl Ahead<'_> {
         }
     }
 
-    /// The ramp to rest, if it is safe all along. Else as far down as the plan goes: to the anchor's speed, or by what the rest of the
-    /// block allows, or not before the next block.
+    /// The ramp to rest, if it is safe all along. Else as far down as the plan goes: to the anchor's speed,
+    /// or by what the rest of the block allows, or not before the next block.
     fn halt(&self, speed: f64) -> Option<Ramp> {
         if speed <= 0.0 {
             return None;
@@ -276,8 +280,9 @@ impl Ahead<'_> {
         if high < speed { Some(Ramp::new(speed, high, own)) } else { None }
     }
 
-    /// The limits under which a ramp that began with `from`, `done` millimetres ago, may go down to rest: those of all blocks it runs
-    /// through. `None` if the path is too short or the ramp too fast for a junction.
+    /// The limits under which a ramp that began with `from`, `done` millimetres ago, may go down to rest:
+    /// those of all blocks it runs through. `None` if the path is too short or the ramp too fast for a
+    /// junction.
     fn rest_bounds(&self, from: f64, done: f64, own: Bounds) -> Option<Bounds> {
         let mut bounds = own;
         let mut end = done + self.left;
@@ -305,11 +310,12 @@ impl Ahead<'_> {
         true
     }
 
-    /// The greatest end of a ramp up that began with `from`, `done` millimetres ago, and can not end below `lowest`.
+    /// The greatest end of a ramp up that began with `from`, `done` millimetres ago, and can not end below
+    /// `lowest`.
     ///
-    /// Block by block ahead, until the ramp has certainly ended or may go no farther: the steepest ramp would pass the next
-    /// junction too fast. What it passes is safe then, wherever it ends. Its end must be safe by the anchor of the last block:
-    /// the greatest is found by halving.
+    /// Block by block ahead, until the ramp has certainly ended or may go no farther: the steepest ramp would
+    /// pass the next junction too fast. What it passes is safe then, wherever it ends. Its end must be safe
+    /// by the anchor of the last block: the greatest is found by halving.
     fn climb(&self, from: f64, done: f64, lowest: f64) -> Option<f64> {
         let bounds = self.bounds();
         let mut highest = self.cruise;
@@ -389,7 +395,8 @@ impl Ahead<'_> {
         }
     }
 
-    /// A ramp down, now at `speed`, may end at `soonest`: that is safe where it ends, and nothing slower comes before.
+    /// A ramp down, now at `speed`, may end at `soonest`: that is safe where it ends, and nothing slower
+    /// comes before.
     fn may_level(&self, ramp: &Ramp, soonest: f64, done: f64, speed: f64) -> bool {
         let bounds = ramp.bounds;
         let ahead = bounds.length(ramp.from, soonest) - done;

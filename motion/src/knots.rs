@@ -1,12 +1,13 @@
 //! Knots: each motor's position and speed at points of the trajectory, and the segments between them.
 //!
-//! Between two knots a motor follows the cubic that has the right position and speed at both ends (Hermite). Where
-//! the trajectory is a cubic of time at most and the kinematics linear, the cubic is the trajectory itself. Otherwise the
-//! error is bounded by `T^4 / 384` times the fourth derivative of position (standard Hermite remainder): with
-//! [`SEGMENT_SECONDS`] that is 1.6e-16 s^4 times it, a thousandth of a microstep for anything a machine can follow.
+//! Between two knots a motor follows the cubic that has the right position and speed at both ends (Hermite).
+//! Where the trajectory is a cubic of time at most and the kinematics linear, the cubic is the trajectory
+//! itself. Otherwise the error is bounded by `T^4 / 384` times the fourth derivative of position (standard
+//! Hermite remainder): with [`SEGMENT_SECONDS`] that is 1.6e-16 s^4 times it, a thousandth of a microstep for
+//! anything a machine can follow.
 //!
-//! Positions at knots are fixed point, rounded once: what one segment ends with the next begins with, so steps add up
-//! exactly for ever.
+//! Positions at knots are fixed point, rounded once: what one segment ends with the next begins with, so
+//! steps add up exactly for ever.
 
 use units::{Actuator, PerActuator, PerAxis, StepPosition};
 
@@ -16,8 +17,8 @@ use crate::{
     trajectory::TickTime,
 };
 
-/// Greatest distance of knots. Shorter than the millisecond that accuracy asks for, so that a hold finds little already
-/// written ahead.
+/// Greatest distance of knots. Shorter than the millisecond that accuracy asks for, so that a hold finds
+/// little already written ahead.
 pub const SEGMENT_SECONDS: f64 = 0.000_5;
 
 /// Steps below which a position is surely within [`units::StepCount`]: half its range.
@@ -62,7 +63,8 @@ pub fn step_positions(config: &MotionConfig, point: &PerAxis<f64>) -> PerActuato
     positions
 }
 
-/// As [`step_positions`], but of postures that are equal the one nearest to `before`: a bed goes on turning past half a turn.
+/// As [`step_positions`], but of postures that are equal the one nearest to `before`: a bed goes on turning
+/// past half a turn.
 #[must_use]
 pub(crate) fn step_positions_after(
     config: &MotionConfig,

@@ -1,16 +1,16 @@
 //! From moves to step events: lines, arcs, look-ahead, the trajectory in time, kinematics, step times.
 //!
-//! One move, followed through: [`Motion::submit`] turns it into a block with its limits ([`planner`]); the reverse pass
-//! of [`Motion::plan`] settles the speed at each junction; when the block's turn comes, [`profile`] gives it a
-//! trapezoid in closed form. [`StepFeed::run`] takes that trajectory in slices of at most half a millisecond
-//! ([`knots::Segment`]: each motor's position and speed at both ends, through the [`Kinematics`]), solves the cubic
-//! between the ends for its step crossings ([`step_solver`]), merges the motors in time order and fills the
-//! [`queue::StepQueue`], which the step interrupt plays.
+//! One move, followed through: [`Motion::submit`] turns it into a block with its limits ([`planner`]); the
+//! reverse pass of [`Motion::plan`] settles the speed at each junction; when the block's turn comes,
+//! [`profile`] gives it a trapezoid in closed form. [`StepFeed::run`] takes that trajectory in slices of at
+//! most half a millisecond ([`knots::Segment`]: each motor's position and speed at both ends, through the
+//! [`Kinematics`]), solves the cubic between the ends for its step crossings ([`step_solver`]), merges the
+//! motors in time order and fills the [`queue::StepQueue`], which the step interrupt plays.
 //!
-//! Three contexts share the work. The dispatcher submits and the planner task plans, both under a brief lock on
-//! [`Motion`]; the feed takes slices under the same lock and solves them without it; the interrupt touches the queue's
-//! atomics alone. No allocation, no panic path, no `unsafe`, and only `+ - * /` and `libm`, so that every machine computes the
-//! same step times to the last bit.
+//! Three contexts share the work. The dispatcher submits and the planner task plans, both under a brief lock
+//! on [`Motion`]; the feed takes slices under the same lock and solves them without it; the interrupt touches
+//! the queue's atomics alone. No allocation, no panic path, no `unsafe`, and only `+ - * /` and `libm`, so
+//! that every machine computes the same step times to the last bit.
 //!
 //! This crate knows nothing of G-code, text, heaters or pins.
 #![cfg_attr(not(any(test, feature = "oracle")), no_std)]
@@ -62,7 +62,8 @@ pub use store::Store;
 pub use timeline::{Mark, Passed};
 pub use trigger::{Latch, Trigger};
 
-/// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it likes).
+/// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it
+/// likes).
 #[inline]
 pub(crate) fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

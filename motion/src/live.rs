@@ -1,7 +1,8 @@
 //! Where the motors really are: the feed's position less what the interrupt has yet to play.
 //!
-//! The interrupt keeps no position. The ring of events still holds what was written last, so walking back over it
-//! from the newest event undoes steps one by one: to the last one played, or to any tick of the recent past.
+//! The interrupt keeps no position. The ring of events still holds what was written last, so walking back
+//! over it from the newest event undoes steps one by one: to the last one played, or to any tick of the
+//! recent past.
 
 use units::{PerActuator, StepCount};
 
@@ -63,7 +64,8 @@ impl Rewind {
         self
     }
 
-    /// Back to this tick: undoes what is due after it. `newest` is the tick of the newest event on the same clock.
+    /// Back to this tick: undoes what is due after it. `newest` is the tick of the newest event on the same
+    /// clock.
     pub fn to_tick(mut self, queue: &StepQueue, tick: u64, newest: u64) -> Self {
         let mut at = newest;
         loop {

@@ -1,8 +1,8 @@
-//! One motor in the feed: from the crossings that its step solver finds to steps and direction changes at whole ticks, with the
-//! distances its driver needs.
+//! One motor in the feed: from the crossings that its step solver finds to steps and direction changes at
+//! whole ticks, with the distances its driver needs.
 //!
-//! Times here are offsets in ticks from the beginning of the current segment. Events are solved in batches; the feed takes them
-//! one by one as [`key`](crate::series::key)s.
+//! Times here are offsets in ticks from the beginning of the current segment. Events are solved in batches;
+//! the feed takes them one by one as [`key`](crate::series::key)s.
 
 use units::{Actuator, MAX_ACTUATORS, PerActuator, StepCount};
 
@@ -147,7 +147,8 @@ impl Motor {
         self.last = (self.last - passed).max(LONG_AGO);
     }
 
-    /// Takes up the segment that the solver was loaded with: its first event's key. Nothing happens before `floor`.
+    /// Takes up the segment that the solver was loaded with: its first event's key. Nothing happens before
+    /// `floor`.
     pub fn begin(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
         // In ticks: way over speed. A tenth and two ticks more for rounding.
         self.tight = self.solver.speed_bound() * (1.1 * self.setup.step_interval as f32 + 2.0) > scale.length;
@@ -196,7 +197,8 @@ impl Motor {
         (step - setup).max(self.last + setup).max(floor)
     }
 
-    /// Moves steps that come sooner than the driver allows. Where the whole segment is slow enough, only the first can.
+    /// Moves steps that come sooner than the driver allows. Where the whole segment is slow enough, only the
+    /// first can.
     #[inline]
     fn keep_distance(&mut self, mut soonest: i32, count: usize) {
         for slot in &mut self.keys[FIRST_STEP..FIRST_STEP + count] {

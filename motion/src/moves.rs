@@ -22,11 +22,13 @@ pub enum Corner {
     Sharp,
     /// It stays sharp, and the machine stands still in it (G61.1).
     Stop,
-    /// Between two straight moves of one mode and power it is rounded by an arc that leaves it by this much at most, mm (G64 P).
+    /// Between two straight moves of one mode and power it is rounded by an arc that leaves it by this much
+    /// at most, mm (G64 P).
     Rounded(f64),
 }
 
-/// What a move is made for, as whoever submits it counts: a line of a file, say. Motion hands it back while the motors make the move.
+/// What a move is made for, as whoever submits it counts: a line of a file, say. Motion hands it back while
+/// the motors make the move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tag(pub u32);
 
@@ -46,8 +48,8 @@ pub struct Move {
     pub mode: Mode,
     /// The program's S value, for a laser.
     pub power: f32,
-    /// What X, Y and Z do on the way, seen from where the previous move ends; a line for a straight move. The target is where
-    /// it ends in any case: what the two differ by is spread over the whole way.
+    /// What X, Y and Z do on the way, seen from where the previous move ends; a line for a straight move. The
+    /// target is where it ends in any case: what the two differ by is spread over the whole way.
     pub curve: Curve,
     /// The corner at its beginning.
     pub corner: Corner,

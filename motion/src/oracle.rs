@@ -1,9 +1,9 @@
 //! The reference for step times: slow, obvious, in `f64`, sharing no arithmetic with the fast path.
 //!
-//! It takes the ideal trajectory as pieces (constant jerk along a path, from [`crate::Motion::last_piece`]) and
-//! answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing of its
-//! half step. Input shaping and pressure advance it does by their definitions, from the table of pulses on. What it does not
-//! check is the plan itself (limits, junctions); the planner's laws do.
+//! It takes the ideal trajectory as pieces (constant jerk along a path, from [`crate::Motion::last_piece`])
+//! and answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing
+//! of its half step. Input shaping and pressure advance it does by their definitions, from the table of
+//! pulses on. What it does not check is the plan itself (limits, junctions); the planner's laws do.
 
 use std::{sync::Arc, vec::Vec};
 
@@ -22,8 +22,9 @@ use crate::{
 };
 use eras::Era;
 
-/// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A motor that
-/// creeps slower than a step a second, or that turns right on a crossing, has no better defined time.
+/// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A
+/// motor that creeps slower than a step a second, or that turns right on a crossing, has no better defined
+/// time.
 pub const ON_CROSSING_STEPS: f64 = 2.5e-7;
 
 /// No filter looks back farther than this.
@@ -46,7 +47,8 @@ struct Timed {
     /// Nanoseconds from boot.
     start: f64,
     piece: Piece,
-    /// Those that were in force when it came: they hold until the next piece. They only change where the motors rest.
+    /// Those that were in force when it came: they hold until the next piece. They only change where the
+    /// motors rest.
     filters: FilterConfig,
     warp: Option<Arc<Warp>>,
     /// Of its spline, if it has one.
@@ -65,7 +67,8 @@ pub struct StepError {
     pub max: f64,
     /// Sum of squares, ns^2.
     sum_of_squares: f64,
-    /// How many edges were off by less than each of [`BIN_ENDS_NS`] and no less than the one before; last, by more.
+    /// How many edges were off by less than each of [`BIN_ENDS_NS`] and no less than the one before; last, by
+    /// more.
     pub bins: [u64; BIN_ENDS_NS.len() + 1],
 }
 
@@ -105,7 +108,8 @@ impl Ideal {
         self.config = config;
     }
 
-    /// The filters in force from the next piece on ([`crate::Motion::filters_in_force`]); at first those of the configuration.
+    /// The filters in force from the next piece on ([`crate::Motion::filters_in_force`]); at first those of
+    /// the configuration.
     pub fn set_filters(&mut self, filters: FilterConfig) {
         self.filters = filters;
     }
@@ -115,7 +119,8 @@ impl Ideal {
         self.warp = warp;
     }
 
-    /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an override).
+    /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an
+    /// override).
     pub fn push(&mut self, piece: &Piece) {
         let start = nanoseconds(piece.start);
         let Some(era) = self.eras.last_mut() else { return };
@@ -128,8 +133,8 @@ impl Ideal {
         era.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
     }
 
-    /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Where several times were missed, the one
-    /// that went back farthest counts.
+    /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Where
+    /// several times were missed, the one that went back farthest counts.
     pub fn take_back(&mut self, taken: &TakenBack) {
         let (from, out) = (nanoseconds(taken.from), nanoseconds(taken.out));
         let Some(last) = self.eras.last_mut() else { return };
@@ -206,8 +211,8 @@ impl Ideal {
         Some((position, velocity))
     }
 
-    /// An extruder's position and speed by the plan of this number. It goes over from the plan before, over one latency, by the
-    /// cubic that begins with the difference in place and speed and ends without.
+    /// An extruder's position and speed by the plan of this number. It goes over from the plan before, over
+    /// one latency, by the cubic that begins with the difference in place and speed and ends without.
     fn extruder(
         &self,
         number: usize,
@@ -265,8 +270,9 @@ impl Ideal {
         Some((after - before) / 2e-6)
     }
 
-    /// Distance in ns from an edge at `at` ns, after which the motor stands on `count` having stepped by `sign`, to the
-    /// ideal crossing of that half step. `None` when there is no such crossing within a millisecond.
+    /// Distance in ns from an edge at `at` ns, after which the motor stands on `count` having stepped by
+    /// `sign`, to the ideal crossing of that half step. `None` when there is no such crossing within a
+    /// millisecond.
     #[must_use]
     pub fn edge_error(&self, actuator: Actuator, at: f64, count: i32, sign: i32) -> Option<f64> {
         self.crossing(actuator, at, count, sign).map(|crossing| (crossing - at).abs())

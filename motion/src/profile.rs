@@ -1,13 +1,13 @@
 //! The speed of one block over its length: a trapezoid in closed form.
 //!
 //! Symbols: length L, entry speed u, cruise speed c, exit speed w, acceleration a. The peak of an
-//! accelerate-decelerate pair is where the two parabolas of squared speed meet:
-//! `peak^2 = a L + (u^2 + w^2) / 2`; the cruise speed cuts it off. Each ramp between speeds p and q takes
-//! `|p^2 - q^2| / 2a` of length and `2 length / (p + q)` of time, which has no cancellation and no division by a.
+//! accelerate-decelerate pair is where the two parabolas of squared speed meet: `peak^2 = a L + (u^2 + w^2) /
+//! 2`; the cruise speed cuts it off. Each ramp between speeds p and q takes `|p^2 - q^2| / 2a` of length and
+//! `2 length / (p + q)` of time, which has no cancellation and no division by a.
 //!
-//! An override may lower the cruise speed below the entry speed; then the first ramp slows down. Rounding may leave
-//! a pair of speeds that this length cannot join with exactly `a`; then one ramp over the whole length joins them,
-//! and the planner's passes guarantee that its acceleration differs from `a` by rounding only.
+//! An override may lower the cruise speed below the entry speed; then the first ramp slows down. Rounding may
+//! leave a pair of speeds that this length cannot join with exactly `a`; then one ramp over the whole length
+//! joins them, and the planner's passes guarantee that its acceleration differs from `a` by rounding only.
 
 use crate::square_root;
 
@@ -29,7 +29,8 @@ pub struct Phase {
 /// How many phases a profile may have: a ramp up, a cruise, a ramp down. A block may need several profiles.
 pub const MAX_PHASES: usize = 7;
 
-/// The phases of a block. Those that do not occur have no duration. A trapezoid has three: ramp, cruise, ramp.
+/// The phases of a block. Those that do not occur have no duration. A trapezoid has three: ramp, cruise,
+/// ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     /// In order of time.
@@ -110,7 +111,8 @@ impl Profile {
         Self::of_phases([ramp(entry, peak, first), cruise(peak, middle), ramp(peak, exit, last)], exit)
     }
 
-    /// Braking from `entry` with `acceleration` until standstill, or to the end of `length` if that comes first.
+    /// Braking from `entry` with `acceleration` until standstill, or to the end of `length` if that comes
+    /// first.
     #[must_use]
     pub fn brake(length: f64, entry: f64, acceleration: f64) -> Self {
         let stopping = entry * entry / (2.0 * acceleration);

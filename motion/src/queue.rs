@@ -1,13 +1,13 @@
 //! The step queue: what the step feed writes ahead and the step interrupt plays back.
 //!
-//! One producer (the feed) and one consumer (the interrupt). The producer alone writes `events` and `written`; the
-//! consumer alone writes `played`. An event is published by the release store of `written`, so the consumer never
-//! sees a half-written one, and neither side ever waits for the other. Everything is 32-bit atomics: plain loads and
-//! stores on a Cortex-M7, no `unsafe`, no critical section.
+//! One producer (the feed) and one consumer (the interrupt). The producer alone writes `events` and
+//! `written`; the consumer alone writes `played`. An event is published by the release store of `written`, so
+//! the consumer never sees a half-written one, and neither side ever waits for the other. Everything is
+//! 32-bit atomics: plain loads and stores on a Cortex-M7, no `unsafe`, no critical section.
 //!
-//! Depth: the feed writes at most [`crate::feed::HORIZON`] ahead (about 1.5 ms), so that a hold begins within 2 ms.
-//! [`CAPACITY`] events cover that horizon at 1.4 million events a second; beyond, the feed writes less far ahead: at 2 million
-//! a second a millisecond, twice its period.
+//! Depth: the feed writes at most [`crate::feed::HORIZON`] ahead (about 1.5 ms), so that a hold begins within
+//! 2 ms. [`CAPACITY`] events cover that horizon at 1.4 million events a second; beyond, the feed writes less
+//! far ahead: at 2 million a second a millisecond, twice its period.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
@@ -19,8 +19,9 @@ const MASK: u32 = CAPACITY as u32 - 1;
 
 /// What happens at one instant: a motor steps, or its direction pin gets a new level.
 ///
-/// Layout of the packed word: bits 0 to 2 the motor, bit 3 forward (of a turn), bit 4 a turn. A step's word is just its
-/// motor, so that the interrupt finds out with one comparison, and without shifting, what to do and where.
+/// Layout of the packed word: bits 0 to 2 the motor, bit 3 forward (of a turn), bit 4 a turn. A step's word
+/// is just its motor, so that the interrupt finds out with one comparison, and without shifting, what to do
+/// and where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepEvent {
     /// Low half of the step clock at which the event is due.
@@ -118,7 +119,8 @@ impl Slot {
 
 /// The ring itself. Lives in a `static` (DTCM on the board).
 ///
-/// In the order of its fields: what the interrupt reads every time comes first, within reach of one base register.
+/// In the order of its fields: what the interrupt reads every time comes first, within reach of one base
+/// register.
 #[derive(Debug)]
 #[repr(C)]
 pub struct StepQueue {
@@ -194,8 +196,8 @@ impl StepQueue {
         self.written.load(Ordering::Acquire)
     }
 
-    /// The event that was published as number `count` (see [`Self::written`]). Only the feed may ask, and only for the
-    /// last [`CAPACITY`] events: older ones are overwritten.
+    /// The event that was published as number `count` (see [`Self::written`]). Only the feed may ask, and
+    /// only for the last [`CAPACITY`] events: older ones are overwritten.
     #[must_use]
     #[inline(always)]
     pub fn event(&self, count: u32) -> StepEvent {
@@ -208,8 +210,8 @@ impl StepQueue {
         CAPACITY - self.len()
     }
 
-    /// Forgets what was not played and lets the interrupt go on. Only the feed may call this, and only while the queue is
-    /// cut: then the interrupt does not write `played`.
+    /// Forgets what was not played and lets the interrupt go on. Only the feed may call this, and only while
+    /// the queue is cut: then the interrupt does not write `played`.
     pub(crate) fn restart(&self) {
         self.played.store(self.written.load(Ordering::Relaxed), Ordering::Release);
         self.cut.store(false, Ordering::SeqCst);
@@ -217,8 +219,8 @@ impl StepQueue {
 
     // --- any side ---
 
-    /// Stops playing at once, without deceleration: for faults and the kill switch. The feed notices at its next run, works
-    /// out where the motors stand and makes that the position.
+    /// Stops playing at once, without deceleration: for faults and the kill switch. The feed notices at its
+    /// next run, works out where the motors stand and makes that the position.
     pub fn cut(&self) {
         self.cut.store(true, Ordering::SeqCst);
     }
@@ -251,9 +253,10 @@ impl StepQueue {
 
     /// Hands events to `play` in order and removes each it accepts, until none is left or one is not due yet.
     ///
-    /// For an interrupt on the core that also runs the feed, and that nobody who writes or cuts the queue can interrupt: what it
-    /// finds at the beginning holds to the end. A core sees its own memory accesses in order, so compiler fences do what barriers
-    /// do in [`Self::front`] and [`Self::advance`], at no instruction.
+    /// For an interrupt on the core that also runs the feed, and that nobody who writes or cuts the queue can
+    /// interrupt: what it finds at the beginning holds to the end. A core sees its own memory accesses in
+    /// order, so compiler fences do what barriers do in [`Self::front`] and [`Self::advance`], at no
+    /// instruction.
     #[inline(always)]
     pub fn play_on_this_core(&self, mut play: impl FnMut(StepEvent) -> bool) {
         if self.cut.load(Ordering::Relaxed) {

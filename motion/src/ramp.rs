@@ -1,14 +1,17 @@
-//! Ramps: from one speed to another within an acceleration and a jerk, beginning and ending without acceleration.
+//! Ramps: from one speed to another within an acceleration and a jerk, beginning and ending without
+//! acceleration.
 //!
-//! Symbols: the speeds u and w, their difference d, acceleration a, jerk j. The acceleration rises with j for a time t1, stays
-//! for t2, falls for t1. With `d >= a^2 / j` the acceleration a is reached: `t1 = a / j`, `t2 = d / a - t1`; else
-//! `t1 = sqrt(d / j)`, `t2 = 0`. The speed over time is symmetric about its middle, so the length is `(u + w) / 2 * (2 t1 + t2)`.
+//! Symbols: the speeds u and w, their difference d, acceleration a, jerk j. The acceleration rises with j for
+//! a time t1, stays for t2, falls for t1. With `d >= a^2 / j` the acceleration a is reached: `t1 = a / j`,
+//! `t2 = d / a - t1`; else `t1 = sqrt(d / j)`, `t2 = 0`. The speed over time is symmetric about its middle,
+//! so the length is `(u + w) / 2 * (2 t1 + t2)`.
 //!
-//! What a longer ramp does at first a shorter one to the same side does too: until its acceleration falls, a ramp may still be
-//! given another end ([`Ramp::soonest`]).
+//! What a longer ramp does at first a shorter one to the same side does too: until its acceleration falls, a
+//! ramp may still be given another end ([`Ramp::soonest`]).
 //!
-//! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first step of Newton's
-//! method from zero (k < 0, where it can only come from below) is polished by a fixed number of Newton steps.
+//! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first
+//! step of Newton's method from zero (k < 0, where it can only come from below) is polished by a fixed number
+//! of Newton steps.
 
 use crate::{least, profile::Phase, root::cube_root, square_root};
 
@@ -48,8 +51,8 @@ impl Bounds {
         0.5 * (from + to) * (2.0 * turn + steady)
     }
 
-    /// Distance in which the speed can grow from `low`, without acceleration, to `high`, still accelerating. The same
-    /// backwards: no ramp down to `low` is faster than `high` this far before its end.
+    /// Distance in which the speed can grow from `low`, without acceleration, to `high`, still accelerating.
+    /// The same backwards: no ramp down to `low` is faster than `high` this far before its end.
     pub fn launch(&self, low: f64, high: f64) -> f64 {
         let change = high - low;
         if change <= 0.0 {
@@ -79,7 +82,8 @@ impl Bounds {
     }
 }
 
-/// The root t of `v t + k t^3 = x` next to zero; v and x not negative, and for a negative k the root before the maximum.
+/// The root t of `v t + k t^3 = x` next to zero; v and x not negative, and for a negative k the root before
+/// the maximum.
 fn cubic(v: f64, k: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -147,7 +151,8 @@ impl Ramp {
         if self.rises() { 1.0 } else { -1.0 }
     }
 
-    /// The acceleration is falling, `elapsed` seconds after the beginning: the ramp can only go on to its end.
+    /// The acceleration is falling, `elapsed` seconds after the beginning: the ramp can only go on to its
+    /// end.
     pub fn is_closing(&self, elapsed: f64) -> bool {
         elapsed > self.turn + self.steady
     }

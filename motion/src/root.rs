@@ -1,18 +1,22 @@
 //! Roots, fast on the board and the same to the last bit everywhere.
 //!
-//! **Square root.** The Cortex-M7 has an instruction for it, which safe Rust without `std` cannot reach; `libm` does without, in 85 instructions.
-//! So a board lends its own ([`use_square_root`]). IEEE 754 asks both for the correctly rounded result: nothing else changes.
+//! **Square root.** The Cortex-M7 has an instruction for it, which safe Rust without `std` cannot reach;
+//! `libm` does without, in 85 instructions. So a board lends its own ([`use_square_root`]). IEEE 754 asks
+//! both for the correctly rounded result: nothing else changes.
 //!
-//! **Cube root.** The FPU multiplies double numbers but cannot fuse or take cube roots. `libm`'s is correctly rounded by fused multiply-adds, which it has to make of integers there: 570 instructions, and the plan of jerk-limited
-//! moves takes one for each block of look-ahead. This one takes a fifth and gives the same number: the last step adds to an
-//! approximation a correction that is exact to many more digits than are kept.
+//! **Cube root.** The FPU multiplies double numbers but cannot fuse or take cube roots. `libm`'s is correctly
+//! rounded by fused multiply-adds, which it has to make of integers there: 570 instructions, and the plan of
+//! jerk-limited moves takes one for each block of look-ahead. This one takes a fifth and gives the same
+//! number: the last step adds to an approximation a correction that is exact to many more digits than are
+//! kept.
 
 use once_cell::race::OnceRef;
 
 /// What takes square roots, where it is not `libm`.
 static SQUARE_ROOT: OnceRef<'static, fn(f64) -> f64> = OnceRef::new();
 
-/// Has all square roots taken by `root`, which must round correctly (IEEE 754, 5.4.1). The first call counts; before it, and without it, `libm` does.
+/// Has all square roots taken by `root`, which must round correctly (IEEE 754, 5.4.1). The first call counts;
+/// before it, and without it, `libm` does.
 pub fn use_square_root(root: &'static fn(f64) -> f64) {
     // A second one would give the same bits.
     let _first = SQUARE_ROOT.set(root);
@@ -27,8 +31,8 @@ pub(crate) fn square_root(x: f64) -> f64 {
     }
 }
 
-/// The product of two numbers as a sum of two: rounded, and what rounding took off (T. J. Dekker, "A floating-point technique for extending the
-/// available precision", 1971). For numbers of ordinary size.
+/// The product of two numbers as a sum of two: rounded, and what rounding took off (T. J. Dekker, "A
+/// floating-point technique for extending the available precision", 1971). For numbers of ordinary size.
 fn exact_product(a: f64, b: f64) -> (f64, f64) {
     /// Splits 53 bits into 26 and 27.
     const SPLITTER: f64 = 134_217_729.0;
@@ -42,13 +46,14 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
     (product, al * bl - (((product - ah * bh) - al * bh) - ah * bl))
 }
 
-/// The cube root of a number that is not negative. Correctly rounded within 1e-90 to 1e90, far beyond any quantity of a machine; `libm`'s elsewhere.
+/// The cube root of a number that is not negative. Correctly rounded within 1e-90 to 1e90, far beyond any
+/// quantity of a machine; `libm`'s elsewhere.
 pub(crate) fn cube_root(x: f64) -> f64 {
     if !(1e-90..=1e90).contains(&x) {
         return libm::cbrt(x);
     }
-    // A third of the exponent, and of the mantissa along with it: right to 6 %. What is added is two thirds of the exponents' bias, less what makes
-    // the errors at both ends alike.
+    // A third of the exponent, and of the mantissa along with it: right to 6 %. What is added is two thirds
+    // of the exponents' bias, less what makes the errors at both ends alike.
     let upper = (x.to_bits() >> 32) as u32 / 3 + 0x2A9F_7893;
     let mut y = f64::from_bits(u64::from(upper) << 32);
     // Halley: each step cubes the error.

@@ -59,8 +59,8 @@ const NEGLIGIBLE_SECONDS: f64 = 1e-9;
 /// A nanometre, in mm: far above rounding, far below a step.
 const NEAR: f64 = 1e-6;
 
-/// Greatest share of the clearance that one slice may cover. With 1/16 the error of the cubic is below a hundredth of a
-/// microsecond of time for every kinematics: see "Knots" in `docs/motion.md`.
+/// Greatest share of the clearance that one slice may cover. With 1/16 the error of the cubic is below a
+/// hundredth of a microsecond of time for every kinematics: see "Knots" in `docs/motion.md`.
 const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
 /// No slice is shorter: a bound for the work, not for the accuracy.
 const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
@@ -74,7 +74,8 @@ fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
 }
 
 impl Run {
-    /// Begins a block at `origin` and time `start`, moving with `speed`, in the ramp that goes on from the block before.
+    /// Begins a block at `origin` and time `start`, moving with `speed`, in the ramp that goes on from the
+    /// block before.
     pub fn new(
         block: Block,
         curve: Curve,
@@ -149,7 +150,8 @@ impl Run {
         self.phase_base = self.travelled;
     }
 
-    /// The ramp that the cursor is in, and how many seconds it has run. `None` where there is no acceleration.
+    /// The ramp that the cursor is in, and how many seconds it has run. `None` where there is no
+    /// acceleration.
     pub fn ramp(&self) -> Option<(Ramp, f64)> {
         self.ramps.at(&self.profile, self.phase, self.local)
     }
@@ -216,8 +218,8 @@ impl Run {
         Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), fresh })
     }
 
-    /// At the end of the profile the speed is the profile's own, free of rounding; near the end of the block, the
-    /// place is the block's target itself.
+    /// At the end of the profile the speed is the profile's own, free of rounding; near the end of the block,
+    /// the place is the block's target itself.
     fn close(&mut self) {
         if self.current().is_none() {
             self.speed = self.profile.exit;

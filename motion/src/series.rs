@@ -1,11 +1,12 @@
 //! Step times of one motor as a cubic of the step's number: many crossings for the price of one.
 //!
-//! A motor's position in a segment is a cubic of time; where its speed keeps its sign it can be turned round, and time is a smooth
-//! function of position. [`Series::between`] takes the cubic of position that has the right time and the right slope
-//! (one over the speed) at both ends: Hermite interpolation of the inverse. Its error is largest in the middle, and there it
-//! is measured, against the cubic itself: a series that misses by more than [`TOLERANCE_TICKS`] is refused, and the
-//! solver tries half the way. For constant acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`:
-//! at 3000 mm/s^2 and above 25 mm/s a whole half millisecond is one series.
+//! A motor's position in a segment is a cubic of time; where its speed keeps its sign it can be turned round,
+//! and time is a smooth function of position. [`Series::between`] takes the cubic of position that has the
+//! right time and the right slope (one over the speed) at both ends: Hermite interpolation of the inverse.
+//! Its error is largest in the middle, and there it is measured, against the cubic itself: a series that
+//! misses by more than [`TOLERANCE_TICKS`] is refused, and the solver tries half the way. For constant
+//! acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`: at 3000 mm/s^2 and above
+//! 25 mm/s a whole half millisecond is one series.
 
 use crate::queue::StepEvent;
 
@@ -19,13 +20,13 @@ const MAX_RATIO: f32 = 3.0;
 pub(crate) struct Scale {
     /// Length of the segment in ticks.
     pub length: f32,
-    /// By which part of a tick the segment begins after its first tick, and half a tick more, so that cutting off
-    /// the fraction rounds.
+    /// By which part of a tick the segment begins after its first tick, and half a tick more, so that cutting
+    /// off the fraction rounds.
     pub offset: f32,
 }
 
-/// One end of the way: local time, position relative to the segment's in steps, speed in steps per unit of local time.
-/// Position and speed count in the direction of movement.
+/// One end of the way: local time, position relative to the segment's in steps, speed in steps per unit of
+/// local time. Position and speed count in the direction of movement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
     pub u: f32,
@@ -47,8 +48,8 @@ pub(crate) struct Series {
 impl Series {
     pub const NONE: Self = Self { a: [0.0; 4], k: 0.0, left: 0 };
 
-    /// The `count` steps from `first` (a position) on, whose last is at `to` at the latest. `position` is the solver's.
-    /// `None` when the cubic is not good enough.
+    /// The `count` steps from `first` (a position) on, whose last is at `to` at the latest. `position` is the
+    /// solver's. `None` when the cubic is not good enough.
     #[inline]
     pub fn between(
         from: End,
@@ -105,8 +106,9 @@ impl Series {
     }
 }
 
-/// An event in one word: ticks from the beginning of the segment, then the event's own word. Comparing keys compares times, and breaks
-/// ties by motor, so that the order is the same on every machine. The tick is cut to a whole number; a negative one is zero.
+/// An event in one word: ticks from the beginning of the segment, then the event's own word. Comparing keys
+/// compares times, and breaks ties by motor, so that the order is the same on every machine. The tick is cut
+/// to a whole number; a negative one is zero.
 #[inline]
 pub(crate) fn key(tick: f32, word: u32) -> u32 {
     // A float cast saturates.

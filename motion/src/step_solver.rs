@@ -1,15 +1,17 @@
 //! Step times of one motor within one segment.
 //!
-//! Local time u runs from 0 to 1 over the segment. The position relative to the step the motor stands on is the
-//! cubic `x0 + u (c1 + u (c2 + u c3))` in steps, in `f32`: with at most a thousand steps and 100 000 ticks in a segment, 24 bits
-//! resolve a hundredth of a tick. How many steps the segment has is not found by solving: it is the difference of the nearest
-//! steps at its two knots, in integers. Solving only says when, and its result is kept between its neighbours.
+//! Local time u runs from 0 to 1 over the segment. The position relative to the step the motor stands on is
+//! the cubic `x0 + u (c1 + u (c2 + u c3))` in steps, in `f32`: with at most a thousand steps and 100 000
+//! ticks in a segment, 24 bits resolve a hundredth of a tick. How many steps the segment has is not found by
+//! solving: it is the difference of the nearest steps at its two knots, in integers. Solving only says when,
+//! and its result is kept between its neighbours.
 //!
-//! Where the speed changes little, consecutive steps come from one [`Series`]. Where it does not (near standstill and
-//! turning points) or the steps are few, each is solved by itself: with speed v, acceleration a and r steps to go, the
-//! time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d = r/v (1 - q/2 + q^2/2 - 5 q^3/8)`. One
-//! Newton step on the cubic then removes what the series leaves. Where q is large, a bracketed search takes over; it is
-//! bounded and rare (the first and last step or two of a ramp).
+//! Where the speed changes little, consecutive steps come from one [`Series`]. Where it does not (near
+//! standstill and turning points) or the steps are few, each is solved by itself: with speed v, acceleration
+//! a and r steps to go, the time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d
+//! = r/v (1 - q/2 + q^2/2 - 5 q^3/8)`. One Newton step on the cubic then removes what the series leaves.
+//! Where q is large, a bracketed search takes over; it is bounded and rare (the first and last step or two of
+//! a ramp).
 
 use crate::{
     convert::{float_of_i64, floor_i32},
@@ -178,8 +180,8 @@ impl StepSolver {
         self.step
     }
 
-    /// Writes the [`key`]s of the next steps of the current stretch, which all have [`Self::sign`], with this event
-    /// word; as many as there are and fit. Says how many.
+    /// Writes the [`key`]s of the next steps of the current stretch, which all have [`Self::sign`], with this
+    /// event word; as many as there are and fit. Says how many.
     pub(crate) fn fill(&mut self, scale: &Scale, word: u32, keys: &mut [u32]) -> usize {
         let mut filled = 0;
         while let Some(rest) = keys.get_mut(filled..)
@@ -325,7 +327,8 @@ impl Stretches {
     fn new(x0: f64, [c1, c2, c3]: [f64; 3], steps: i32) -> Self {
         let mut stretches = Self { count: 1, ..Self::default() };
         let exit = c1 + 2.0 * c2 + 3.0 * c3;
-        // The speed is a parabola of u. With ends of equal sign and its vertex outside, or of that sign too, it never turns.
+        // The speed is a parabola of u. With ends of equal sign and its vertex outside, or of that sign too,
+        // it never turns.
         let vertex_inside = -c2 * c3 > 0.0 && libm::fabs(c2) < libm::fabs(3.0 * c3);
         if (c1 * exit < 0.0) || (vertex_inside && (c1 - c2 * c2 / (3.0 * c3)) * (c1 + exit) < 0.0) {
             let position = |u: f64| x0 + u * (c1 + u * (c2 + u * c3));

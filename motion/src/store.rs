@@ -1,6 +1,7 @@
 //! What motion keeps that is large and looked at per knot or per block, never per step.
 //!
-//! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and this a larger one.
+//! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and
+//! this a larger one.
 
 use crate::{compensation::Surface, filters::History, path::CurveRing, timeline::Timeline};
 
@@ -10,8 +11,8 @@ pub(crate) type Elsewhere<T> = &'static mut T;
 #[cfg(any(test, feature = "oracle"))]
 pub(crate) type Elsewhere<T> = std::boxed::Box<T>;
 
-/// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), the bed's surface (42 KiB), and what the
-/// moves are made for.
+/// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), the bed's surface
+/// (42 KiB), and what the moves are made for.
 #[derive(Debug)]
 pub struct Store {
     pub(crate) history: History,

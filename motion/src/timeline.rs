@@ -1,11 +1,12 @@
 //! What of the program is being executed, and what is to happen at places of the path: tags and marks.
 //!
-//! A tag names what a move is for (a line of a file); [`Timeline::pass`] says whose move the motors are making. A mark is a place
-//! between moves: it is made behind whatever has been submitted, and reached when the motors get there. Whoever hangs effects on
-//! marks (a fan, a target temperature) learns from [`Passed`] which have been reached; the path is the same with and without them.
+//! A tag names what a move is for (a line of a file); [`Timeline::pass`] says whose move the motors are
+//! making. A mark is a place between moves: it is made behind whatever has been submitted, and reached when
+//! the motors get there. Whoever hangs effects on marks (a fan, a target temperature) learns from [`Passed`]
+//! which have been reached; the path is the same with and without them.
 //!
-//! Blocks are counted as in [`crate::planner::Planner`]. The cursor enters each block here when it begins it, up to a few
-//! milliseconds before the motors do; what is entered and then taken back is forgotten again.
+//! Blocks are counted as in [`crate::planner::Planner`]. The cursor enters each block here when it begins it,
+//! up to a few milliseconds before the motors do; what is entered and then taken back is forgotten again.
 
 use units::Ticks;
 
@@ -14,7 +15,8 @@ use crate::{
     trajectory::{TickTime, at_tick},
 };
 
-/// Boundaries that can wait to be passed: those of the trajectory that runs ahead of the motors, at some thousand moves a second.
+/// Boundaries that can wait to be passed: those of the trajectory that runs ahead of the motors, at some
+/// thousand moves a second.
 const BOUNDARIES: usize = 128;
 /// Marks at different places that can wait.
 const MARKS: usize = 64;
@@ -182,8 +184,8 @@ impl Timeline {
         }
     }
 
-    /// Everything that has not been reached is dropped, with the moves it waited for; marks count as reached, so that nobody waits for
-    /// them.
+    /// Everything that has not been reached is dropped, with the moves it waited for; marks count as reached,
+    /// so that nobody waits for them.
     pub fn clear(&mut self, pushed: u32) {
         self.begun.clear();
         self.marks.clear();
@@ -191,7 +193,8 @@ impl Timeline {
         self.next = pushed;
     }
 
-    /// Where the motors are at this tick. `rests` when they have played all that was submitted so far, `pushed` blocks.
+    /// Where the motors are at this tick. `rests` when they have played all that was submitted so far,
+    /// `pushed` blocks.
     pub fn pass(&mut self, now: Ticks, rests: bool, pushed: u32) -> Passed {
         let mut reached = None;
         while let Some(boundary) = self.begun.get(0).filter(|boundary| boundary.at <= at_tick(now)) {

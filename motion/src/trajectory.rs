@@ -1,7 +1,7 @@
 //! The trajectory: pieces of position over time.
 //!
-//! Time is absolute, in step ticks with 32 bits of fraction: exact to add, never wrapping, equal on every machine. A
-//! piece is the distance along a path as a polynomial of local time. Filters (input shaping,
+//! Time is absolute, in step ticks with 32 bits of fraction: exact to add, never wrapping, equal on every
+//! machine. A piece is the distance along a path as a polynomial of local time. Filters (input shaping,
 //! pressure advance) stand between here and [`crate::knots`].
 
 use fixed::types::U96F32;
@@ -69,8 +69,8 @@ pub struct Piece {
     pub jerk: f64,
 }
 
-/// Trajectory was taken back: what follows replaces it. No axis had used it, or those that had stood still; but for extruders with
-/// pressure advance, which go over from the old to the new over one latency.
+/// Trajectory was taken back: what follows replaces it. No axis had used it, or those that had stood still;
+/// but for extruders with pressure advance, which go over from the old to the new over one latency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TakenBack {
     /// Changes each time.

@@ -1,4 +1,5 @@
-//! An input that stops motion: an end switch or a probe. The input's interrupt latches *when*; the feed works out *where*.
+//! An input that stops motion: an end switch or a probe. The input's interrupt latches *when*; the feed works
+//! out *where*.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -9,14 +10,16 @@ use crate::queue::StepQueue;
 /// No input has fired.
 const NONE: u32 = u32::MAX;
 
-/// The meeting place of the input interrupts and the step feed. Lives in a `static`; plain atomics, nobody waits.
+/// The meeting place of the input interrupts and the step feed. Lives in a `static`; plain atomics, nobody
+/// waits.
 ///
-/// The dispatcher arms it for some inputs and gives the order to move; the first armed input to report disarms it and leaves
-/// its number and tick; the feed takes them at its next run and stops the motion.
+/// The dispatcher arms it for some inputs and gives the order to move; the first armed input to report
+/// disarms it and leaves its number and tick; the feed takes them at its next run and stops the motion.
 ///
-/// Armed softly, the motion brakes along its path from what is already written: no step is lost, at the price of the way that
-/// takes. Armed hard, reporting cuts the step queue at once ([`StepQueue::cut`]): the motors stand within
-/// a step, and may lose some if they were fast. For an approach whose place is measured again afterwards.
+/// Armed softly, the motion brakes along its path from what is already written: no step is lost, at the price
+/// of the way that takes. Armed hard, reporting cuts the step queue at once ([`StepQueue::cut`]): the motors
+/// stand within a step, and may lose some if they were fast. For an approach whose place is measured again
+/// afterwards.
 #[derive(Debug)]
 pub struct Latch {
     /// Inputs that may fire, one bit each. Written by the dispatcher, cleared by the interrupt that fires.
@@ -25,7 +28,8 @@ pub struct Latch {
     hard: AtomicBool,
     /// Low half of the step clock when the input fired. Written by the interrupt before `fired`.
     at: AtomicU32,
-    /// Number of the input that fired, or [`NONE`]. Written by the interrupt, reset by the feed and by arming.
+    /// Number of the input that fired, or [`NONE`]. Written by the interrupt, reset by the feed and by
+    /// arming.
     fired: AtomicU32,
 }
 
@@ -102,8 +106,8 @@ impl Latch {
         self.hard.load(Ordering::SeqCst)
     }
 
-    /// Called by an input's interrupt with the low half of the step clock. Only the first armed input counts; armed
-    /// hard, it cuts the queue.
+    /// Called by an input's interrupt with the low half of the step clock. Only the first armed input counts;
+    /// armed hard, it cuts the queue.
     pub fn report(&self, input: u8, at: u32, queue: &StepQueue) {
         let bit = 1_u32.checked_shl(u32::from(input)).unwrap_or(0);
         if self.armed.load(Ordering::SeqCst) & bit == 0 {

@@ -217,7 +217,8 @@ pub struct ProbeAlong {
     pub must_find: bool,
 }
 
-/// What machines do beside moving, by name. Each has its words, which its row in the table of codes describes.
+/// What machines do beside moving, by name. Each has its words, which its row in the table of codes
+/// describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the table of codes says what each does")]
 pub enum Function {

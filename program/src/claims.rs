@@ -1,4 +1,5 @@
-//! Codes that the configuration gives to heaters and switches: M104 sets the hot end because its section says so.
+//! Codes that the configuration gives to heaters and switches: M104 sets the hot end because its section says
+//! so.
 //!
 //! Any code can be claimed, also one that means something already: then both happen, the switch first.
 
@@ -28,7 +29,8 @@ pub enum Claim {
 #[derive(Clone, Debug)]
 pub struct Claims {
     claims: Vec<(Code, Claim), MOST>,
-    /// Which G and M numbers are claimed at all, one bit each, so that nearly every code is told apart by one look.
+    /// Which G and M numbers are claimed at all, one bit each, so that nearly every code is told apart by one
+    /// look.
     g: [u32; 4],
     m: [u32; 32],
 }

@@ -1,4 +1,5 @@
-//! The table of console commands: the word, what it takes, what it does. `help`, `-h` and the documentation come from it.
+//! The table of console commands: the word, what it takes, what it does. `help`, `-h` and the documentation
+//! come from it.
 
 use crate::state::States;
 

@@ -32,7 +32,8 @@ impl Interpreter {
         NOTHING
     }
 
-    /// The heater that a code addresses, and whether it waits: by T, else that of the active tool, else one that is always active.
+    /// The heater that a code addresses, and whether it waits: by T, else that of the active tool, else one
+    /// that is always active.
     fn addressed(&self, claims: &[Claim], context: &Context<'_>) -> Result<(HeaterId, bool), Fault> {
         let active = self.tools.active_id();
         let word = context.words.get('T');

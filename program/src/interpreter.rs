@@ -126,7 +126,8 @@ impl Interpreter {
         }
     }
 
-    /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its code.
+    /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its
+    /// code.
     #[must_use]
     pub fn row(&self, block: &Block<'_>) -> Option<&'static CodeInfo> {
         let code = block.code.unwrap_or(self.modal.motion.code());
@@ -140,8 +141,8 @@ impl Interpreter {
         known
     }
 
-    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out. `None` when the
-    /// block is no question, or a word of it is wrong.
+    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out.
+    /// `None` when the block is no question, or a word of it is wrong.
     #[must_use]
     pub fn question<'b>(&self, block: &'b Block<'b>) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
         let row = self.row(block).filter(|row| row.waits == codes::Waits::Question)?;

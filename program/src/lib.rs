@@ -1,11 +1,13 @@
 //! The interpreter: what a line of G-code means, as [`Action`]s for the machine to carry out.
 //!
-//! Text becomes words in `gcode`, words become actions here, and one executor in `machine` carries the actions out. Nothing
-//! here waits, moves or looks at the world: an [`Interpreter`] takes a block and what it must know of the machine, and gives
-//! actions. What an action finds (a contact, a position after a stop) is told back.
+//! Text becomes words in `gcode`, words become actions here, and one executor in `machine` carries the
+//! actions out. Nothing here waits, moves or looks at the world: an [`Interpreter`] takes a block and what it
+//! must know of the machine, and gives actions. What an action finds (a contact, a position after a stop) is
+//! told back.
 //!
-//! What codes there are, what words they take, when they may run and what they wait for is one table, [`codes`]; what console
-//! commands there are is another, [`commands`]. Dispatch, `help` and the documentation come from these.
+//! What codes there are, what words they take, when they may run and what they wait for is one table,
+//! [`codes`]; what console commands there are is another, [`commands`]. Dispatch, `help` and the
+//! documentation come from these.
 #![cfg_attr(not(any(test, feature = "docs")), no_std)]
 #![forbid(unsafe_code)]
 

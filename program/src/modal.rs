@@ -1,7 +1,7 @@
 //! What a program's words mean at this moment: units, plane, distance mode, offsets, rates.
 //!
-//! Order of offsets: machine = work + coordinate system - G92 + tool offset. Everything here is in mm and mm/s; inches
-//! and minutes end where a word is read.
+//! Order of offsets: machine = work + coordinate system - G92 + tool offset. Everything here is in mm and
+//! mm/s; inches and minutes end where a word is read.
 
 use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};

@@ -64,7 +64,8 @@ impl Interpreter {
         NOTHING
     }
 
-    /// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in force.
+    /// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in
+    /// force.
     pub(crate) fn machine_coordinates<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
         self.modal.machine_next = true;
         if context.words.is_bare() {

@@ -64,8 +64,8 @@ impl Interpreter {
         NOTHING
     }
 
-    /// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z, then X and Y. With
-    /// words only the axes they name take part.
+    /// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,
+    /// then X and Y. With words only the axes they name take part.
     fn go_to_park<'b>(&mut self, words: &Words<'b>, facts: Facts) -> Result<Meaning<'b>, Fault> {
         if let Some(letter) = words.other_than("XYZ") {
             return Err(Problem::NotParkable(letter).refused(words.column_of(letter)));

@@ -9,8 +9,8 @@ use crate::interpreter::{Context, Interpreter, Meaning};
 use crate::words::Words;
 
 impl Interpreter {
-    /// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was, and Z makes that
-    /// height read as given.
+    /// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was,
+    /// and Z makes that height read as given.
     pub(crate) fn probe_down<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
         let words = &context.words;
         Ok(Meaning::Action(Action::ProbeDown(ProbeDown {
@@ -38,8 +38,8 @@ impl Interpreter {
         Ok(Meaning::Action(Action::ProbeAlong(ProbeAlong { target, rate, until, must_find })))
     }
 
-    /// The words of G38. In GRBL's dialect they are read as those of any move; else they are distances, whatever the distance mode,
-    /// as in Smoothieware.
+    /// The words of G38. In GRBL's dialect they are read as those of any move; else they are distances,
+    /// whatever the distance mode, as in Smoothieware.
     fn probing_target(&self, words: &Words<'_>, dialect: Dialect) -> Result<PerAxis<f64>, Fault> {
         let by_mode = dialect.probes_by_distance_mode();
         let mut target = self.position;

@@ -1,6 +1,7 @@
 //! G5 (cubic), G5.1 (quadratic) and G5.2 with G5.3 (NURBS): from words to the shapes of splines.
 //!
-//! The words are those of LinuxCNC, and of Marlin for G5. Splines lie in the plane of X and Y; every other axis goes along evenly.
+//! The words are those of LinuxCNC, and of Marlin for G5. Splines lie in the plane of X and Y; every other
+//! axis goes along evenly.
 
 use core::ops::RangeInclusive;
 
@@ -21,7 +22,8 @@ const USUAL_ORDER: u8 = 3;
 /// What a spline needs to know of the lines before it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Splines {
-    /// From the end of the last move, if that was a G5, to where its direction goes on: the next one's I and J.
+    /// From the end of the last move, if that was a G5, to where its direction goes on: the next one's I and
+    /// J.
     onward: Option<(f64, f64)>,
     /// Order of the NURBS whose control points come in.
     open: Option<u8>,
@@ -64,7 +66,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G5: I J from the start to the first control point, P Q from the end to the second. Without I J it goes on as the last G5 ended.
+    /// G5: I J from the start to the first control point, P Q from the end to the second. Without I J it goes
+    /// on as the last G5 ended.
     pub(crate) fn cubic(&mut self, words: &Words<'_>) -> Result<Shape, Fault> {
         let onward = self.splines.onward.take();
         let first = pair(words, 'I', 'J')?.or(onward).ok_or(Problem::CubicStart.alarm(words.column()))?;
@@ -81,8 +84,8 @@ impl Interpreter {
         Ok(Shape::Quadratic((words.get('I').unwrap_or(0.0), words.get('J').unwrap_or(0.0))))
     }
 
-    /// G5.2 and the lines that follow it: a control point X Y with its weight P. The first one is where the tool is; P alone on the line
-    /// of G5.2 is its weight. L is the order.
+    /// G5.2 and the lines that follow it: a control point X Y with its weight P. The first one is where the
+    /// tool is; P alone on the line of G5.2 is its weight. L is the order.
     pub(crate) fn control_point<'b>(&mut self, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
         if let Some(letter) = words.other_than("XYPLFS") {
             return Err(Problem::NurbsWord(letter).alarm(words.column_of(letter)));

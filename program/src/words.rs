@@ -32,7 +32,8 @@ impl<'b> Words<'b> {
         }
     }
 
-    /// The number of a word, in the internal unit of what it means; as it is written where the row does not know it.
+    /// The number of a word, in the internal unit of what it means; as it is written where the row does not
+    /// know it.
     #[must_use]
     pub fn get(&self, letter: char) -> Option<f64> {
         let value = self.block.get(letter)?;
@@ -40,7 +41,8 @@ impl<'b> Words<'b> {
         Some(self.converted(value, unit))
     }
 
-    /// A length in mm, where the row says that it is one: without a look at the row, for every line of a program has some.
+    /// A length in mm, where the row says that it is one: without a look at the row, for every line of a
+    /// program has some.
     #[must_use]
     pub(crate) fn length(&self, letter: char) -> Option<f64> {
         debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");

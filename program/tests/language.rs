@@ -1,10 +1,10 @@
 //! The language, as a table of text and the actions it means, in `language/*.txt`.
 //!
-//! `# title` begins a program; the interpreter is new there. A line at the margin is a line of the program; the indented lines below
-//! it are what the machine is asked to do, or `error:` or `alarm:` with what is wrong. `@` lines say what the machine is like or
-//! has found. The machine has extruders 0 (A) and 1 (B, 20 mm to the right, its filament 1.75 mm thick and counted in mm3), heater
-//! 0 of tool 0, heater 1 with id 254, switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads
-//! only.
+//! `# title` begins a program; the interpreter is new there. A line at the margin is a line of the program;
+//! the indented lines below it are what the machine is asked to do, or `error:` or `alarm:` with what is
+//! wrong. `@` lines say what the machine is like or has found. The machine has extruders 0 (A) and 1 (B, 20
+//! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
+//! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
 
 use gcode::{Blocks, Decoder, Line};
 use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};

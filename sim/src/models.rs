@@ -1,4 +1,5 @@
-//! One chip or one piece of physics per module, each from its datasheet or textbook, none aware of the others.
+//! One chip or one piece of physics per module, each from its datasheet or textbook, none aware of the
+//! others.
 
 pub mod carriage;
 pub mod heater;

@@ -1,7 +1,7 @@
 //! The files a run leaves: `console.log`, `steps.csv`, `telemetry.csv` and `summary.json`.
 //!
-//! Edges are written as they come, so a long run needs no memory for them. Every file is a function of the run alone:
-//! no wall-clock time, no path.
+//! Edges are written as they come, so a long run needs no memory for them. Every file is a function of the
+//! run alone: no wall-clock time, no path.
 
 mod json;
 mod summary;
@@ -66,8 +66,8 @@ impl Recorder {
         self.console.write_all(bytes)
     }
 
-    /// Writes the edges since the last call, and a telemetry row when one is due. `cpu_load` is the share of time the
-    /// processor did not sleep, 0 to 1; not a number when it is not known.
+    /// Writes the edges since the last call, and a telemetry row when one is due. `cpu_load` is the share of
+    /// time the processor did not sleep, 0 to 1; not a number when it is not known.
     ///
     /// # Errors
     /// What the file system says.
@@ -104,7 +104,8 @@ impl Recorder {
     }
 }
 
-/// Writes the result of a verification that came after the run into its summary: the distances, or one more error.
+/// Writes the result of a verification that came after the run into its summary: the distances, or one more
+/// error.
 ///
 /// # Errors
 /// What the file system says, with the path; or that the file is no summary of ours.

@@ -1,9 +1,11 @@
-//! The native runner: the same machine code as on the board, against the same simulated machine, in virtual time and
-//! without an emulator. For long jobs and for tests of behaviour; the image itself is proven on the virtual board.
+//! The native runner: the same machine code as on the board, against the same simulated machine, in virtual
+//! time and without an emulator. For long jobs and for tests of behaviour; the image itself is proven on the
+//! virtual board.
 //!
-//! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each slot the tasks
-//! run in the order of their priorities on the board, then the step events due in the slot are played at their exact
-//! ticks. So step times are those of the board; only the moment at which the dispatcher sees something differs.
+//! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each
+//! slot the tasks run in the order of their priorities on the board, then the step events due in the slot are
+//! played at their exact ticks. So step times are those of the board; only the moment at which the dispatcher
+//! sees something differs.
 
 mod bank;
 pub mod curves;
@@ -51,7 +53,8 @@ pub struct Setup {
     pub chip: Chip,
     /// Faults, and when they happen.
     pub faults: Vec<TimedFault>,
-    /// Transports in memory beside the two consoles, whose other ends come and go. Nobody is there at the start.
+    /// Transports in memory beside the two consoles, whose other ends come and go. Nobody is there at the
+    /// start.
     pub visitors: Vec<SessionProfile>,
     /// The configuration that fits the machine as it is built, when the card's says something else about it.
     pub built_as: Option<String>,
@@ -91,7 +94,8 @@ impl std::fmt::Debug for Runner {
 
 impl Drop for Runner {
     fn drop(&mut self) {
-        // The drivers reach the world through what is shared, and are shared themselves: that circle would keep both.
+        // The drivers reach the world through what is shared, and are shared themselves: that circle would
+        // keep both.
         *self.shared.bank.borrow_mut() = bank::Bank::default();
     }
 }
@@ -226,8 +230,8 @@ impl Runner {
         Ok(())
     }
 
-    /// From now on the ideal motion is recorded, to hold another board's edges against it; with the feed in these phases while
-    /// switches are searched for.
+    /// From now on the ideal motion is recorded, to hold another board's edges against it; with the feed in
+    /// these phases while switches are searched for.
     ///
     /// # Errors
     /// When the configuration describes no machine that can move.
@@ -268,7 +272,8 @@ impl Runner {
         self.shared.step_times.set(times);
     }
 
-    /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is an error.
+    /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is
+    /// an error.
     #[must_use]
     pub fn step_error(&self) -> Option<Result<StepError, String>> {
         let (error, strays) = self.tasks.watch.as_ref()?.result()?;
@@ -279,7 +284,8 @@ impl Runner {
         })
     }
 
-    /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what was sent.
+    /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what
+    /// was sent.
     pub fn command(&mut self, line: &str, deadline_ns: u64) -> String {
         self.command_on(SessionId(0), line, deadline_ns)
     }

@@ -1,7 +1,7 @@
 //! The operator at the console: has the board play a file from its SD card and watches it to the end.
 //!
-//! The dialogue is Smoothieware v2's. A state machine without a clock of its own: it is told the time and what the
-//! board said, and says what to type next. The same for every board and runner.
+//! The dialogue is Smoothieware v2's. A state machine without a clock of its own: it is told the time and
+//! what the board said, and says what to type next. The same for every board and runner.
 
 /// Time the board may take before it answers, before the question is asked again.
 const PATIENCE_NS: u64 = 2_000_000_000;
@@ -12,14 +12,14 @@ const STATUS_NS: u64 = 200_000_000;
 /// Attempts to reach the board, and to start the job.
 const ATTEMPTS: u32 = 10;
 
-/// How long a booting board may say nothing between two of its first words: an image may wait for the 32 kHz crystal
-/// twice, 2 s each (the data sheet's typical start-up).
+/// How long a booting board may say nothing between two of its first words: an image may wait for the 32 kHz
+/// crystal twice, 2 s each (the data sheet's typical start-up).
 pub const BOOT_SILENCE_NS: u64 = 5_000_000_000;
 
 /// A heater this far below its target is still on its way, kelvins.
 const WARM_K: f64 = 0.5;
-/// Standstills in a row that end a job on a board that is not ours: it may have read the file far ahead of what it does, be
-/// idle while it waits for a heater, and for a moment before it goes on.
+/// Standstills in a row that end a job on a board that is not ours: it may have read the file far ahead of
+/// what it does, be idle while it waits for a heater, and for a moment before it goes on.
 const FOREIGN_IDLE: u32 = 25;
 
 /// When the operator speaks for the first time.
@@ -28,7 +28,8 @@ pub enum Opening {
     /// At once: the board answers when it can.
     #[default]
     AtOnce,
-    /// When the board has said something and then nothing for a while. For a board that loses what it is told before.
+    /// When the board has said something and then nothing for a while. For a board that loses what it is told
+    /// before.
     AfterFirstWords,
     /// At this time since power-on, nanoseconds.
     At(u64),
@@ -183,7 +184,8 @@ impl Session {
             Step::Settle => ("?".to_owned(), STATUS_NS),
             Step::Over => return None,
         };
-        // While the file plays or moves run out, questions may go on for hours; before, silence means something.
+        // While the file plays or moves run out, questions may go on for hours; before, silence means
+        // something.
         if !matches!(self.step, Step::Play | Step::Settle) {
             if self.attempts == ATTEMPTS {
                 let asked = words.trim_end().to_owned();
@@ -240,7 +242,8 @@ fn halt_reason(line: &str) -> Option<&str> {
     halted.then_some(line)
 }
 
-/// Whether a status line shows a heater well below its target: a field of two temperatures, present and wanted.
+/// Whether a status line shows a heater well below its target: a field of two temperatures, present and
+/// wanted.
 fn warms_up(status: &str) -> bool {
     status.trim_end_matches('>').split('|').any(|field| {
         let Some((name, values)) = field.split_once(':') else { return false };
@@ -255,7 +258,8 @@ const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
 const PAUSED: &str = "error:paused";
 
-/// What a board says whose configuration cannot be used: nothing can be played on it. Its findings come before.
+/// What a board says whose configuration cannot be used: nothing can be played on it. Its findings come
+/// before.
 const INVALID: &str = "There was a fatal error in the config.ini";
 
 fn is_error(line: &str) -> bool {

@@ -1,7 +1,9 @@
-//! The machine as the board's pins see it: pin levels and SPI frames in; switch levels, voltages and SPI replies out.
+//! The machine as the board's pins see it: pin levels and SPI frames in; switch levels, voltages and SPI
+//! replies out.
 //!
 //! The caller hands every input with its time; times must not go backwards. Physics runs on a fixed grid of
-//! [`GRID_NS`], so results depend only on the inputs and their times, never on how often [`World::advance`] is called.
+//! [`GRID_NS`], so results depend only on the inputs and their times, never on how often [`World::advance`]
+//! is called.
 
 mod config;
 mod delta;

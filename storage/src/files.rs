@@ -31,7 +31,8 @@ struct Open {
     failed: bool,
 }
 
-/// A directory that is being listed, so that its next entries are found without reading it from its beginning.
+/// A directory that is being listed, so that its next entries are found without reading it from its
+/// beginning.
 struct Listed {
     path: String<PATH_BYTES>,
     entries: usize,
@@ -147,8 +148,9 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         let _closed = self.manager.close_dir(directory);
     }
 
-    /// An entry's short name as `embedded-sdmmc` wants it, when that finds this entry by it. It does not where a damaged
-    /// directory has the name twice, or as its label, nor for names with blanks inside, which only very old systems made.
+    /// An entry's short name as `embedded-sdmmc` wants it, when that finds this entry by it. It does not
+    /// where a damaged directory has the name twice, or as its label, nor for names with blanks inside, which
+    /// only very old systems made.
     fn short_name(&self, directory: RawDirectory, entry: &Entry) -> Result<ShortFileName, StorageError> {
         let short_name = entry.short_name();
         let (stem, extension) = short_name.split_at(8);
@@ -200,12 +202,13 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
 }
 
 impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
-    /// Finds the card and its first partition, and completes what a power cut has interrupted. What was open is closed, as it may be
-    /// another card.
+    /// Finds the card and its first partition, and completes what a power cut has interrupted. What was open
+    /// is closed, as it may be another card.
     fn mount(&mut self) -> Result<(), StorageError> {
         self.listed = None;
         while let Some(open) = self.open.pop() {
-            // The old card may be gone: that its files cannot be closed properly is no reason not to look for a new one.
+            // The old card may be gone: that its files cannot be closed properly is no reason not to look for
+            // a new one.
             let _gone = self.close_content(open);
         }
         self.manager.device(|lens| lens.volume = None);
@@ -257,7 +260,8 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
         if bytes.is_empty() {
             return Ok(());
         }
-        // The last free cluster would be taken for an empty file and then lost, as finding no further one is an error there.
+        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
+        // an error there.
         let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
         if is_empty && !self.names(|volume, device| volume.has_free(device, 2))? {
             return Err(StorageError::Full);

@@ -1,12 +1,16 @@
 //! The card as `embedded-sdmmc` sees it.
 //!
-//! Version 0.10 of that crate does four things that would harm a volume, and has no way to be told; here they have no effect:
+//! Version 0.10 of that crate does four things that would harm a volume, and has no way to be told; here they
+//! have no effect:
 //!
-//! - it counts free clusters from what it read when the volume was opened, although others take and give clusters as well. So
-//!   it reads that the count is not known, and then leaves it alone;
-//! - it takes entries of the allocation table that belong to no cluster, behind the last one, for free. So they read as taken;
-//! - it writes to clusters that the volume does not have, on a damaged one. So nothing outside the volume is read or written;
-//! - it sets the case of a short name to capitals when it writes an entry. So the case bits of open files are put back.
+//! - it counts free clusters from what it read when the volume was opened, although others take and give
+//!   clusters as well. So it reads that the count is not known, and then leaves it alone;
+//! - it takes entries of the allocation table that belong to no cluster, behind the last one, for free. So
+//!   they read as taken;
+//! - it writes to clusters that the volume does not have, on a damaged one. So nothing outside the volume is
+//!   read or written;
+//! - it sets the case of a short name to capitals when it writes an entry. So the case bits of open files are
+//!   put back.
 
 use core::error::Error;
 use core::fmt;

@@ -1,8 +1,9 @@
 //! The machine's storage port ([`machine::ports::Storage`]) on a card with a FAT16 or FAT32 volume.
 //!
-//! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. What is in a file is that of
-//! `embedded-sdmmc`, which opens it by the short name found here. The two never change the same thing: while a file is open
-//! its entry stays where it is, and blocks are only changed between calls of the other, which then forgets what it had read.
+//! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. What is in a
+//! file is that of `embedded-sdmmc`, which opens it by the short name found here. The two never change the
+//! same thing: while a file is open its entry stays where it is, and blocks are only changed between calls of
+//! the other, which then forgets what it had read.
 //!
 //! Generic over the card, so that the desk tests what the board runs.
 #![cfg_attr(not(any(test, feature = "ram")), no_std)]

@@ -52,7 +52,8 @@ struct State {
     most_reads: Option<u32>,
 }
 
-/// A card with one partition. Clones are the same card. A block is written whole or not at all, as cards promise.
+/// A card with one partition. Clones are the same card. A block is written whole or not at all, as cards
+/// promise.
 #[derive(Clone)]
 pub struct RamCard {
     formatted: Rc<Vec<u8>>,

@@ -1,4 +1,5 @@
-//! The storage port on volumes in memory, judged by a foreign tool (`fatfs`) and by the checker of `drivers::fat`'s tests.
+//! The storage port on volumes in memory, judged by a foreign tool (`fatfs`) and by the checker of
+//! `drivers::fat`'s tests.
 
 mod card;
 #[path = "../../drivers/src/fat/tests/checker.rs"]

@@ -1,9 +1,10 @@
-//! Heaters, extruders and drivers are addressed by what the user wrote, never by a place in a list; and the saved settings of
-//! Smoothieware v2 land where they land there.
+//! Heaters, extruders and drivers are addressed by what the user wrote, never by a place in a list; and the
+//! saved settings of Smoothieware v2 land where they land there.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// What Smoothieware v2 saves on a machine like the sample, with values that nothing has by default. M500 writes the same.
+/// What Smoothieware v2 saves on a machine like the sample, with values that nothing has by default. M500
+/// writes the same.
 const SAVED_BY_V2: &str = include_str!("data/config-override");
 
 fn lines_without_comments(text: &str) -> Vec<&str> {

@@ -25,8 +25,8 @@ fn registers(bench: &Bench) -> [u32; 5] {
 
 #[test]
 fn raw_registers_reach_the_chip_and_named_settings_stand_above_them() {
-    // 256 microsteps, single edge; another chopper; coolStep; a stallGuard threshold of 3 and a current scale of 31; DRVCONF with
-    // the weakest gate drive.
+    // 256 microsteps, single edge; another chopper; coolStep; a stallGuard threshold of 3 and a current scale
+    // of 31; DRVCONF with the weakest gate drive.
     let bench = with("alpha.reg = 00000, 901B4, A8202, C031F, E0010\nalpha.passive_fast_decay = false");
     let [drvctrl, chopconf, smarten, sgcsconf, drvconf] = registers(&bench);
     assert_eq!(chopconf & CHOPPER, 0x1_01B4 & CHOPPER, "{chopconf:x}");

@@ -1,4 +1,5 @@
-//! How far a carriage goes past its switch in homing: never further than common switches give way, whatever is configured.
+//! How far a carriage goes past its switch in homing: never further than common switches give way, whatever
+//! is configured.
 
 use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use sim::world::Fault;

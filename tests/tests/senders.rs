@@ -1,5 +1,5 @@
-//! What a sender, a host program or a person at the console must be able to rely on: nothing moves that was not asked for, no line is
-//! carried out that belongs to a file, none is lost without a word.
+//! What a sender, a host program or a person at the console must be able to rely on: nothing moves that was
+//! not asked for, no line is carried out that belongs to a file, none is lost without a word.
 
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};

@@ -1,4 +1,5 @@
-//! Transports in memory beside the serial lines: each of a kind, with rights and a dialect of its own. The executor knows none of it.
+//! Transports in memory beside the serial lines: each of a kind, with rights and a dialect of its own. The
+//! executor knows none of it.
 
 use machine::Dialect;
 use machine::ports::{ConsoleKind, SessionProfile};

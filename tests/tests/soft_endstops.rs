@@ -1,5 +1,5 @@
-//! Soft endstops: no move starts that would leave the travel of a homed axis. The sample printer homes at X0 Y0 Z0, and
-//! goes to X220 Y220 Z200.
+//! Soft endstops: no move starts that would leave the travel of a homed axis. The sample printer homes at X0
+//! Y0 Z0, and goes to X220 Y220 Z200.
 
 use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use units::Actuator::{Alpha, Beta, Delta, Gamma};
@@ -61,7 +61,8 @@ fn an_arc_that_bulges_out_is_refused_although_it_ends_within() {
     bench.run(&["G90", "G1 X210 Y100 F9000", "M400"]);
     refused(&mut bench, "G3 X210 Y140 I0 J20", &beyond('X', 230.0, 220.0));
     refused(&mut bench, "G3 X210 Y140 R20", &beyond('X', 230.0, 220.0));
-    // Full circles, one of two turns; a helix; one in another plane; and one whose configuration asks for chords.
+    // Full circles, one of two turns; a helix; one in another plane; and one whose configuration asks for
+    // chords.
     refused(&mut bench, "G2 I7.5 J0", &beyond('X', 225.0, 220.0));
     refused(&mut bench, "G2 I0 J-15 P2 Z5", &beyond('X', 225.0, 220.0));
     refused(&mut bench, "G2 X210 Y140 Z201 J20", &beyond('Z', 201.0, 200.0));
@@ -97,7 +98,8 @@ fn from_outside_a_move_may_come_back_in_and_not_go_further_out() {
     let mut bench = homed(Plan::new(CARTESIAN));
     bench.run(&["G90", "G1 X20 Y20 F6000", "M400", "G92.4 X-15"]);
     refused(&mut bench, "G1 X-15.5 Y30", &beyond('X', -15.5, 0.0));
-    // Out to the other side of where it is: from X-15 a circle around X-10 stays right of it, one around X-20 does not.
+    // Out to the other side of where it is: from X-15 a circle around X-10 stays right of it, one around X-20
+    // does not.
     refused(&mut bench, "G2 I-5 J0", &beyond('X', -25.0, 0.0));
     bench.run(&["G2 I5 J0", "G1 Y30", "G1 X-10", "M400"]);
     refused(&mut bench, "G1 X-12", &beyond('X', -12.0, 0.0));

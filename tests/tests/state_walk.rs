@@ -1,9 +1,9 @@
 //! The state walk: every state times every event, from the table itself (`machine/src/safety/state.rs`).
 //!
-//! The table's own transitions say which modes there are (a state, what it interrupted, whether a job is suspended) and how to get
-//! there. A real machine is brought into each of them by what people do and what can happen to it, and then everything that can
-//! happen in it happens; what the machine says it is must be what the table says. An event or a state that is added has no walk,
-//! and then this does not compile.
+//! The table's own transitions say which modes there are (a state, what it interrupted, whether a job is
+//! suspended) and how to get there. A real machine is brought into each of them by what people do and what
+//! can happen to it, and then everything that can happen in it happens; what the machine says it is must be
+//! what the table says. An event or a state that is added has no walk, and then this does not compile.
 //!
 //! And wherever the machine is: M112, the kill button and a fault make it safe within a millisecond.
 
@@ -98,8 +98,8 @@ fn cause(mode: Mode, event: Event) -> Cause {
     }
 }
 
-/// The modes that an event leads through, the last of which lasts. Behind a search lines wait, and while the door is open those
-/// that move; what begins at standstill waits for it; homing gives a suspended job up.
+/// The modes that an event leads through, the last of which lasts. Behind a search lines wait, and while the
+/// door is open those that move; what begins at standstill waits for it; homing gives a suspended job up.
 fn course(mode: Mode, event: Event) -> Vec<Mode> {
     use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend, Unsuspend};
     let sequence: &[Event] = match event {

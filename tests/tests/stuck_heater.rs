@@ -1,4 +1,5 @@
-//! A heater whose MOSFET conducts whatever it is told: in every state the supply that the board can cut is cut and a person is told.
+//! A heater whose MOSFET conducts whatever it is told: in every state the supply that the board can cut is
+//! cut and a person is told.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::world::Fault;
@@ -11,7 +12,8 @@ fn fail(bench: &Bench, fault: Fault) {
     bench.world(|world| world.inject(&fault)).expect("a part of this machine");
 }
 
-/// Sticks the heater on now. Seconds until one of these words is said, and how hot the heater has become by then.
+/// Sticks the heater on now. Seconds until one of these words is said, and how hot the heater has become by
+/// then.
 fn time_to_tell(bench: &mut Bench, heater: &str, words: &[&str], patience_s: f64) -> (f64, f64) {
     let began = bench.now_s();
     fail(bench, Fault::HeaterStuckOn(heater.into()));
@@ -42,7 +44,8 @@ fn idle_and_cold() {
         show("idle, never used", heater, found);
         assert_cut_off(&mut bench);
         if heater == "bed" {
-            // Its connector lies before the supply's switch: it goes on, and a person is told again, and turns the power off.
+            // Its connector lies before the supply's switch: it goes on, and a person is told again, and
+            // turns the power off.
             bench.hear_until(told, limit_s);
             fail(&bench, Fault::FetSupply(0.0));
         }
@@ -97,7 +100,8 @@ fn beside_another_heater() {
     assert_cut_off(&mut bench);
 }
 
-/// Halted, the supply is off: it takes a second fault to heat, and all that is left is to say so, again and again.
+/// Halted, the supply is off: it takes a second fault to heat, and all that is left is to say so, again and
+/// again.
 #[test]
 fn halted_with_a_supply_switch_that_conducts() {
     let mut bench = Plan::new(CARTESIAN).start();

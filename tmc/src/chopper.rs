@@ -98,7 +98,8 @@ pub enum Chopper {
 }
 
 impl Chopper {
-    /// What a Smoothieboard v2 loads: spreadCycle, off time 5, blank 54, hysteresis start 5, end 0, fastest decrement.
+    /// What a Smoothieboard v2 loads: spreadCycle, off time 5, blank 54, hysteresis start 5, end 0, fastest
+    /// decrement.
     pub const DEFAULT: Self = Self::SpreadCycle {
         off_time: 5,
         blank_time: BlankTime::Clocks54,

@@ -1,5 +1,5 @@
-//! Amperes to current scale. TMC2590 datasheet section 7.8 (`CS`) and 7.9 (`VSENSE`), TMC2660 sections 6.8 and 6.9:
-//! peak current = (`CS` + 1) / 32 * full-scale sense voltage / sense resistor.
+//! Amperes to current scale. TMC2590 datasheet section 7.8 (`CS`) and 7.9 (`VSENSE`), TMC2660 sections 6.8
+//! and 6.9: peak current = (`CS` + 1) / 32 * full-scale sense voltage / sense resistor.
 
 use crate::Chip;
 use units::{Amps, Ohms, Volts};
@@ -62,7 +62,8 @@ impl Chip {
     }
 }
 
-/// The nearest setting to a peak current: the high range if it fills at least half of the scale, else the low range.
+/// The nearest setting to a peak current: the high range if it fills at least half of the scale, else the low
+/// range.
 #[must_use]
 pub fn current_setting(chip: Chip, sense_resistor: Ohms, peak: Amps) -> CurrentSetting {
     let exact = |low_range| SCALE_STEPS * sense_resistor.0 * peak.0 / chip.full_scale(low_range).0 - 1.0;

@@ -1,5 +1,5 @@
-//! One driver chip in a person's terms. The chip's registers cannot be read, so the driver keeps a copy, writes what
-//! changes, and can write all of it again after the motor supply was gone.
+//! One driver chip in a person's terms. The chip's registers cannot be read, so the driver keeps a copy,
+//! writes what changes, and can write all of it again after the motor supply was gone.
 
 use crate::Chip;
 use crate::chopper::{Chopper, CoolStep, SettingError, in_range};
@@ -14,7 +14,8 @@ use units::{Amps, Ohms};
 pub enum Error<E> {
     /// The SPI bus failed.
     Bus(E),
-    /// Nothing drives the data line: only zeros or only ones came back. No chip, no power, or chip select not connected.
+    /// Nothing drives the data line: only zeros or only ones came back. No chip, no power, or chip select not
+    /// connected.
     Absent,
     /// Something answers, but not as this chip would. The 24 bits that came.
     WrongAnswer(u32),
@@ -101,8 +102,8 @@ pub struct StallGuard {
 
 /// A TMC2590 or TMC2660 on an SPI bus in [`crate::SPI_MODE`].
 ///
-/// Every setting enters the copy of the registers before it is sent, so a chip that does not answer yet, because the
-/// motor supply is off, gets all of them by [`Driver::start`].
+/// Every setting enters the copy of the registers before it is sent, so a chip that does not answer yet,
+/// because the motor supply is off, gets all of them by [`Driver::start`].
 #[derive(Debug)]
 pub struct Driver<SPI> {
     spi: SPI,
@@ -119,16 +120,17 @@ pub struct Driver<SPI> {
     shown: ReadSelect,
 }
 
-/// Fills the four bits of the 24 that the chip only passes through, so that a dead line cannot look like an answer.
+/// Fills the four bits of the 24 that the chip only passes through, so that a dead line cannot look like an
+/// answer.
 const PADDING: u32 = 0b0101;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, where the chip has it, with the
-    /// low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
+    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, where the chip has
+    /// it, with the low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
     ///
-    /// TMC2590 data sheet, section 12.1: "enable detection for normal use". It trips between 1.3 V and 1.8 V across the low-side
-    /// MOSFET and the sense resistor. At the most that the chip can regulate, 6.5 A with 50 mOhm, a hot MOSFET of 50 mOhm
-    /// makes that 0.65 V.
+    /// TMC2590 data sheet, section 12.1: "enable detection for normal use". It trips between 1.3 V and 1.8 V
+    /// across the low-side MOSFET and the sense resistor. At the most that the chip can regulate, 6.5 A with
+    /// 50 mOhm, a hot MOSFET of 50 mOhm makes that 0.65 V.
     ///
     /// # Errors
     /// A sense resistor that is not above 0.
@@ -159,13 +161,14 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(driver)
     }
 
-    /// Writes every register, then checks that a chip of this kind answers. Also what brings the chip back after the
-    /// motor supply was gone. Takes six transfers.
+    /// Writes every register, then checks that a chip of this kind answers. Also what brings the chip back
+    /// after the motor supply was gone. Takes six transfers.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
     pub fn start(&mut self) -> Result<Status, Error<SPI::Error>> {
-        // The chip may have lost its settings, so the format of the answers before DRVCONF arrived is not known.
+        // The chip may have lost its settings, so the format of the answers before DRVCONF arrived is not
+        // known.
         for word in [self.registers.drvctrl.word(), self.chopconf(), self.registers.smarten.word()] {
             self.transfer(word)?;
         }
@@ -309,7 +312,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.registers.drvconf.word()).map(drop)
     }
 
-    /// Sets the short detector of the bridges' low side (`EN_S2VS`), which sees coils shorted to the supply and overcurrent.
+    /// Sets the short detector of the bridges' low side (`EN_S2VS`), which sees coils shorted to the supply
+    /// and overcurrent.
     ///
     /// # Errors
     /// [`Error::Setting`] for a TMC2660, which has none, else as [`Self::status`].
@@ -319,8 +323,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.registers.drvconf.word()).map(drop)
     }
 
-    /// Sets how hard the MOSFETs' gates are driven, 0 the gentlest, both sides alike: stronger means steeper edges, so less heat in
-    /// the MOSFETs, and more ringing, radio noise and false short circuits.
+    /// Sets how hard the MOSFETs' gates are driven, 0 the gentlest, both sides alike: stronger means steeper
+    /// edges, so less heat in the MOSFETs, and more ringing, radio noise and false short circuits.
     ///
     /// # Errors
     /// [`Error::Setting`] for more than [`Chip::strongest_gate_drive`], else as [`Self::status`].
@@ -373,8 +377,9 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.registers.drvconf = self.registers.drvconf.with_vsense(u32::from(setting.low_range));
     }
 
-    /// Scale and range are in two registers. In this order the current between the two is below the larger of the old
-    /// and the new one: the low range takes effect before its larger scale, the high range after its smaller scale.
+    /// Scale and range are in two registers. In this order the current between the two is below the larger of
+    /// the old and the new one: the low range takes effect before its larger scale, the high range after its
+    /// smaller scale.
     fn write_current(&mut self) -> Result<(), Error<SPI::Error>> {
         self.store_current();
         let (scale, range) = (self.registers.sgcsconf.word(), self.registers.drvconf.word());
@@ -391,8 +396,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Status::decode(answer >> 4, shown).ok_or(Error::WrongAnswer(answer))
     }
 
-    /// Sends 20 bits in a 24-bit frame; the chip takes the last 20. Gives the 24 bits that came back: the answer in
-    /// the upper 20, below it what the chip passed through.
+    /// Sends 20 bits in a 24-bit frame; the chip takes the last 20. Gives the 24 bits that came back: the
+    /// answer in the upper 20, below it what the chip passed through.
     fn transfer(&mut self, word: u32) -> Result<u32, Error<SPI::Error>> {
         let [_, mut frame @ ..] = (PADDING << 20 | word & WORD_MASK).to_be_bytes();
         self.spi.transfer_in_place(&mut frame).map_err(Error::Bus)?;

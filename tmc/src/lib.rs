@@ -1,8 +1,8 @@
 //! Trinamic TMC2590 and TMC2660 stepper motor drivers over SPI.
 //!
-//! [`register`] holds what the chip says: five write-only registers and the answer, every field under its datasheet
-//! name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot. The two chips share
-//! one register map; where they differ, [`Chip`] knows.
+//! [`register`] holds what the chip says: five write-only registers and the answer, every field under its
+//! datasheet name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot.
+//! The two chips share one register map; where they differ, [`Chip`] knows.
 //!
 //! | | TMC2590 | TMC2660 |
 //! |---|---|---|
@@ -10,7 +10,8 @@
 //! | sense voltage at full scale | 325 mV or 173 mV | 310 mV or 165 mV |
 //! | full diagnostics (`RDSEL` = %11) | yes | no |
 //!
-//! Sources: TMC2590 datasheet V1.0 (2019-FEB-22) section 7, TMC2660 datasheet Rev. 1.05 (2016-JUL-14) section 6.
+//! Sources: TMC2590 datasheet V1.0 (2019-FEB-22) section 7, TMC2660 datasheet Rev. 1.05 (2016-JUL-14)
+//! section 6.
 //!
 //! ```
 //! # use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
@@ -51,7 +52,8 @@ use units::{Amps, Ohms};
 
 /// SPI mode of the chips: clock idles high, data is taken on the rising edge (TMC2590 datasheet section 7.2).
 pub const SPI_MODE: spi::Mode = spi::MODE_3;
-/// SPI clock that is safe with the internal oscillator at its slowest: below a quarter of 10 MHz with a wide margin.
+/// SPI clock that is safe with the internal oscillator at its slowest: below a quarter of 10 MHz with a wide
+/// margin.
 pub const SPI_CLOCK_HZ: u32 = 500_000;
 
 /// Which chip is fitted.
@@ -87,10 +89,11 @@ impl Chip {
 
     /// How hard the gates are driven unless told otherwise, 0 the gentlest.
     ///
-    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. Its data sheet calls `SLPH` = `SLPL` = 3 with
-    /// `SLP2` clear "medium" (section 7.11, strength 3 of 7 in section 7.9: 36 mA and 42 mA); the maker's own code starts with
-    /// it (TMC-API, DRVCONF EF040), and so are these boards run. The MOSFETs inside a TMC2660 are run with the gentlest
-    /// slopes, on these boards and on others that carry it.
+    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. Its data sheet calls
+    /// `SLPH` = `SLPL` = 3 with `SLP2` clear "medium" (section 7.11, strength 3 of 7 in section 7.9: 36 mA
+    /// and 42 mA); the maker's own code starts with it (TMC-API, DRVCONF EF040), and so are these boards run.
+    /// The MOSFETs inside a TMC2660 are run with the gentlest slopes, on these boards and on others that
+    /// carry it.
     #[must_use]
     pub const fn default_gate_drive(self) -> u8 {
         match self {

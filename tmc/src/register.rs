@@ -81,7 +81,8 @@ macro_rules! register {
             /// The register with every field zero, as after power-up.
             pub const RESET: Self = Self($address << ADDRESS.lsb);
 
-            /// The register a 20-bit word writes, if the word is addressed to it; bits that no field names are dropped.
+            /// The register a 20-bit word writes, if the word is addressed to it; bits that no field names
+            /// are dropped.
             #[must_use]
             pub const fn from_word(word: u32) -> Option<Self> {
                 if ADDRESS.get(word) != $address || word & !WORD_MASK != 0 {
@@ -141,8 +142,8 @@ register! {
     "CHM" chm with_chm [14; 1]
     /// Random modulation of the off time.
     "RNDTF" rndtf with_rndtf [13; 1]
-    /// spreadCycle: hysteresis decrement period 16, 32, 48, 64 clocks. Constant off time: bit 1 leaves the fast decay
-    /// to the timer alone, bit 0 is the top bit of the fast decay time.
+    /// spreadCycle: hysteresis decrement period 16, 32, 48, 64 clocks. Constant off time: bit 1 leaves the
+    /// fast decay to the timer alone, bit 0 is the top bit of the fast decay time.
     "HDEC" hdec with_hdec [11; 2]
     /// spreadCycle: hysteresis end + 3. Constant off time: sine wave offset + 3.
     "HEND" hend with_hend [7; 4]
@@ -210,7 +211,8 @@ register! {
 }
 
 impl DrvConf {
-    /// With both slopes at this strength: two bits for each side, and above them, on a TMC2590, the one that they share.
+    /// With both slopes at this strength: two bits for each side, and above them, on a TMC2590, the one that
+    /// they share.
     #[must_use]
     pub const fn with_slopes(self, strength: u8) -> Self {
         let (low_bits, top_bit) = (strength as u32 & 0b11, strength as u32 >> 2 & 1);

@@ -1,4 +1,5 @@
-//! Axes are what a program commands (X Y Z and the auxiliary A B C); actuators are what moves (motors alpha to zeta).
+//! Axes are what a program commands (X Y Z and the auxiliary A B C); actuators are what moves (motors alpha
+//! to zeta).
 
 use core::ops::{Index, IndexMut};
 

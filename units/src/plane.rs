@@ -8,8 +8,8 @@ pub enum Plane {
     /// G17: X and Y.
     #[default]
     Xy,
-    /// G18: X and Z, in this order: counter-clockwise turns X towards Z. Smoothieware's way, and the mirror image of
-    /// RS274's, which looks at the plane from +Y.
+    /// G18: X and Z, in this order: counter-clockwise turns X towards Z. Smoothieware's way, and the mirror
+    /// image of RS274's, which looks at the plane from +Y.
     Xz,
     /// G19: Y and Z.
     Yz,

@@ -1,6 +1,6 @@
-//! Physical quantities as newtypes. They stand at public boundaries; inside one function a bare number with its unit
-//! in the name will do. Motion is `f64` (a metre of travel to the nanometre needs more than 24 bits), everything
-//! electrical and thermal is `f32`.
+//! Physical quantities as newtypes. They stand at public boundaries; inside one function a bare number with
+//! its unit in the name will do. Motion is `f64` (a metre of travel to the nanometre needs more than 24
+//! bits), everything electrical and thermal is `f32`.
 
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -97,7 +97,8 @@ impl MmPerSecond {
     }
 }
 
-/// Share of full power of a switched output, 0 (off) to 255 (fully on), the resolution of the sigma-delta modulator.
+/// Share of full power of a switched output, 0 (off) to 255 (fully on), the resolution of the sigma-delta
+/// modulator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Duty(pub u8);
 

@@ -5,7 +5,8 @@ use fixed::types::I40F24;
 /// Position of a motor in whole (micro)steps from where counting began.
 pub type StepCount = i32;
 
-/// Position of a motor between steps: 40 bits of whole steps, 24 of fraction. Exact to add, equal on every machine.
+/// Position of a motor between steps: 40 bits of whole steps, 24 of fraction. Exact to add, equal on every
+/// machine.
 pub type StepPosition = I40F24;
 
 /// Which way a motor turns. `Forward` counts up.

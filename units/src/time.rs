@@ -1,6 +1,7 @@
 //! The two clocks: step ticks (5 ns) for motion, microseconds for everything else.
 
-/// Rate of the step timer: the APB1 timer kernel clock at 400 MHz core (RM0399 section 9.5, "Clock distribution").
+/// Rate of the step timer: the APB1 timer kernel clock at 400 MHz core (RM0399 section 9.5, "Clock
+/// distribution").
 pub const STEP_CLOCK_HZ: u32 = 200_000_000;
 /// Length of one step tick.
 pub const TICK_NANOSECONDS: u32 = 1_000_000_000 / STEP_CLOCK_HZ;
@@ -41,7 +42,8 @@ impl Ticks {
     }
 }
 
-/// A point on, or a length of, the coarse clock that heat control, timeouts and reports use. Counts from boot.
+/// A point on, or a length of, the coarse clock that heat control, timeouts and reports use. Counts from
+/// boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Micros(pub u64);
 

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// The number the user gave to a tool or a temperature control (`tool_id`): T of M104, S of M143 and M301, P of M303 and M207.
+/// The number the user gave to a tool or a temperature control (`tool_id`): T of M104, S of M143 and M301, P
+/// of M303 and M207.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ToolId(pub u8);
 

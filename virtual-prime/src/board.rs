@@ -1,4 +1,5 @@
-//! The Prime: the microcontroller and what is soldered to it (board facts: schematic of the Prime, proto9/10).
+//! The Prime: the microcontroller and what is soldered to it (board facts: schematic of the Prime,
+//! proto9/10).
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -31,7 +32,8 @@ const HSE_HZ: u64 = 25_000_000;
 const LSE_HZ: u64 = 32_768;
 /// VDD, VDDA and VREF+.
 const RAIL_MV: u32 = 3_300;
-/// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts instructions.
+/// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts
+/// instructions.
 pub const CORE_HZ: u64 = 400_000_000;
 /// SPI4, to which the drivers are connected, in the emulator's array.
 const DRIVER_SPI: usize = 3;
@@ -41,7 +43,8 @@ const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
 /// Of the thermistor inputs: the one on the board, and the connectors T1 to T3.
 const ON_BOARD: usize = 0;
 const CONNECTORS: std::ops::Range<usize> = 1..4;
-/// The schematic gives no part for the board's thermistor; a 100 kOhm bead of B = 4066 K is what firmwares take it for.
+/// The schematic gives no part for the board's thermistor; a 100 kOhm bead of B = 4066 K is what firmwares
+/// take it for.
 const BOARD_THERMISTOR: Curve = Curve::Beta { r25_ohms: 100_000.0, t25_c: 25.0, beta_k: 4_066.0 };
 /// How much warmer than the air the board is.
 const BOARD_WARMTH_K: f64 = 8.0;
@@ -154,7 +157,8 @@ impl PrimeBoard {
         }
     }
 
-    /// Puts on the pins what the machine's switches have done since the last call; whether there was anything.
+    /// Puts on the pins what the machine's switches have done since the last call; whether there was
+    /// anything.
     pub fn take_switch_changes(&mut self, at: VirtualNanos) -> bool {
         let changes = {
             let mut world = self.world.lock();
@@ -170,8 +174,8 @@ impl PrimeBoard {
         true
     }
 
-    /// The image has written to this address. To the emulator, a pin in analog mode is low, so a pin that rests high on
-    /// the board and is made a low output does not change; the machine has to be told.
+    /// The image has written to this address. To the emulator, a pin in analog mode is low, so a pin that
+    /// rests high on the board and is made a low output does not change; the machine has to be told.
     pub fn notice_modes(&mut self, at: VirtualNanos, address: u64) {
         for Pin { port, number } in RESTS_HIGH {
             let slot = self.mcu.port_slot(usize::from(port));
@@ -199,7 +203,8 @@ impl PrimeBoard {
         self.refresh_pwm();
     }
 
-    /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers say.
+    /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers
+    /// say.
     fn refresh_pwm(&mut self) {
         for timer in 0..PWM_TIMERS {
             for channel in 0..PWM_CHANNELS {
@@ -216,8 +221,9 @@ impl PrimeBoard {
         }
     }
 
-    /// What the analog inputs read with nothing of the machine on them: the board's own thermistor at the temperature of
-    /// its surroundings, and the pull-ups of the empty connectors. The raw header inputs float, and read zero.
+    /// What the analog inputs read with nothing of the machine on them: the board's own thermistor at the
+    /// temperature of its surroundings, and the pull-ups of the empty connectors. The raw header inputs
+    /// float, and read zero.
     fn rest_analog(&mut self) {
         let air_c = self.world.lock().config().air_c;
         let board_volts = divider_volts(&BOARD_THERMISTOR, air_c + BOARD_WARMTH_K, thermistor::Wiring::Sound);
@@ -230,8 +236,9 @@ impl PrimeBoard {
         }
     }
 
-    /// The converters take whole millivolts, 20 counts of 16 bits. The fraction is carried as a dither over 16
-    /// milliseconds, so that a mean over that time is right to a count, as the noise of a real input makes it.
+    /// The converters take whole millivolts, 20 counts of 16 bits. The fraction is carried as a dither over
+    /// 16 milliseconds, so that a mean over that time is right to a count, as the noise of a real input makes
+    /// it.
     fn refresh_analog(&mut self) {
         let dither = f64::from((self.ticks as u8 & 0xF).reverse_bits() >> 4) / 16.0;
         for input in self.analog.clone() {
@@ -263,8 +270,8 @@ impl PrimeBoard {
         config.caches =
             Some(armv7m::Caches { clidr: 0x0900_0003, ctr: 0x8303_C003, ccsidr: &[0xF00F_E019, 0xF01F_E009] });
         config.branch_prediction = armv7m::BranchPrediction::Always;
-        // TCM, AHBP, cache and AHBS control, PM0253 table 104: offset, reset value, writable bits. The TCMs' sizes are
-        // 64 KiB and 128 KiB.
+        // TCM, AHBP, cache and AHBS control, PM0253 table 104: offset, reset value, writable bits. The TCMs'
+        // sizes are 64 KiB and 128 KiB.
         config.implementation_registers = [
             (0xF90, 0b0111 << 3, 0b111),
             (0xF94, 0b1000 << 3, 0b111),

@@ -7,8 +7,8 @@ use sim::world::ON_BOARD_DRIVERS;
 
 use crate::board::PrimeBoard;
 
-/// What the emulator says of clocks above the limit of the voltage scale. It knows scales 1 to 3; in scale 0, which
-/// SYSCFG_PWRCR.ODEN selects (RM0399 section 7.6.2), the limits are higher and the complaint is wrong.
+/// What the emulator says of clocks above the limit of the voltage scale. It knows scales 1 to 3; in scale 0,
+/// which SYSCFG_PWRCR.ODEN selects (RM0399 section 7.6.2), the limits are higher and the complaint is wrong.
 const OVER_SCALE: &str = "for the voltage scale in use";
 
 /// The complaints of a run, one line each. Let pass: [`OVER_SCALE`] in scale 0.
@@ -48,8 +48,8 @@ fn register<R: rigless::soc::Layout>(session: &Session<PrimeBoard>, instance: &s
     session.board().mcu.bus().registers(instance).map_or(0, |file| file.get(register))
 }
 
-/// The emulated SPI does not care about clock polarity and phase; the drivers do: mode 3 (TMC2590 datasheet, "SPI
-/// signals").
+/// The emulated SPI does not care about clock polarity and phase; the drivers do: mode 3 (TMC2590 datasheet,
+/// "SPI signals").
 fn wrong_driver_mode(session: &Session<PrimeBoard>) -> Option<String> {
     let world = session.board().world().lock();
     let addressed = (0..ON_BOARD_DRIVERS).any(|index| world.driver(index).frames() > 0);

@@ -25,7 +25,8 @@ pub struct Arrived {
     pub byte: u8,
 }
 
-/// Our end of the line. Bytes take their time on the wire: the UART accepts the next one when its frame is through.
+/// Our end of the line. Bytes take their time on the wire: the UART accepts the next one when its frame is
+/// through.
 #[derive(Clone, Debug, Default)]
 pub struct Line(Arc<Mutex<Bytes>>);
 
@@ -51,8 +52,8 @@ impl Line {
         self.lock().to_board.drain(..).collect()
     }
 
-    /// When the frame of the last byte that has gone to the board began, nanoseconds since power-on. The byte arrives a frame
-    /// later.
+    /// When the frame of the last byte that has gone to the board began, nanoseconds since power-on. The byte
+    /// arrives a frame later.
     #[must_use]
     pub fn last_began_ns(&self) -> Option<u64> {
         self.lock().last_began_ns

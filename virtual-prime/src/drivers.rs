@@ -1,4 +1,5 @@
-//! The stepper drivers' SPI: a 20-bit shift register behind a chip select (TMC2590 datasheet, "SPI interface").
+//! The stepper drivers' SPI: a 20-bit shift register behind a chip select (TMC2590 datasheet, "SPI
+//! interface").
 
 use rigless::chip::Timeline;
 use rigless::chip::spi::Peer;
@@ -7,8 +8,8 @@ use sim::models::tmc26x::FRAME_MASK;
 
 use crate::outputs::SharedWorld;
 
-/// The SPI side of one driver. Bits leave at the top as bits enter at the bottom, so a longer frame keeps its last 20
-/// bits and shifts its first ones out again, as chips in a chain do.
+/// The SPI side of one driver. Bits leave at the top as bits enter at the bottom, so a longer frame keeps its
+/// last 20 bits and shifts its first ones out again, as chips in a chain do.
 #[derive(Debug)]
 pub struct DriverPort {
     world: SharedWorld,

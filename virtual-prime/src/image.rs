@@ -136,8 +136,8 @@ impl Function {
         masks
     }
 
-    /// Address, first and second half, and whether it has two, of each instruction. Constants between functions look like
-    /// instructions, and are never arrived at.
+    /// Address, first and second half, and whether it has two, of each instruction. Constants between
+    /// functions look like instructions, and are never arrived at.
     fn walk(&self, mut visit: impl FnMut(u64, u16, u16, bool)) {
         let half = |at: usize| self.code.get(at..at + 2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         let mut at = 0;

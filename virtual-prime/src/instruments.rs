@@ -1,5 +1,5 @@
-//! What is watched while an image runs: its log (RTT), its crashes, the instructions its functions take, how long it masks
-//! interrupts, and how far its step queue is written ahead.
+//! What is watched while an image runs: its log (RTT), its crashes, the instructions its functions take, how
+//! long it masks interrupts, and how far its step queue is written ahead.
 //!
 //! All of it rides on the emulator's watches, which cost the image nothing and do not change its run.
 
@@ -23,8 +23,8 @@ use crate::board::PrimeBoard;
 use crate::image::{Mask, Symbols};
 use crate::vm::Observer;
 
-/// Layout of the RTT control block (SEGGER UM08001, "RTT control block"): 16 bytes of name, two counts, then 24 bytes
-/// per up channel. Offsets of channel 0's fields.
+/// Layout of the RTT control block (SEGGER UM08001, "RTT control block"): 16 bytes of name, two counts, then
+/// 24 bytes per up channel. Offsets of channel 0's fields.
 const RTT_BUFFER: u64 = 28;
 const RTT_SIZE: u64 = 32;
 const RTT_WRITE: u64 = 36;

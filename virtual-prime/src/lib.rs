@@ -1,12 +1,12 @@
-//! An emulated Smoothieboard v2 Prime that runs an unmodified firmware image, with the simulated machine of the `sim`
-//! crate on its pins.
+//! An emulated Smoothieboard v2 Prime that runs an unmodified firmware image, with the simulated machine of
+//! the `sim` crate on its pins.
 //!
-//! The microcontroller is the `rigless` crate's STM32H743 with what makes it the board's STM32H745, and with the
-//! peripherals that crate lacks ([`peripherals`]). [`board`] solders the rest to it. [`vm`] runs an image on it, one
-//! span of virtual time after another, and lends everything in between to the caller.
+//! The microcontroller is the `rigless` crate's STM32H743 with what makes it the board's STM32H745, and with
+//! the peripherals that crate lacks ([`peripherals`]). [`board`] solders the rest to it. [`vm`] runs an image
+//! on it, one span of virtual time after another, and lends everything in between to the caller.
 //!
-//! What is here comes from the reference manual (RM0399), the chips' datasheets and the board's schematic, never from
-//! what one firmware happens to need: other images for this board run as well.
+//! What is here comes from the reference manual (RM0399), the chips' datasheets and the board's schematic,
+//! never from what one firmware happens to need: other images for this board run as well.
 
 pub mod board;
 pub mod complaints;

@@ -135,8 +135,8 @@ impl PrimeMcu {
         mode == 2 && self.register(slot, gpioa::Register::Afrl) >> (4 * number) & 0xF == 11
     }
 
-    /// Tells the Ethernet controller what it depends on outside of its own registers, and holds the registers of all its
-    /// blocks in reset while the DMA's software reset lasts (RM0399, ETH_DMAMR).
+    /// Tells the Ethernet controller what it depends on outside of its own registers, and holds the registers
+    /// of all its blocks in reset while the DMA's software reset lasts (RM0399, ETH_DMAMR).
     fn look_around_ethernet(&mut self, slot: usize) {
         let clocks = rcc::ahb1enr::ETH1MACEN.mask() | rcc::ahb1enr::ETH1TXEN.mask() | rcc::ahb1enr::ETH1RXEN.mask();
         let enabled = self.register(self.slots.rcc, rcc::Register::Ahb1enr) & clocks == clocks;
@@ -216,8 +216,8 @@ impl Mcu for PrimeMcu {
         self.exti.release_all(at.0);
     }
 
-    /// Looks outside at every stop. Only serial ports have anything to find there, and only these have a far end, so
-    /// the emulator's round of every model is spared.
+    /// Looks outside at every stop. Only serial ports have anything to find there, and only these have a far
+    /// end, so the emulator's round of every model is spared.
     fn poll(&mut self, now: VirtualNanos) {
         for slot in self.slots.consoles {
             let (bus, Some(port)) = self.part.split(slot) else { continue };

@@ -1,7 +1,7 @@
 //! The pins' way to the machine: every level change of every pin passes here, at its instant.
 //!
-//! Ports announce each change as a request, and the EXTI controller hears all of them; so the EXTI's place on the bus is
-//! taken by [`TappedExti`], which hands the change on to the machine and then to the real EXTI.
+//! Ports announce each change as a request, and the EXTI controller hears all of them; so the EXTI's place on
+//! the bus is taken by [`TappedExti`], which hands the change on to the machine and then to the real EXTI.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -12,8 +12,8 @@ use sim::world::{Pin, World};
 
 use crate::pins::{PINS, PORTS, Role, Wiring};
 
-/// The machine, shared by the parts of the board that touch it. All of them run on the emulator's thread, so the lock
-/// is never contended; it exists because the emulator asks for `Send`.
+/// The machine, shared by the parts of the board that touch it. All of them run on the emulator's thread, so
+/// the lock is never contended; it exists because the emulator asks for `Send`.
 #[derive(Clone, Debug)]
 pub struct SharedWorld(Arc<Mutex<World>>);
 
@@ -77,8 +77,8 @@ impl TappedExti {
         std::mem::take(&mut self.changes)
     }
 
-    /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN floats, and
-    /// the drivers' inputs read a floating ENN as high; everything else is pulled or leaks low.
+    /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN
+    /// floats, and the drivers' inputs read a floating ENN as high; everything else is pulled or leaks low.
     pub fn release_all(&mut self, at_ns: u64) {
         self.levels = [[false; PINS]; PORTS];
         let roles: Vec<_> = self.wiring.all().collect();

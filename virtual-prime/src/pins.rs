@@ -1,4 +1,5 @@
-//! What each pin of the microcontroller leads to on the Prime, and through the machine's configuration beyond it.
+//! What each pin of the microcontroller leads to on the Prime, and through the machine's configuration beyond
+//! it.
 
 use board_facts::wiring;
 use sim::world::{Pin, WorldConfig};

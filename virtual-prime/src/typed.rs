@@ -1,4 +1,5 @@
-//! What somebody types at a console from outside, a person or a pipe: no more of it at a time than the wire takes.
+//! What somebody types at a console from outside, a person or a pipe: no more of it at a time than the wire
+//! takes.
 
 use std::io::Read;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
@@ -6,13 +7,14 @@ use std::thread;
 
 use crate::console::Line;
 
-/// Bytes that may wait for the wire: 22 ms of it at 115200 baud. So nobody who serves the line ever has more than that to do for it,
-/// and what is typed is not long under way.
+/// Bytes that may wait for the wire: 22 ms of it at 115200 baud. So nobody who serves the line ever has more
+/// than that to do for it, and what is typed is not long under way.
 pub const AHEAD: usize = 256;
 /// Pieces that may be read before the line takes them.
 const PIECES: usize = 2;
 
-/// An input that is read by a thread of its own, since reading blocks. Whoever writes to its other end is held back as by a terminal.
+/// An input that is read by a thread of its own, since reading blocks. Whoever writes to its other end is
+/// held back as by a terminal.
 #[derive(Debug)]
 pub struct Typed {
     pieces: Receiver<Vec<u8>>,

@@ -1,8 +1,8 @@
 //! Runs an image on the board, one span of virtual time after another.
 //!
-//! The emulator calls back and runs on a thread of its own; [`Vm`] turns that round: the caller says how far to run, and
-//! between runs may reach everything. How a run is cut into spans does not change it: the machine is served on a fixed
-//! grid of a millisecond.
+//! The emulator calls back and runs on a thread of its own; [`Vm`] turns that round: the caller says how far
+//! to run, and between runs may reach everything. How a run is cut into spans does not change it: the machine
+//! is served on a fixed grid of a millisecond.
 
 use std::fmt;
 use std::path::Path;
@@ -241,8 +241,8 @@ impl Driver<PrimeBoard> for Puppet {
                 board.notice_modes(access.virtual_time, access.address);
             }
             if board.take_switch_changes(access.virtual_time) {
-                // What was driven reaches the interrupt controller with the next access, so one is made here: an
-                // access of the debug port, which changes nothing, at the same instant.
+                // What was driven reaches the interrupt controller with the next access, so one is made here:
+                // an access of the debug port, which changes nothing, at the same instant.
                 let nudge = Access::new(AccessKind::Read, DBGMCU_IDC, Width::W32, 0)
                     .at(access.instruction_count, access.virtual_time);
                 session.access(nudge, host);

@@ -1,4 +1,5 @@
-//! Velvet's image and everything that goes wrong with a machine: each fault gives one clear message and a safe state.
+//! Velvet's image and everything that goes wrong with a machine: each fault gives one clear message and a
+//! safe state.
 
 mod common;
 
@@ -9,7 +10,8 @@ use units::Actuator;
 /// What a machine that cannot be set up says after its reason, and answers to whoever wants it to move.
 const LOCKED: &str = "error:the configuration has errors: mend config.ini and reset";
 
-/// A machine without a usable configuration: this reason, once; nothing moves or heats, and the console works.
+/// A machine without a usable configuration: this reason, once; nothing moves or heats, and the console
+/// works.
 #[track_caller]
 fn stays_off(plan: Plan, reason: &str) -> Velvet {
     let mut velvet = plan.start();
@@ -79,7 +81,8 @@ fn a_damaged_file_system_is_told() {
     velvet.assert_card_listed("config.ini");
 }
 
-/// A card with fewer blocks than its volume, and config.ini in the missing ones: reading it is an error of the card.
+/// A card with fewer blocks than its volume, and config.ini in the missing ones: reading it is an error of
+/// the card.
 fn cut_off_config(mut card: Vec<u8>) -> Vec<u8> {
     const FIRST: u32 = 100_000;
     misplace_config(&mut card, FIRST);
@@ -321,8 +324,8 @@ fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
     assert!(answer.contains("/0.0 @0"), "{answer}");
 }
 
-/// The interrupts that run the planner and the watch over drivers and supplies: what they would do is not done, and everything
-/// else goes on.
+/// The interrupts that run the planner and the watch over drivers and supplies: what they would do is not
+/// done, and everything else goes on.
 #[test]
 fn the_watchdog_misses_the_planner_and_the_slow_watch_too() {
     for interrupt in ["LPTIM1", "LPTIM2"] {
@@ -334,8 +337,8 @@ fn the_watchdog_misses_the_planner_and_the_slow_watch_too() {
     }
 }
 
-/// A machine on its way along X, 122 us from step to step, that keeps all interrupts off for twice so many instructions whenever
-/// it is asked for its status.
+/// A machine on its way along X, 122 us from step to step, that keeps all interrupts off for twice so many
+/// instructions whenever it is asked for its status.
 fn masking(loops: u16) -> Velvet {
     let elf = common::hang::image_that_masks_interrupts_in("report_status", loops);
     let mut velvet = Plan::new().image(elf.clone()).start();

@@ -45,7 +45,8 @@ fn the_flash_has_time_and_oscillators_that_nothing_uses_are_off() {
         (clocks, bus.registers("Flash").map(|file| file.get(flash::Register::Acr)))
     });
     let (Some(clocks), Some(access)) = registers.expect("the image runs") else { panic!("no such block") };
-    // RM0399 section 9.7.2: PLL3RDY, PLL3ON, PLL2RDY, PLL2ON; HSI48RDY, HSI48ON. PLL1, the crystal, HSI and CSI run.
+    // RM0399 section 9.7.2: PLL3RDY, PLL3ON, PLL2RDY, PLL2ON; HSI48RDY, HSI48ON. PLL1, the crystal, HSI and
+    // CSI run.
     assert_eq!(clocks & (0xF << 26 | 0b11 << 12), 0, "{clocks:#010x}");
     assert_eq!(clocks & (1 << 24 | 1 << 16 | 1 << 7 | 1), 1 << 24 | 1 << 16 | 1 << 7 | 1, "{clocks:#010x}");
     // Section 4.9.1: the table asks for LATENCY 2 and WRHIGHFREQ 2 at 200 MHz.
@@ -106,14 +107,15 @@ type Edge = (u64, Actuator, Direction);
 
 /// Two instructions, rounded up to whole nanoseconds at either end.
 const QUANTISATION_NS: u64 = 7;
-/// An edge that falls due while the step interrupt runs already, for another edge or because the feed woke it, is spared
-/// the interrupt's entry. Which edges are is decided by an instruction, and makes at most this much.
+/// An edge that falls due while the step interrupt runs already, for another edge or because the feed woke
+/// it, is spared the interrupt's entry. Which edges are is decided by an instruction, and makes at most this
+/// much.
 const ENTRY_NS: u64 = 100;
 /// One in this many may be such an edge.
 const RARELY: usize = 1_000;
 
-/// Edge by edge: time since the first edge of the same motion, motor, direction. A standstill of 100 ms parts motions:
-/// when the next one begins is the dispatcher's business, what it looks like is not.
+/// Edge by edge: time since the first edge of the same motion, motor, direction. A standstill of 100 ms parts
+/// motions: when the next one begins is the dispatcher's business, what it looks like is not.
 fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
     let (mut began_ns, mut last_ns) = (0, 0);
     let relative = |edge: &StepEdge| {
@@ -130,7 +132,8 @@ fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
 fn questions_during_a_job_move_no_edge() {
     let (quiet, asked) = (within_motions(&square(None)), within_motions(&square(Some("?M105\n"))));
     assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
-    // The emulator takes an interrupt between two instructions, and which ones differs with what else is executed.
+    // The emulator takes an interrupt between two instructions, and which ones differs with what else is
+    // executed.
     let mut moved = 0;
     for (index, (a, b)) in quiet.iter().zip(&asked).enumerate() {
         let by_ns = a.0.abs_diff(b.0);

@@ -1,4 +1,5 @@
-//! Homing by the real image: how far past their switches the carriages go, where the end switch's interrupt stops the step queue.
+//! Homing by the real image: how far past their switches the carriages go, where the end switch's interrupt
+//! stops the step queue.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Other people's images run too: each of the small images in `images/` tries one part of the board from inside.
+//! Other people's images run too: each of the small images in `images/` tries one part of the board from
+//! inside.
 
 mod common;
 

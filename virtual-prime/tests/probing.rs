@@ -38,7 +38,8 @@ fn numbers(answer: &str, head: &str) -> Vec<f64> {
     line.trim_end_matches(']').split([',', ':']).map(|word| word.parse().expect("a number")).collect()
 }
 
-/// From the step that closed the contact to the first of those after it that are further apart than those before it, ns.
+/// From the step that closed the contact to the first of those after it that are further apart than those
+/// before it, ns.
 fn brake_delay(edges: &[StepEdge], steps_to_contact: usize) -> u64 {
     let down: Vec<_> = edges.iter().filter(|edge| edge.actuator == Gamma).map(|edge| edge.time_ns).collect();
     let contact = down[steps_to_contact - 1];

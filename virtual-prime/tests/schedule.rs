@@ -30,7 +30,8 @@ G1 X12 Y10.7 E1
 M104 S0
 ";
 
-/// Lines, arcs, a helix, a spline, rounded corners and short chords in turn, extruding: what jerk limits and filters make hard.
+/// Lines, arcs, a helix, a spline, rounded corners and short chords in turn, extruding: what jerk limits and
+/// filters make hard.
 const CURVES: &str = "G28.3 X30 Y30 Z30
 G92 E0
 G64 P0.05
@@ -133,11 +134,12 @@ fn a_job_run_twice_gives_the_same_edge_hash() {
 type Edge = (u64, Actuator, Direction);
 type Motion = Vec<Edge>;
 
-/// The step interrupt plays events this close together one after the other; what is later than that it counts as late.
+/// The step interrupt plays events this close together one after the other; what is later than that it counts
+/// as late.
 const TOLERANCE_NS: u64 = 250;
 
-/// Edges parted where nothing moves for 100 ms: when the next motion begins is the dispatcher's business, what it looks
-/// like is not.
+/// Edges parted where nothing moves for 100 ms: when the next motion begins is the dispatcher's business,
+/// what it looks like is not.
 fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     let mut motions = Vec::<Motion>::new();
     let (mut began_ns, mut last_ns) = (0, 0);
@@ -200,8 +202,9 @@ fn assert_alike(case: &Case, edges: &[StepEdge], begins_with_homing: bool) {
     assert_eq!(lengths(&board), lengths(&host), "edges of each motion");
     for (number, (board, host)) in board.iter().zip(&host).enumerate() {
         let homing = begins_with_homing && number == 0;
-        // In homing a brake begins a slice of trajectory sooner or later, as the switch fires before or after a run of the step
-        // feed, and each move begins at such a run: when is for the oracle to judge, which knows both plans.
+        // In homing a brake begins a slice of trajectory sooner or later, as the switch fires before or after
+        // a run of the step feed, and each move begins at such a run: when is for the oracle to judge, which
+        // knows both plans.
         let alike = |(b, h): (&Edge, &Edge)| (b.1, b.2) == (h.1, h.2) && (homing || b.0.abs_diff(h.0) <= TOLERANCE_NS);
         let difference = board.iter().zip(host).position(|pair| !alike(pair));
         let shown = difference.map(|at| (at, board[at], host[at]));

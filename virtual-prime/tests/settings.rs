@@ -1,5 +1,5 @@
-//! Settings that only the board can show: pins, timers, serial ports, and what loading the configuration costs. The rows of
-//! `tests/tests/every_setting` that say `Board` point here.
+//! Settings that only the board can show: pins, timers, serial ports, and what loading the configuration
+//! costs. The rows of `tests/tests/every_setting` that say `Board` point here.
 
 mod common;
 
@@ -216,7 +216,8 @@ fn a_file_of_64_kib_loads_within_the_same_memory() {
 
 #[test]
 fn pulses_of_several_motors_keep_their_length_and_their_pause() {
-    // 10 us high and 10.5 us low at least: 45,000 steps/s leave 1.7 us. The pulses of both drift through one another.
+    // 10 us high and 10.5 us low at least: 45,000 steps/s leave 1.7 us. The pulses of both drift through one
+    // another.
     let external = "\n[actuator]\nepsilon.steps_per_mm = 1000\nepsilon.max_rate = 2700\nepsilon.acceleration = 3000\nepsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n\
         zeta.steps_per_mm = 997\nzeta.max_rate = 2700\nzeta.acceleration = 3000\nzeta.step_pin = PA4\nzeta.dir_pin = PJ3\n[system]\nstep_pulse_us = 10\n";
     let mut velvet = Plan::new().config(&format!("{}{external}", common::velvet::CONFIG)).start();

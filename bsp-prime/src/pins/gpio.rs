@@ -1,14 +1,17 @@
-//! A pin as registers see it: mode, resistor, level. Everything here is one write to BSRR or a short masked change of a mode register.
+//! A pin as registers see it: mode, resistor, level. Everything here is one write to BSRR or a short masked
+//! change of a mode register.
 
 use stm32h7xx_hal::pac;
 
 use super::name::{PinName, PinSpec, Pull};
 
-/// How steep the edges of a driven pin are (RM0399 section 12.4.3, GPIOx_OSPEEDR), with rise and fall times at 50 pF (DS12923, output
-/// timing characteristics). The gentlest that serves: steeper edges ring on the headers' cables and disturb the analog inputs.
+/// How steep the edges of a driven pin are (RM0399 section 12.4.3, GPIOx_OSPEEDR), with rise and fall times
+/// at 50 pF (DS12923, output timing characteristics). The gentlest that serves: steeper edges ring on the
+/// headers' cables and disturb the analog inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
-    /// 17 ns. For everything below a megahertz whose instant is not critical: heaters, chip selects, the drivers' SPI, serial ports, PWM.
+    /// 17 ns. For everything below a megahertz whose instant is not critical: heaters, chip selects, the
+    /// drivers' SPI, serial ports, PWM.
     Low = 0b00,
     /// 5 ns, a tick of the step clock: STEP and DIR.
     Medium = 0b01,
@@ -34,8 +37,8 @@ const PORT_STRIDE: usize = 0x400;
 
 pub(super) fn registers(pin: PinName) -> &'static pac::gpioa::RegisterBlock {
     let address = pac::GPIOA::ptr() as usize + pin.port() * PORT_STRIDE;
-    // SAFETY: ports A to K lie one stride apart and share GPIOA's layout, and a `PinName` is one of them. Levels change by BSRR
-    // (atomic per bit); mode registers change in a masked section.
+    // SAFETY: ports A to K lie one stride apart and share GPIOA's layout, and a `PinName` is one of them.
+    // Levels change by BSRR (atomic per bit); mode registers change in a masked section.
     unsafe { &*(address as *const pac::gpioa::RegisterBlock) }
 }
 
@@ -70,8 +73,8 @@ pub(crate) fn configure(pin: PinName, mode: Mode, pull: Pull, open_drain: bool) 
         Mode::Analog => (0b11, Speed::Low),
     };
     cortex_m::interrupt::free(|_| {
-        // SAFETY: every two-bit (or one-bit, four-bit) pattern written is a valid field value of these registers; only this pin's
-        // field changes, and interrupts are masked for the read-change-write.
+        // SAFETY: every two-bit (or one-bit, four-bit) pattern written is a valid field value of these
+        // registers; only this pin's field changes, and interrupts are masked for the read-change-write.
         unsafe {
             port.otyper.modify(|r, w| w.bits(r.bits() & !(1 << number) | (u32::from(open_drain) << number)));
             port.ospeedr.modify(|r, w| w.bits(r.bits() & !(0b11 << two) | ((speed as u32) << two)));
@@ -90,7 +93,8 @@ pub(crate) fn configure(pin: PinName, mode: Mode, pull: Pull, open_drain: bool) 
     });
 }
 
-/// A digital output. `on` and `off` are words for BSRR (RM0399 section 12.4.7): low half sets, high half resets.
+/// A digital output. `on` and `off` are words for BSRR (RM0399 section 12.4.7): low half sets, high half
+/// resets.
 #[derive(Debug)]
 pub struct Output {
     pin: PinName,
@@ -223,7 +227,8 @@ impl FastPin {
         self.on.rotate_left(16)
     }
 
-    /// Whether the pin is driven high now: its bit in the output register beside BSRR (RM0399 section 12.4.6).
+    /// Whether the pin is driven high now: its bit in the output register beside BSRR (RM0399 section
+    /// 12.4.6).
     #[must_use]
     pub fn is_high(self) -> bool {
         let bit = (self.on | self.on >> 16) & 0xFFFF;

@@ -1,7 +1,7 @@
 //! Pins by name: who owns which, and handles to them.
 //!
-//! A configuration names pins; two settings that name the same one are a mistake that this table finds and words. Pins with one fixed use on
-//! this board are refused with that use.
+//! A configuration names pins; two settings that name the same one are a mistake that this table finds and
+//! words. Pins with one fixed use on this board are refused with that use.
 
 mod gpio;
 mod name;

@@ -13,7 +13,8 @@ pub struct PinName {
 }
 
 impl PinName {
-    /// From a port letter and a number; for tables of constants. Out of range gives the last pin there is, PK15, which leads nowhere.
+    /// From a port letter and a number; for tables of constants. Out of range gives the last pin there is,
+    /// PK15, which leads nowhere.
     #[must_use]
     pub const fn new(port: char, number: u8) -> Self {
         let port = (port as u8).wrapping_sub(b'A');

@@ -1,4 +1,5 @@
-//! The board's pins by role, to be held next to the schematic (proto9/proto10, sheet named in brackets). "act" is the level that means on.
+//! The board's pins by role, to be held next to the schematic (proto9/proto10, sheet named in brackets).
+//! "act" is the level that means on.
 
 use super::name::{PinName, PinSpec};
 
@@ -6,7 +7,8 @@ const fn pin(port: char, number: u8) -> PinName {
     PinName::new(port, number)
 }
 
-/// Pins of one on-board driver socket. Step acts high; chip select acts low; the StallGuard output is an input to us.
+/// Pins of one on-board driver socket. Step acts high; chip select acts low; the StallGuard output is an
+/// input to us.
 #[derive(Clone, Copy, Debug)]
 pub struct MotorPins {
     /// Every edge or every rising edge is a step, as the driver is set.
@@ -29,12 +31,15 @@ pub const MOTORS: [MotorPins; 4] = [
 
 /// Enable of all drivers (ENN), act low. Floats in reset: driven high first of all.
 pub const MOTORS_ENABLE: PinSpec = PinSpec::inverted(pin('H', 13));
-/// Output enable of the MOSFET and SSR buffer, act low, pulled up to 5 V: open-drain only, push-pull would feed 5 V into the chip [mosfets].
+/// Output enable of the MOSFET and SSR buffer, act low, pulled up to 5 V: open-drain only, push-pull would
+/// feed 5 V into the chip [mosfets].
 pub const FETS_ENABLE: PinSpec = PinSpec { open_drain: true, ..PinSpec::inverted(pin('F', 14)) };
-/// High-side switch of the hot ends' and fans' supply, act high, pulled down; the bed lies before it [mosfets].
+/// High-side switch of the hot ends' and fans' supply, act high, pulled down; the bed lies before it
+/// [mosfets].
 pub const FETS_POWER_ENABLE: PinSpec = PinSpec::plain(pin('D', 7));
 
-/// Switches 5 V to the USB-A socket, act high. Nothing on the board pulls it, so it is driven low until something uses the port.
+/// Switches 5 V to the USB-A socket, act high. Nothing on the board pulls it, so it is driven low until
+/// something uses the port.
 pub const USB_HOST_POWER: PinSpec = PinSpec::plain(pin('B', 13));
 
 /// MOSFET outputs, act high: hotend A, hotend B, bed, fan 1, fan 2 [mosfets].
@@ -48,9 +53,11 @@ pub const MOSFETS: [PinSpec; 5] = [
 /// Solid-state relay outputs, act low: SSR1, SSR2 [mosfets].
 pub const RELAYS: [PinSpec; 2] = [PinSpec::inverted(pin('I', 4)), PinSpec::inverted(pin('B', 7))];
 
-/// Endstop inputs X min, X max, Y min, Y max, Z min, Z max. Open-drain buffers: the chip's pull-up is mandatory [inputs].
+/// Endstop inputs X min, X max, Y min, Y max, Z min, Z max. Open-drain buffers: the chip's pull-up is
+/// mandatory [inputs].
 pub const ENDSTOPS: [PinName; 6] = [pin('D', 0), pin('I', 3), pin('I', 1), pin('A', 9), pin('I', 0), pin('H', 15)];
-/// Probe comparator, open collector: the chip's pull-up is mandatory; high from 2.9 V at the connector [inputs].
+/// Probe comparator, open collector: the chip's pull-up is mandatory; high from 2.9 V at the connector
+/// [inputs].
 pub const PROBE: PinName = pin('B', 10);
 
 /// LED1 to LED4, act high.
@@ -63,7 +70,8 @@ pub const BOOT_BUTTON: PinName = pin('J', 14);
 /// Board identity resistors, bit 3 first; to ground = 1 [smoothiev2-prime].
 pub const BOARD_ID: [PinName; 4] = [pin('E', 10), pin('F', 3), pin('F', 5), pin('F', 7)];
 
-/// Hardware PWM: name, pin. PWM1 is TIM1 channel 1 to 4 (AF1), PWM2 is TIM8 channel 1 to 4 (AF3) [expansion, GD and GC].
+/// Hardware PWM: name, pin. PWM1 is TIM1 channel 1 to 4 (AF1), PWM2 is TIM8 channel 1 to 4 (AF3) [expansion,
+/// GD and GC].
 pub const PWM: [(&str, PinName); 8] = [
     ("PWM1_1", pin('E', 9)),
     ("PWM1_2", pin('E', 11)),
@@ -141,7 +149,8 @@ pub const THERMISTORS: [AnalogInput; 7] = [
     AnalogInput { name: "ADC1_6", channel: 15, pin: Some(pin('A', 3)) },
 ];
 
-/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and two sources inside the chip (RM0399 section 26.4.4, table of inputs).
+/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and two sources inside the chip (RM0399
+/// section 26.4.4, table of inputs).
 pub const SUPPLIES: [AnalogInput; 8] = [
     AnalogInput { name: "ADC3_0", channel: 10, pin: Some(pin('C', 0)) },
     AnalogInput { name: "ADC3_1", channel: 6, pin: Some(pin('F', 10)) },

@@ -1,4 +1,5 @@
-//! The card's side: identification (SD physical layer 9.0, section 4.2 and 4.3) and what it says about itself.
+//! The card's side: identification (SD physical layer 9.0, section 4.2 and 4.3) and what it says about
+//! itself.
 
 use super::SdError;
 use super::controller::{Answer, Controller};

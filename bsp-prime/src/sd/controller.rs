@@ -11,15 +11,16 @@ use crate::{clocks, wait};
 const IDENTIFY_HZ: u32 = 400_000;
 /// Bus clock afterwards: default speed (section 6.6.1).
 const TRANSFER_HZ: u32 = 25_000_000;
-/// A command and its response are 184 bit times at most, 460 us while identifying; the controller itself gives up after 64 clocks.
+/// A command and its response are 184 bit times at most, 460 us while identifying; the controller itself
+/// gives up after 64 clocks.
 const COMMAND_LIMIT_US: u32 = 10_000;
 /// A card may take 100 ms to the first byte of a read, 500 ms to finish a write (section 4.6.2).
 const DATA_LIMIT_US: u32 = 600_000;
 
 /// Power-cycle and power-off take a millisecond at least (RM0399 chapter 58, power-up sequence).
 const POWER_STATE_US: u32 = 1_000;
-/// Longer than the 74 clocks a card wants before its first command (SD physical layer 9.0, section 6.4.1): 185 us at 400 kHz. It has had its
-/// supply for long.
+/// Longer than the 74 clocks a card wants before its first command (SD physical layer 9.0, section 6.4.1):
+/// 185 us at 400 kHz. It has had its supply for long.
 const FIRST_CLOCKS_US: u32 = 250;
 
 /// Status flags (RM0399 section 58.10.11, SDMMC_STAR).
@@ -77,9 +78,11 @@ pub(super) struct Controller {
     registers: pac::SDMMC1,
 }
 
-/// Interrupt of the controller: its flags are for the sleeper to look at; here they are only kept from interrupting again.
+/// Interrupt of the controller: its flags are for the sleeper to look at; here they are only kept from
+/// interrupting again.
 pub fn on_interrupt() {
-    // SAFETY: the mask register is written with zero here and set up again by the sleeping side before each wait.
+    // SAFETY: the mask register is written with zero here and set up again by the sleeping side before each
+    // wait.
     unsafe { (*pac::SDMMC1::ptr()).maskr.write(|w| w.bits(0)) };
 }
 
@@ -104,11 +107,13 @@ impl Controller {
         Self { registers }
     }
 
-    /// Powers the card interface and clocks it for identification, one bit wide. For every card anew, whatever the interface did before.
+    /// Powers the card interface and clocks it for identification, one bit wide. For every card anew,
+    /// whatever the interface did before.
     ///
-    /// RM0399 section 58.10.1, SDMMC_POWER: once the interface is on, writes to PWRCTRL are ignored, so only a reset of the whole block
-    /// brings the states before it back. The manual's order is reset, power-cycle (lines low, so that the card is not fed through them), power-off
-    /// (lines high), each a millisecond at least, then on: the card gets its 74 clocks before the first command.
+    /// RM0399 section 58.10.1, SDMMC_POWER: once the interface is on, writes to PWRCTRL are ignored, so only
+    /// a reset of the whole block brings the states before it back. The manual's order is reset, power-cycle
+    /// (lines low, so that the card is not fed through them), power-off (lines high), each a millisecond at
+    /// least, then on: the card gets its 74 clocks before the first command.
     pub(super) fn power_up(&mut self) {
         reset_block();
         self.set_power(PowerState::Cycle);
@@ -121,7 +126,8 @@ impl Controller {
     }
 
     fn set_power(&mut self, state: PowerState) {
-        // SAFETY: the three states are the field's values that mean something; all else in the register stays at its reset value.
+        // SAFETY: the three states are the field's values that mean something; all else in the register stays
+        // at its reset value.
         self.registers.power.write(|w| unsafe { w.pwrctrl().bits(state as u8) });
     }
 
@@ -131,7 +137,8 @@ impl Controller {
     }
 
     fn set_clock(&mut self, rate_hz: u32, four_bits: bool) {
-        // RM0399 section 58.10.2: the bus clock is the kernel's divided by twice CLKDIV. Flow control stops the clock when the FIFO is not served in time.
+        // RM0399 section 58.10.2: the bus clock is the kernel's divided by twice CLKDIV. Flow control stops
+        // the clock when the FIFO is not served in time.
         let divider = SDMMC_KERNEL_HZ.div_ceil(2 * rate_hz) as u16;
         self.registers.clkcr.write(|w| {
             // SAFETY: the divider is 4 or 250 (of 1023), WIDBUS = 1 is four bits.
@@ -166,7 +173,8 @@ impl Controller {
             Answer::Long => 0b11,
         };
         let sd = &self.registers;
-        // SAFETY: writing ones clears flags; any argument is valid; the command word is put together from the fields of RM0399 section 58.10.4.
+        // SAFETY: writing ones clears flags; any argument is valid; the command word is put together from the
+        // fields of RM0399 section 58.10.4.
         unsafe {
             sd.icr.write(|w| w.bits(flag::ALL));
             sd.argr.write(|w| w.bits(argument));
@@ -185,7 +193,8 @@ impl Controller {
         }
     }
 
-    /// Sends a data command and moves `bytes` (whole blocks of 512) between the card and `address`, which must be in the DMA arena.
+    /// Sends a data command and moves `bytes` (whole blocks of 512) between the card and `address`, which
+    /// must be in the DMA arena.
     pub(super) fn transfer(
         &mut self,
         index: u8,
@@ -200,7 +209,8 @@ impl Controller {
         const BLOCKS_OF_512: u32 = 9 << 4;
         let sd = &self.registers;
         let from_card = u32::from(direction == Transfer::FromCard);
-        // SAFETY: lengths and the address are the caller's, which took the address from a buffer of that length in the arena.
+        // SAFETY: lengths and the address are the caller's, which took the address from a buffer of that
+        // length in the arena.
         unsafe {
             sd.dtimer.write(|w| w.bits(DATA_LIMIT_US * (TRANSFER_HZ / 1_000_000)));
             sd.dlenr.write(|w| w.bits(bytes));
@@ -247,7 +257,8 @@ impl Controller {
             if crate::time::now().0 > deadline {
                 return Err(SdError::NotResponding(index));
             }
-            // The end of busy has its own flag; in doubt (it fell before the test above) the next tick wakes us.
+            // The end of busy has its own flag; in doubt (it fell before the test above) the next tick wakes
+            // us.
             let _ended_or_tick = self.sleep_until(flag::BUSYD0END, 1_000);
         }
         Ok(())
@@ -255,8 +266,9 @@ impl Controller {
 
     /// Sleeps until one of `flags` is up, and gives the status; `None` after `limit_us`.
     ///
-    /// Interrupts are masked between the test and the sleep, so that the flag cannot slip through; WFI wakes on a masked interrupt all the same, and it is
-    /// taken as soon as the mask is off again. Some periodic interrupt must run, for the limit to be noticed.
+    /// Interrupts are masked between the test and the sleep, so that the flag cannot slip through; WFI wakes
+    /// on a masked interrupt all the same, and it is taken as soon as the mask is off again. Some periodic
+    /// interrupt must run, for the limit to be noticed.
     fn sleep_until(&self, flags: u32, limit_us: u32) -> Option<u32> {
         let sd = &self.registers;
         let deadline = crate::time::now().0 + u64::from(limit_us);

@@ -1,9 +1,11 @@
-//! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2): identification, and blocks by the controller's own DMA.
+//! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2): identification, and blocks by the controller's own
+//! DMA.
 //!
-//! Cards of the standard (byte-addressed, up to 2 GB) and high-capacity kinds. Every command and transfer has a bound and ends in an error rather than
-//! a hang. While the hardware works the core sleeps: the interrupt only clears the controller's mask, its wake-up is the message, so whoever reads a
-//! file (the dispatcher in idle) neither spins nor holds anything up. Transfers go through a buffer in the DMA arena, the only memory both sides reach
-//! without cache care; a sequential reader gets [`WINDOW_BLOCKS`] blocks per command.
+//! Cards of the standard (byte-addressed, up to 2 GB) and high-capacity kinds. Every command and transfer has
+//! a bound and ends in an error rather than a hang. While the hardware works the core sleeps: the interrupt
+//! only clears the controller's mask, its wake-up is the message, so whoever reads a file (the dispatcher in
+//! idle) neither spins nor holds anything up. Transfers go through a buffer in the DMA arena, the only memory
+//! both sides reach without cache care; a sequential reader gets [`WINDOW_BLOCKS`] blocks per command.
 
 use core::fmt;
 

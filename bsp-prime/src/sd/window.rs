@@ -1,4 +1,5 @@
-//! Blocks for the file system: a window of consecutive blocks in the DMA arena, read ahead when the reader is sequential.
+//! Blocks for the file system: a window of consecutive blocks in the DMA arena, read ahead when the reader is
+//! sequential.
 
 use core::cell::RefCell;
 
@@ -36,7 +37,8 @@ struct State {
 
 /// The volume of a card that has no partition table, its boot sector being the card's first block.
 ///
-/// The file system crate knows partitions only. So such a card is shown to it one block longer: a table made up for it first, then the card.
+/// The file system crate knows partitions only. So such a card is shown to it one block longer: a table made
+/// up for it first, then the card.
 #[derive(Clone, Copy)]
 struct Bare {
     /// FAT32 with LBA (0x0C) or FAT16 with LBA (0x0E).
@@ -75,7 +77,8 @@ impl SdCard {
         Self(RefCell::new(State { bus, card: None, window: (0, 0), expected: u32::MAX, bare: None }))
     }
 
-    /// Finds the card; again after a change of cards. Takes up to a second and a half without one that answers.
+    /// Finds the card; again after a change of cards. Takes up to a second and a half without one that
+    /// answers.
     ///
     /// # Errors
     /// [`SdError`].

@@ -9,8 +9,8 @@ const ENDSTOPS: &str = "endstops";
 const DEEPEST_PRESS: f64 = 0.5;
 /// What a carriage may go past its switch on purpose, mm; the levers of common switches give way by 0.3.
 const RUN_ON: f64 = 0.25;
-/// Two switches on pins of one number (PD0 and PI0) share the chip's edge detector; one of them is then read at each run of
-/// the step feed, seconds apart.
+/// Two switches on pins of one number (PD0 and PI0) share the chip's edge detector; one of them is then read
+/// at each run of the step feed, seconds apart.
 const SWITCH_PERIOD: f64 = 0.5e-3;
 /// How far ahead steps are written, seconds.
 const WRITTEN_AHEAD: f64 = 1.5e-3;
@@ -97,8 +97,8 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     run_on(checks, place, stop, motor);
 }
 
-/// How far the carriage goes past the switch. The fast approach may stop at once, and does where braking would take longer; the
-/// slow one measures, so its motor should not have to.
+/// How far the carriage goes past the switch. The fast approach may stop at once, and does where braking
+/// would take longer; the slow one measures, so its motor should not have to.
 fn run_on(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, motor: &ActuatorConfig) {
     if stop.fast_rate.get() * SWITCH_PERIOD > RUN_ON {
         let fastest = RUN_ON / SWITCH_PERIOD;
@@ -132,8 +132,8 @@ fn direction_against_name(checks: &mut Checks<'_, '_>, place: usize, stop: &Ends
     }
 }
 
-/// A min switch at the far end of the coordinates, or a max switch at the near one: everything reachable lies on the
-/// wrong side of it.
+/// A min switch at the far end of the coordinates, or a max switch at the near one: everything reachable lies
+/// on the wrong side of it.
 fn direction_against_position(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     let (far, end) = match stop.homing_direction {
         HomingDirection::ToMin => (stop.homing_position, "min"),

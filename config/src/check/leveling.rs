@@ -49,8 +49,8 @@ fn distance(checks: &mut Checks<'_, '_>, (section, key): (&str, &str), size: f64
     }
 }
 
-/// The machine can take back what these lengths say: they are those of a parallelogram with diagonals AC and BD and one side AD, and the
-/// cotangent of the angle between its sides is within bounds.
+/// The machine can take back what these lengths say: they are those of a parallelogram with diagonals AC and
+/// BD and one side AD, and the cotangent of the angle between its sides is within bounds.
 fn is_usable([ac, bd, ad]: [f64; 3]) -> bool {
     let side_sq = (ac * ac + bd * bd) / 2.0 - ad * ad;
     if !(ac > 0.0 && bd > 0.0 && ad > 0.0 && side_sq > 0.0) {

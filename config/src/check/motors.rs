@@ -40,8 +40,9 @@ pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     }
 }
 
-/// Steps in a second that a motor can make, and the setting that bounds them. An external driver takes pulses: high for
-/// `step_pulse_us`, low for as long and half a microsecond, which the end of a pulse may come late.
+/// Steps in a second that a motor can make, and the setting that bounds them. An external driver takes
+/// pulses: high for `step_pulse_us`, low for as long and half a microsecond, which the end of a pulse may
+/// come late.
 fn step_rate_possible(config: &MachineConfig, driver: DriverKind) -> (f64, &'static str) {
     let most = f64::from(config.system.step_frequency_hz);
     let pulses = 1e6 / (2.0 * f64::from(config.system.step_pulse_us.max(1)) + 0.5);

@@ -199,8 +199,9 @@ fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
     }
 }
 
-/// The chip has one interrupt line for each pin number, whatever the port. Switches that are watched at the same time
-/// need lines of their own: those of X and Y, which home together; on a delta or a scara, those of all three motors.
+/// The chip has one interrupt line for each pin number, whatever the port. Switches that are watched at the
+/// same time need lines of their own: those of X and Y, which home together; on a delta or a scara, those of
+/// all three motors.
 fn interrupt_lines(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
     let homing = &config.homing;

@@ -49,8 +49,8 @@ pub struct ActuatorConfig {
 pub type Slave = Actuator;
 
 impl ActuatorConfig {
-    /// Whether counting up makes the direction pin high, where it is low otherwise: `reversed` and `!` on the pin each say
-    /// so, and do not cancel.
+    /// Whether counting up makes the direction pin high, where it is low otherwise: `reversed` and `!` on the
+    /// pin each say so, and do not cancel.
     #[must_use]
     pub fn direction_inverted(&self) -> bool {
         self.reversed || self.dir_pin.is_some_and(|pin| pin.inverted)
@@ -85,7 +85,8 @@ pub struct TmcConfig {
     pub standstill_current: Option<Amps>,
     /// Passive fast decay.
     pub passive_fast_decay: bool,
-    /// How hard the MOSFETs' gates are driven, 0 the gentlest; none: as the raw registers say, or the driver's default.
+    /// How hard the MOSFETs' gates are driven, 0 the gentlest; none: as the raw registers say, or the
+    /// driver's default.
     pub gate_drive: Option<u8>,
     /// The detector on the bridges' low side; none: as the raw registers say, or on.
     pub short_to_supply_detection: Option<bool>,

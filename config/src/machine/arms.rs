@@ -1,5 +1,5 @@
-//! Geometry of the kinematics: `[linear delta]`, `[rotary delta]`, `[morgan scara]`, `[corexz]` and Velvet's own. Lengths in
-//! mm, angles in degrees.
+//! Geometry of the kinematics: `[linear delta]`, `[rotary delta]`, `[morgan scara]`, `[corexz]` and Velvet's
+//! own. Lengths in mm, angles in degrees.
 
 /// The geometry of every arm solution; only that of `arm_solution` counts.
 #[derive(Clone, Copy, Debug, Default)]

@@ -14,7 +14,8 @@ pub enum SensorKind {
     Max31855,
 }
 
-/// A thermistor and its divider. Which rule applies, strongest first: `rt_curve`, `coefficients`, `table`, `beta`.
+/// A thermistor and its divider. Which rule applies, strongest first: `rt_curve`, `coefficients`, `table`,
+/// `beta`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ThermistorConfig {
     /// Analogue input.
@@ -54,7 +55,8 @@ pub struct SensorConfig {
     pub readings_per_second: u16,
 }
 
-/// PID gains in Smoothieware's units: duty steps (of 255) per degree, per degree-second, and duty-seconds per degree.
+/// PID gains in Smoothieware's units: duty steps (of 255) per degree, per degree-second, and duty-seconds per
+/// degree.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pid {
     /// Proportional.

@@ -1,7 +1,7 @@
 //! The typed machine description: what the rest of Velvet reads instead of text.
 //!
-//! Every field is filled from the schema: first with the schema's default, then with what the file says. Units are
-//! the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
+//! Every field is filled from the schema: first with the schema's default, then with what the file says.
+//! Units are the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
 
 mod actuators;
 mod arms;

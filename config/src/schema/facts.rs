@@ -1,4 +1,5 @@
-//! The table against Smoothieware v2's settings: same names, defaults, units and bounds, or a stated difference.
+//! The table against Smoothieware v2's settings: same names, defaults, units and bounds, or a stated
+//! difference.
 
 use super::tests::row_of;
 use super::*;
@@ -182,8 +183,8 @@ fn the_list_of_what_is_refused_is_the_one_in_the_repository() {
     assert_eq!(std::fs::read_to_string(COVERAGE).unwrap(), text);
 }
 
-/// The facts themselves, when they are at hand: `VELVET_FACTS=settings.toml`, a table of `[[setting]]` with `section`,
-/// `key`, `default`.
+/// The facts themselves, when they are at hand: `VELVET_FACTS=settings.toml`, a table of `[[setting]]` with
+/// `section`, `key`, `default`.
 #[test]
 fn the_embedded_facts_are_the_original_ones() {
     let Some(path) = std::env::var_os("VELVET_FACTS") else { return };

@@ -6,8 +6,8 @@ use crate::machine::{MAX_TEMPERATURES, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
 use units::{Celsius, Duty, Micros, Ohms};
 
-/// Built-in thermistors: Steinhart-Hart entries first, then those that are known by their beta only. A name in both
-/// tables means the first, unless `use_beta_table` is set.
+/// Built-in thermistors: Steinhart-Hart entries first, then those that are known by their beta only. A name
+/// in both tables means the first, unless `use_beta_table` is set.
 pub const THERMISTORS: &[&str] = &[
     "EPCOS100K",
     "Vishay100K",

@@ -1,5 +1,5 @@
-//! A JSON Schema of the configuration (draft 2020-12), for editors that know such things: a section is an object, an
-//! instance an object in it, a setting a number, a boolean or a text.
+//! A JSON Schema of the configuration (draft 2020-12), for editors that know such things: a section is an
+//! object, an instance an object in it, a setting a number, a boolean or a text.
 
 use super::{Fallback, Form, Instances, Kind, PinRole, SECTIONS, Section, Setting, Support};
 use crate::render::quoted;

@@ -1,8 +1,8 @@
 //! The schema: one table that names every setting once.
 //!
-//! A row holds a setting's type, range, unit, default, meaning, its name in the previous generation, and the function
-//! that puts a value into [`MachineConfig`]. The reader fills a description with the defaults through the same
-//! functions, so what the reference says is what a missing line means.
+//! A row holds a setting's type, range, unit, default, meaning, its name in the previous generation, and the
+//! function that puts a value into [`MachineConfig`]. The reader fills a description with the defaults
+//! through the same functions, so what the reference says is what a missing line means.
 
 mod actuators;
 mod build;
@@ -159,7 +159,8 @@ pub struct Setting {
     pub summary: &'static str,
     /// Its name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
     pub v1: &'static str,
-    /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may differ.
+    /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may
+    /// differ.
     pub klipper: &'static str,
     /// Who had it first.
     pub since: Since,
@@ -204,12 +205,14 @@ pub enum Support {
         /// What to do instead.
         advice: &'static str,
     },
-    /// Never: there is nothing left for it to change. A value other than the default is reported with the reason.
+    /// Never: there is nothing left for it to change. A value other than the default is reported with the
+    /// reason.
     Needless {
         /// Why nothing needs it.
         why: &'static str,
     },
-    /// Part of a function whose own switch is [`Support::NotYet`]; without that switch it does nothing anyway.
+    /// Part of a function whose own switch is [`Support::NotYet`]; without that switch it does nothing
+    /// anyway.
     Dormant,
 }
 
@@ -303,7 +306,8 @@ pub fn by_v1_name(name: &str) -> Option<(&'static Section, &'static Setting, Opt
     None
 }
 
-/// What stands in `name` where the v1 name `pattern` has `<axis>` or `<name>`. Motors have names of their own.
+/// What stands in `name` where the v1 name `pattern` has `<axis>` or `<name>`. Motors have names of their
+/// own.
 pub(crate) fn instance_of<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
     let (start, rest) = pattern.split_once('<')?;
     let (kind, end) = rest.split_once('>')?;

@@ -1,4 +1,5 @@
-//! Functions that are not part of Velvet yet. Their settings are known, checked, and refused when they are used.
+//! Functions that are not part of Velvet yet. Their settings are known, checked, and refused when they are
+//! used.
 
 use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text, word};
 use super::{Form, Instances, PinRole, Section};

@@ -40,7 +40,8 @@ impl<'a, B: Blocks> Disk<'a, B> {
         self.store_at(0)
     }
 
-    /// Writes the block at hand, which is one of the allocation table, to every copy of the table. The first copy first.
+    /// Writes the block at hand, which is one of the allocation table, to every copy of the table. The first
+    /// copy first.
     pub fn store_in_tables(&mut self) -> Result<(), Error<B::Error>> {
         self.store_at(0)?;
         if self.volume.mirrored { self.store_at(self.volume.table_blocks) } else { Ok(()) }

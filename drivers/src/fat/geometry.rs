@@ -183,8 +183,8 @@ impl Volume {
         self.info
     }
 
-    /// Which entries of the allocation table this block of a card holds beyond those of the volume's clusters: the first
-    /// such byte. The last block of a table is rarely full.
+    /// Which entries of the allocation table this block of a card holds beyond those of the volume's
+    /// clusters: the first such byte. The last block of a table is rarely full.
     #[must_use]
     pub fn unused_table_bytes_from(&self, number: u32) -> Option<usize> {
         let used_bytes = (self.clusters + 2) * self.kind.entry_bytes();

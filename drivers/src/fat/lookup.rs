@@ -7,8 +7,8 @@ use super::record::{Attributes, Entry, Place, SlotKind, kind_of, short_name};
 use super::short_name;
 use super::{Blocks, Error, Volume};
 
-/// The entries of a directory, one after the other. It may be kept between calls; the directory may change meanwhile, then
-/// what was changed may be missed or seen twice.
+/// The entries of a directory, one after the other. It may be kept between calls; the directory may change
+/// meanwhile, then what was changed may be missed or seen twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Listing {
     at: Option<Cursor>,
@@ -19,7 +19,8 @@ impl Listing {
         Ok(Self { at: Some(Cursor::start(disk, directory)?) })
     }
 
-    /// The next file or directory and its name; `None` behind the last. The volume's label, `.` and `..` are left out.
+    /// The next file or directory and its name; `None` behind the last. The volume's label, `.` and `..` are
+    /// left out.
     ///
     /// # Errors
     /// [`Error::Damaged`], or the device's.
@@ -83,8 +84,9 @@ impl<B: Blocks> Disk<'_, B> {
         self.search(directory, &wanted, None, |_, _| {})?.ok_or(Error::NotFound)
     }
 
-    /// Searches a directory for a name, long or short. Of two entries that differ in case alone, which others may have made,
-    /// the one that is exactly so counts. `except` is passed over. `each` sees every entry, when none is exactly so.
+    /// Searches a directory for a name, long or short. Of two entries that differ in case alone, which others
+    /// may have made, the one that is exactly so counts. `except` is passed over. `each` sees every entry,
+    /// when none is exactly so.
     pub fn search(
         &mut self,
         directory: Directory,
@@ -120,7 +122,8 @@ impl<B: Blocks> Disk<'_, B> {
         }
     }
 
-    /// The directory of this path; the root for an empty one. No part of it may be the directory that begins with `outside`.
+    /// The directory of this path; the root for an empty one. No part of it may be the directory that begins
+    /// with `outside`.
     pub fn directory(&mut self, path: &str, outside: Option<u32>) -> Result<Directory, Error<B::Error>> {
         let mut directory = self.volume.root;
         for part in path.split('/').filter(|part| !part.is_empty()) {

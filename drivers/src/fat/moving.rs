@@ -1,8 +1,9 @@
 //! Renaming and moving.
 //!
-//! Two writes move an entry between blocks: one takes it away, one puts it there. A power cut between them would lose it, or
-//! leave two names for the same clusters. So they stand between two others: an entry in the root directory that notes both
-//! places comes first and goes last. Whoever finds that note when the volume is mounted, [`Volume::settle`], sees how far it came:
+//! Two writes move an entry between blocks: one takes it away, one puts it there. A power cut between them
+//! would lose it, or leave two names for the same clusters. So they stand between two others: an entry in the
+//! root directory that notes both places comes first and goes last. Whoever finds that note when the volume
+//! is mounted, [`Volume::settle`], sees how far it came:
 //!
 //! | after | what a reader without this sees | settled |
 //! |---|---|---|
@@ -10,7 +11,8 @@
 //! | taking the old entry away | neither; its clusters have no name | the old name, put back |
 //! | writing the new entry | the new name | the new name |
 //!
-//! The `..` of a directory is written last. After a cut it may still lead to where the directory was; nothing here follows it.
+//! The `..` of a directory is written last. After a cut it may still lead to where the directory was; nothing
+//! here follows it.
 
 use super::cursor::Directory;
 use super::disk::Disk;
@@ -64,12 +66,12 @@ fn sum(slot: &Slot) -> u8 {
 }
 
 impl Volume {
-    /// Gives an entry another name, in the same directory or another one. A change of case alone counts. Nobody else may have
-    /// the entry open.
+    /// Gives an entry another name, in the same directory or another one. A change of case alone counts.
+    /// Nobody else may have the entry open.
     ///
     /// # Errors
-    /// [`Error::Exists`], [`Error::IntoItself`], [`Error::BadName`], [`Error::Full`], [`Error::DirectoryFull`], as
-    /// [`find`](Self::find) for the new directory, or the device's.
+    /// [`Error::Exists`], [`Error::IntoItself`], [`Error::BadName`], [`Error::Full`],
+    /// [`Error::DirectoryFull`], as [`find`](Self::find) for the new directory, or the device's.
     pub fn rename<B: Blocks>(&mut self, device: &mut B, entry: &Entry, to: &str) -> Result<(), Error<B::Error>> {
         let disk = &mut Disk::new(self, device);
         let (path, name) = split(to)?;
@@ -91,8 +93,8 @@ impl Volume {
         disk.remove_long_name(entry)
     }
 
-    /// Completes or takes back a move that a power cut has interrupted. Called when the volume is mounted, before anything
-    /// else; it reads the root directory.
+    /// Completes or takes back a move that a power cut has interrupted. Called when the volume is mounted,
+    /// before anything else; it reads the root directory.
     ///
     /// # Errors
     /// [`Error::Damaged`], or the device's.

@@ -1,4 +1,5 @@
-//! Names: their units and their case, and the slots that hold long ones (FAT 1.03, "FAT Long Directory Entries").
+//! Names: their units and their case, and the slots that hold long ones (FAT 1.03, "FAT Long Directory
+//! Entries").
 
 use super::cursor::Cursor;
 use super::record::{SLOT_BYTES, Slot};
@@ -35,8 +36,8 @@ impl Name {
         Self { units: [0; MAX_SLOTS * UNITS_PER_SLOT], length: 0 }
     }
 
-    /// The name that this text stands for: blanks before it, and blanks and periods after it, do not count (FAT 1.03, "Name
-    /// Limits and Character Sets"). `None` when nothing is left or it is too long.
+    /// The name that this text stands for: blanks before it, and blanks and periods after it, do not count
+    /// (FAT 1.03, "Name Limits and Character Sets"). `None` when nothing is left or it is too long.
     pub(super) fn parse(text: &str) -> Option<Self> {
         let (mut name, text) = (Self::new(), stripped(text));
         name.set(text.encode_utf16());
@@ -105,8 +106,8 @@ pub(super) fn checksum(short_name: &[u8; 11]) -> u8 {
     short_name.iter().fold(0, |sum: u8, byte| sum.rotate_right(1).wrapping_add(*byte))
 }
 
-/// A long name put together from slots. Pieces that do not follow one another, or do not belong to the entry behind them,
-/// are left aside (FAT 1.03, "Organization and Association of Short & Long Directory Entries").
+/// A long name put together from slots. Pieces that do not follow one another, or do not belong to the entry
+/// behind them, are left aside (FAT 1.03, "Organization and Association of Short & Long Directory Entries").
 pub(super) struct Assembly<'a> {
     name: &'a mut Name,
     /// Ordinal of the piece that came last, and the checksum that all have; 1 is a whole name.
@@ -162,7 +163,8 @@ pub fn stripped(text: &str) -> &str {
     text.trim_start_matches(' ').trim_end_matches([' ', '.'])
 }
 
-/// FAT 1.03, "Name Limits and Character Sets": what short and long names may have, and everything beyond ASCII.
+/// FAT 1.03, "Name Limits and Character Sets": what short and long names may have, and everything beyond
+/// ASCII.
 const fn is_legal_unit(unit: u16) -> bool {
     match unit {
         0..0x20 | 0x7F => false,
@@ -179,10 +181,12 @@ pub fn is_legal_name(name: &str) -> bool {
     !stripped.is_empty() && units().count() <= MAX_UNITS && units().all(is_legal_unit)
 }
 
-/// Whether two names stand for the same file: without regard to case, blanks around them and periods at the end.
+/// Whether two names stand for the same file: without regard to case, blanks around them and periods at the
+/// end.
 ///
-/// Letters are the same when one is the other's only capital, and the other the only small letter of that: `ä` and `Ä`, but
-/// not `ß` and `SS`, nor dotless `ı` and `I`. Letters beyond the basic plane are only the same as themselves.
+/// Letters are the same when one is the other's only capital, and the other the only small letter of that:
+/// `ä` and `Ä`, but not `ß` and `SS`, nor dotless `ı` and `I`. Letters beyond the basic plane are only the
+/// same as themselves.
 #[must_use]
 pub fn same_name(one: &str, other: &str) -> bool {
     stripped(one).encode_utf16().map(fold).eq(stripped(other).encode_utf16().map(fold))

@@ -7,7 +7,8 @@ use super::record::{Entry, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, sho
 use super::short_name::{Basis, TAILS, plain};
 use super::{Blocks, Error};
 
-/// Each gives nine short names for a name, of 65,536 times nine. A directory that has them all was made for that.
+/// Each gives nine short names for a name, of 65,536 times nine. A directory that has them all was made for
+/// that.
 const MAX_ROUNDS: u16 = 100;
 
 /// How a name is going to be written.
@@ -40,7 +41,8 @@ impl<B: Blocks> Disk<'_, B> {
         for round in 0..MAX_ROUNDS {
             let mut taken = 0_u16;
             let found = self.search(directory, name, except, |entry, name| {
-                // A long name that looks like a short one takes that too: nobody could tell which of both is meant.
+                // A long name that looks like a short one takes that too: nobody could tell which of both is
+                // meant.
                 for short in [Some(entry.short_name()), plain(name).map(|(short, _)| short)].into_iter().flatten() {
                     taken |= u16::from(own.is_some_and(|(own, _)| own == short));
                     taken |= basis.tail_of(&short).map_or(0, |tail| 1 << tail);
@@ -81,8 +83,8 @@ impl<B: Blocks> Disk<'_, B> {
         }
     }
 
-    /// The first of so many free slots in a row, or the directory's last slot. Pieces of a long name without an entry behind
-    /// them count as free: a power cut, or a system without long names, has left them.
+    /// The first of so many free slots in a row, or the directory's last slot. Pieces of a long name without
+    /// an entry behind them count as free: a power cut, or a system without long names, has left them.
     fn find_room(&mut self, directory: Directory, slots: usize) -> Result<Result<Cursor, Cursor>, Error<B::Error>> {
         let mut at = Cursor::start(self, directory)?;
         let (mut first, mut count, mut behind_end) = (at, 0, false);
@@ -114,8 +116,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(at)
     }
 
-    /// Writes an entry with its long name, from the slot `first` on. `gone` is removed by the write that makes the entry
-    /// visible, if it is in the same block as that.
+    /// Writes an entry with its long name, from the slot `first` on. `gone` is removed by the write that
+    /// makes the entry visible, if it is in the same block as that.
     pub fn write_entry(
         &mut self,
         first: Cursor,
@@ -140,7 +142,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(Entry::new(self.volume, slot, at.place(), first))
     }
 
-    /// When a directory's end is in these slots, which are about to be written, the slot behind them becomes its end.
+    /// When a directory's end is in these slots, which are about to be written, the slot behind them becomes
+    /// its end.
     fn move_end_behind(&mut self, first: Cursor, slots: usize) -> Result<(), Error<B::Error>> {
         let (mut at, mut has_end) = (first, false);
         for _ in 0..slots {
@@ -157,7 +160,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(())
     }
 
-    /// Frees the slots of an entry: the entry itself first, with all that lies in its block; the rest of its long name after.
+    /// Frees the slots of an entry: the entry itself first, with all that lies in its block; the rest of its
+    /// long name after.
     pub fn remove_slots(&mut self, entry: &Entry) -> Result<(), Error<B::Error>> {
         let places = self.places_of(entry)?;
         self.free_slots(places.iter().filter(|place| place.block == entry.place().block))?;

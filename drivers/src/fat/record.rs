@@ -27,7 +27,8 @@ pub(super) enum SlotKind {
     Entry,
 }
 
-/// What this slot holds. The lower six attribute bits tell a piece of a long name (FAT 1.03, ATTR_LONG_NAME_MASK).
+/// What this slot holds. The lower six attribute bits tell a piece of a long name (FAT 1.03,
+/// ATTR_LONG_NAME_MASK).
 pub(super) fn kind_of(slot: &Slot) -> SlotKind {
     match (slot[0], slot[11] & 0x3F) {
         (END, _) => SlotKind::End,
@@ -147,7 +148,8 @@ impl Entry {
         short_name(&self.slot)
     }
 
-    /// The bits of Windows NT that say which parts of a short name are meant in small letters, as they stand in the entry.
+    /// The bits of Windows NT that say which parts of a short name are meant in small letters, as they stand
+    /// in the entry.
     #[must_use]
     pub const fn case_bits(&self) -> u8 {
         self.slot[12]

@@ -5,13 +5,14 @@ use super::name::{Name, fold};
 /// Tails from `~1` to `~9`.
 pub(super) const TAILS: u8 = 9;
 
-/// Bits of an entry's byte 12 that Windows NT and its successors use, FatFs and Linux too: the name, or the extension, is
-/// meant in small letters. They spare a long name; who does not know them shows capitals. FAT 1.03 only reserves the byte.
+/// Bits of an entry's byte 12 that Windows NT and its successors use, FatFs and Linux too: the name, or the
+/// extension, is meant in small letters. They spare a long name; who does not know them shows capitals. FAT
+/// 1.03 only reserves the byte.
 const SMALL_NAME: u8 = 0x08;
 const SMALL_EXTENSION: u8 = 0x10;
 
-/// Characters above 7F in the code page of the IBM PC (437), which Western DOS and Windows wrote. A volume does not say which
-/// code page it was written with.
+/// Characters above 7F in the code page of the IBM PC (437), which Western DOS and Windows wrote. A volume
+/// does not say which code page it was written with.
 const CODE_PAGE: [char; 128] = [
     'Ç', 'ü', 'é', 'â', 'ä', 'à', 'å', 'ç', 'ê', 'ë', 'è', 'ï', 'î', 'ì', 'Ä', 'Å', //
     'É', 'æ', 'Æ', 'ô', 'ö', 'ò', 'û', 'ù', 'ÿ', 'Ö', 'Ü', '¢', '£', '¥', '₧', 'ƒ', //
@@ -70,7 +71,8 @@ const fn is_legal(byte: u8) -> bool {
         )
 }
 
-/// A name that is its own short name but for its case: that short name, and its case bits when they can say the case.
+/// A name that is its own short name but for its case: that short name, and its case bits when they can say
+/// the case.
 pub(super) fn plain(name: &Name) -> Option<([u8; 11], Option<u8>)> {
     let (stem, extension) = match name.units().iter().position(|unit| *unit == u16::from(b'.')) {
         Some(point) => (name.units().get(..point)?, name.units().get(point + 1..)?),
@@ -121,8 +123,8 @@ impl Basis {
         basis
     }
 
-    /// Another basis for the same name, for when the tails are used up: two of its letters and four hexadecimal digits, as
-    /// Windows does it. Each `round` gives another one.
+    /// Another basis for the same name, for when the tails are used up: two of its letters and four
+    /// hexadecimal digits, as Windows does it. Each `round` gives another one.
     pub fn hashed(mut self, name: &Name, round: u16) -> Self {
         // FNV-1a, 32 bits, folded to 16.
         let bytes =

@@ -53,8 +53,8 @@ impl Volume {
     }
 }
 
-/// The way along a chain of clusters. A loop is noticed within three times its length (R. P. Brent, An Improved Monte Carlo
-/// Factorization Algorithm, 1980, section 2).
+/// The way along a chain of clusters. A loop is noticed within three times its length (R. P. Brent, An
+/// Improved Monte Carlo Factorization Algorithm, 1980, section 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chain {
     pub at: u32,
@@ -110,7 +110,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(())
     }
 
-    /// Takes a free cluster, zeroes it, has `fill` write into its first block, and links it behind `previous`.
+    /// Takes a free cluster, zeroes it, has `fill` write into its first block, and links it behind
+    /// `previous`.
     pub fn allocate(
         &mut self,
         previous: Option<u32>,
@@ -119,7 +120,8 @@ impl<B: Blocks> Disk<'_, B> {
         self.forget_free_count()?;
         let cluster = self.find_free()?;
         let first = self.volume.block_of(cluster);
-        // Zeroed and filled while it is still free: from the first moment at which it belongs to something it is right.
+        // Zeroed and filled while it is still free: from the first moment at which it belongs to something it
+        // is right.
         for number in (first + 1..first + self.volume.blocks_per_cluster).rev() {
             self.blank(number);
             self.store()?;
@@ -164,8 +166,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(found >= wanted)
     }
 
-    /// Frees a chain that nothing names any more. One that is damaged is freed up to its damage; a loop ends at the first
-    /// cluster that is free already.
+    /// Frees a chain that nothing names any more. One that is damaged is freed up to its damage; a loop ends
+    /// at the first cluster that is free already.
     pub fn free_chain(&mut self, first: u32) -> Result<(), Error<B::Error>> {
         self.forget_free_count()?;
         let mut rest = Some(first);
@@ -192,8 +194,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(next)
     }
 
-    /// Sets the count of free clusters (FSINFO) to "unknown", which is what it is once something has changed and nobody
-    /// counts. FAT 1.03, "FAT32 FSInfo Sector Structure": FSI_Free_Count, all ones.
+    /// Sets the count of free clusters (FSINFO) to "unknown", which is what it is once something has changed
+    /// and nobody counts. FAT 1.03, "FAT32 FSInfo Sector Structure": FSI_Free_Count, all ones.
     pub fn forget_free_count(&mut self) -> Result<(), Error<B::Error>> {
         const COUNT: usize = 488;
         let (Some(info), false) = (self.volume.info, self.volume.count_forgotten) else { return Ok(()) };

@@ -1,4 +1,5 @@
-//! Volumes in memory: made by one foreign tool (`fatfs`), changed here, read back by that tool and by a checker of its own.
+//! Volumes in memory: made by one foreign tool (`fatfs`), changed here, read back by that tool and by a
+//! checker of its own.
 
 mod card;
 mod changes;

@@ -1,4 +1,5 @@
-//! What can be done with the files and directories of a volume. Paths are relative to its root, parts divided by `/`.
+//! What can be done with the files and directories of a volume. Paths are relative to its root, parts divided
+//! by `/`.
 
 use super::cursor::Directory;
 use super::disk::Disk;
@@ -12,8 +13,8 @@ impl Volume {
     /// The entry of this path, by long names or short ones.
     ///
     /// # Errors
-    /// [`Error::NotFound`], [`Error::IsFile`] for a part that should be a directory, [`Error::BadName`] for the root, which
-    /// has no entry, [`Error::Damaged`], or the device's.
+    /// [`Error::NotFound`], [`Error::IsFile`] for a part that should be a directory, [`Error::BadName`] for
+    /// the root, which has no entry, [`Error::Damaged`], or the device's.
     pub fn find<B: Blocks>(&mut self, device: &mut B, path: &str) -> Result<Entry, Error<B::Error>> {
         let disk = &mut Disk::new(self, device);
         let (path, name) = split(path)?;
@@ -34,7 +35,8 @@ impl Volume {
     /// Makes an empty file.
     ///
     /// # Errors
-    /// [`Error::Exists`], [`Error::BadName`], [`Error::Full`], [`Error::DirectoryFull`], or as [`find`](Self::find).
+    /// [`Error::Exists`], [`Error::BadName`], [`Error::Full`], [`Error::DirectoryFull`], or as
+    /// [`find`](Self::find).
     pub fn create<B: Blocks>(&mut self, device: &mut B, path: &str, now: Stamp) -> Result<Entry, Error<B::Error>> {
         let disk = &mut Disk::new(self, device);
         let (path, name) = split(path)?;

@@ -1,5 +1,5 @@
-//! Sensors known by name. Names, numbers and index as Smoothieware configurations use them; coefficients are fits to
-//! the makers' resistance tables.
+//! Sensors known by name. Names, numbers and index as Smoothieware configurations use them; coefficients are
+//! fits to the makers' resistance tables.
 
 use super::{Curve, Divider, Thermistor};
 use units::{Celsius, Ohms};

@@ -48,7 +48,8 @@ impl Curve {
         Ok(Self { c1, c2, c3 })
     }
 
-    /// From nominal resistance, the temperature it holds at, and beta in kelvin: 1/T = 1/T0 + ln(R/R0) / beta.
+    /// From nominal resistance, the temperature it holds at, and beta in kelvin: 1/T = 1/T0 + ln(R/R0) /
+    /// beta.
     ///
     /// # Errors
     /// Numbers out of range.
@@ -60,8 +61,8 @@ impl Curve {
         Ok(Self { c1: 1.0 / kelvin - libm::log(ohms) / beta_kelvin, c2: 1.0 / beta_kelvin, c3: 0.0 })
     }
 
-    /// Through three points, by the usual solution of the three linear equations with divided differences. Points
-    /// that bend the wrong way (c3 below 0) are rounding of a beta curve: beta of the outer two then.
+    /// Through three points, by the usual solution of the three linear equations with divided differences.
+    /// Points that bend the wrong way (c3 below 0) are rounding of a beta curve: beta of the outer two then.
     ///
     /// # Errors
     /// Points that do not fall.

@@ -1,7 +1,7 @@
 //! Watches a machine from outside, slot by slot: its step edges, its carriages, its heaters.
 //!
-//! Limits can be changed at run time (M203, M204, M92), for moves that come after. So a motor is held against the widest limits that
-//! have been in force since power-on.
+//! Limits can be changed at run time (M203, M204, M92), for moves that come after. So a motor is held against
+//! the widest limits that have been in force since power-on.
 
 use std::collections::VecDeque;
 
@@ -44,7 +44,8 @@ struct Motor {
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     motors: [Motor; MAX_ACTUATORS],
-    /// A corner may be taken at speed, the path is not what motors make, or something broke: accelerations are no motor's own.
+    /// A corner may be taken at speed, the path is not what motors make, or something broke: accelerations
+    /// are no motor's own.
     is_bent: bool,
     /// Extruders run ahead by pressure advance, which no limit counts (docs/motion.md).
     runs_ahead: bool,
@@ -194,7 +195,8 @@ impl Guard {
 }
 
 impl Motor {
-    /// A step's place at its time: the second divided difference of three places is a mean of the acceleration between them.
+    /// A step's place at its time: the second divided difference of three places is a mean of the
+    /// acceleration between them.
     fn accelerates(&mut self, at_ns: u64, place: f64, actuator: Actuator) {
         let before = |samples: &VecDeque<(u64, f64)>, ns: u64| {
             let end = samples.partition_point(|(sample_ns, _)| *sample_ns <= ns);

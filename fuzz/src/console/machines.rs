@@ -1,5 +1,5 @@
-//! The machines of the console target: the samples of the documentation, made small and fast, so that little virtual time shows
-//! much.
+//! The machines of the console target: the samples of the documentation, made small and fast, so that little
+//! virtual time shows much.
 
 use config::edit::{Edit, apply};
 

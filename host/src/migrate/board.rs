@@ -1,4 +1,5 @@
-//! Which pin of the new board takes the place of which pin of the old one: a table a person can read and change.
+//! Which pin of the new board takes the place of which pin of the old one: a table a person can read and
+//! change.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! What is held against what: the run against the program, against itself, and against the rules of a safe end.
+//! What is held against what: the run against the program, against itself, and against the rules of a safe
+//! end.
 
 use super::edges::{Executed, Stop};
 use super::machine::Machine;
@@ -10,7 +11,8 @@ use units::{Actuator, MAX_ACTUATORS};
 
 /// Filament may be off by this much, mm.
 const FILAMENT_TOLERANCE_MM: f64 = 0.01;
-/// The executed path may leave the programmed one by this much, mm: half a step on each axis and what sampling costs.
+/// The executed path may leave the programmed one by this much, mm: half a step on each axis and what
+/// sampling costs.
 const PATH_TOLERANCE_MM: f64 = 0.05;
 /// An edge later than this is late (the firmware counts from here on).
 const LATE_NS: f64 = 250.0;
@@ -112,9 +114,10 @@ pub struct Anchor {
     pub worst: Actuator,
 }
 
-/// Finds the stop after homing: of all stops, the one from which the motors went on to end where the program ends. No
-/// other place fits three motors at once but by an error of the run. Homing may stop at that place more than once; then
-/// it is the stop after which the motors made as many steps as the program has. Without homing it is the beginning.
+/// Finds the stop after homing: of all stops, the one from which the motors went on to end where the program
+/// ends. No other place fits three motors at once but by an error of the run. Homing may stop at that place
+/// more than once; then it is the stop after which the motors made as many steps as the program has. Without
+/// homing it is the beginning.
 pub fn anchor(executed: &Executed, machine: &Machine, program: &Program) -> Option<Anchor> {
     // Motors rest on whole steps.
     let from = machine.steps(program.path.first()?.at).map(f64::round);
@@ -258,12 +261,14 @@ fn heaters_off(run: &Run) -> Check {
 
 /// Less power than this at the end is none: telemetry is rounded.
 const OFF_SHARE: f64 = 0.01;
-/// Telemetry holds a running mean of the power with this time constant (`sim::world::World::heater_mean_duty`).
+/// Telemetry holds a running mean of the power with this time constant
+/// (`sim::world::World::heater_mean_duty`).
 const MEAN_S: f64 = 1.0;
 /// The power at the end is that over this much time.
 const LAST_S: f64 = 0.5;
 
-/// Mean power over the last moments of a run, 0 to 1, with what the running mean remembers of the time before taken out.
+/// Mean power over the last moments of a run, 0 to 1, with what the running mean remembers of the time before
+/// taken out.
 fn last_power(time_s: &[f64], mean: &[Option<f64>]) -> Option<f64> {
     let mut known = time_s.iter().zip(mean).filter_map(|(time, mean)| Some((*time, (*mean)?)));
     let (end_s, at_end) = known.clone().next_back()?;

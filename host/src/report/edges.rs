@@ -1,8 +1,8 @@
 //! Reads `steps.csv`: every step edge of the run, as positions over time.
 //!
-//! An edge stands where the ideal position passes half way between two steps. Between edges the position is a straight
-//! line, so the path has no staircase. A long job has tens of millions of edges; per motor only the first and the last
-//! of each short time slot are kept.
+//! An edge stands where the ideal position passes half way between two steps. Between edges the position is a
+//! straight line, so the path has no staircase. A long job has tens of millions of edges; per motor only the
+//! first and the last of each short time slot are kept.
 
 use std::io::BufRead;
 use std::path::Path;

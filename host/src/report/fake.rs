@@ -30,7 +30,8 @@ const SPEED_MM_PER_S: f64 = 40.0;
 /// An edge: when, which motor, which way.
 pub type Edge = (u64, Actuator, i32);
 
-/// The edges of a perfect machine: it homes by 5 mm on each axis from where it was, waits, then follows the program.
+/// The edges of a perfect machine: it homes by 5 mm on each axis from where it was, waits, then follows the
+/// program.
 pub fn edges(machine: &Machine, program: &Program) -> Vec<Edge> {
     let mut edges = Vec::new();
     let mut now_s = 0.5;

@@ -74,7 +74,8 @@ impl Machine {
         steps
     }
 
-    /// A difference of motor positions in steps, where a motor that turns round and round may differ by whole turns.
+    /// A difference of motor positions in steps, where a motor that turns round and round may differ by whole
+    /// turns.
     pub fn within_a_turn(&self, motor: Actuator, steps: f64) -> f64 {
         let turn = self.kinematics.and_then(|kinematics| kinematics.turn_of(motor));
         match (turn, self.steps_per_mm[motor as usize]) {

@@ -15,7 +15,8 @@ const SLOTS: [(&str, &str); 5] = [
     ("report.js", include_str!("../../assets/report.js")),
 ];
 
-/// Corners drawn at most; a graphics card turns ten times as many without effort, a page of ten megabytes loads slowly.
+/// Corners drawn at most; a graphics card turns ten times as many without effort, a page of ten megabytes
+/// loads slowly.
 const MOST_CORNERS: usize = 60_000;
 /// Points of a chart at most: two for each pixel of a wide screen.
 const MOST_CHART_POINTS: usize = 5_000;
@@ -142,7 +143,8 @@ fn motors(report: &Report) -> Vec<MotorRow<'_>> {
     rows
 }
 
-/// The corners in the program's coordinates from the end of homing on, or all of them where they are not known.
+/// The corners in the program's coordinates from the end of homing on, or all of them where they are not
+/// known.
 fn path(report: &Report) -> PathData {
     let has_extruder = report.machine.as_ref().is_ok_and(|machine| !machine.extruders.is_empty());
     let mut corners = report.samples.corners(has_extruder, 0.01, 6.0, MOST_CORNERS);
@@ -164,7 +166,8 @@ fn path(report: &Report) -> PathData {
     }
 }
 
-/// Thickness of the drawn line in mm: of a round line with the material that went into it; thin where nothing did.
+/// Thickness of the drawn line in mm: of a round line with the material that went into it; thin where nothing
+/// did.
 fn tube(corners: &[Corner]) -> f64 {
     let (mut length, mut fed) = (0.0, 0.0);
     let mut low = [f64::INFINITY; 3];
@@ -181,7 +184,8 @@ fn tube(corners: &[Corner]) -> f64 {
     if length > 0.0 && fed > 0.0 { FILAMENT_DIAMETER_MM * (fed / length).sqrt() } else { (size / 300.0).max(0.05) }
 }
 
-/// In each slot of time the largest speed, and the filament speed of largest size: peaks are what one looks for.
+/// In each slot of time the largest speed, and the filament speed of largest size: peaks are what one looks
+/// for.
 fn speed(report: &Report) -> SpeedData {
     let samples = &report.samples;
     let per_point = samples.points.len().div_ceil(MOST_CHART_POINTS).max(1);

@@ -1,4 +1,5 @@
-//! The executed path: positions at even times from the step edges, then only the corners that shape and speed need.
+//! The executed path: positions at even times from the step edges, then only the corners that shape and speed
+//! need.
 
 use super::edges::Executed;
 use super::machine::Machine;
@@ -45,8 +46,8 @@ const FEEDING_MM_PER_S: f64 = 0.03;
 const MOVING_MM_PER_S: f64 = 0.05;
 
 impl Samples {
-    /// Reads positions every `period_s`. `origin`: where each motor stood at power-on, in steps of the machine's own count. `e`
-    /// is the motor whose steps count as filament.
+    /// Reads positions every `period_s`. `origin`: where each motor stood at power-on, in steps of the
+    /// machine's own count. `e` is the motor whose steps count as filament.
     pub fn take(
         executed: &Executed,
         machine: &Machine,
@@ -101,8 +102,9 @@ impl Samples {
         Some(if feeds || !has_extruder { Kind::Work } else { Kind::Travel })
     }
 
-    /// The corners: straight pieces between them are within `error_mm` of the samples, and speed changes evenly along
-    /// them but for `error_speed` mm/s. Coarser, both doubled, until there are at most `at_most`.
+    /// The corners: straight pieces between them are within `error_mm` of the samples, and speed changes
+    /// evenly along them but for `error_speed` mm/s. Coarser, both doubled, until there are at most
+    /// `at_most`.
     pub fn corners(&self, has_extruder: bool, error_mm: f64, error_speed: f64, at_most: usize) -> Vec<Corner> {
         let runs = self.runs(has_extruder);
         let (mut error_mm, mut error_speed) = (error_mm, error_speed);
@@ -152,7 +154,8 @@ fn distance(from: &[f64; 4], to: &[f64; 4]) -> f64 {
     ((to[0] - from[0]).powi(2) + (to[1] - from[1]).powi(2) + (to[2] - from[2]).powi(2)).sqrt()
 }
 
-/// U. Ramer (1972), D. Douglas and T. Peucker (1973): split at the worst sample until every one is close enough.
+/// U. Ramer (1972), D. Douglas and T. Peucker (1973): split at the worst sample until every one is close
+/// enough.
 fn simplify(samples: &Samples, first: usize, last: usize, error_mm: f64, error_speed: f64) -> Vec<usize> {
     let mut kept = vec![first];
     let mut open = vec![(first, last)];
@@ -192,9 +195,9 @@ fn from_chord(from: &[f64; 4], to: &[f64; 4], point: &[f64; 4]) -> (f64, f64) {
     (apart.sqrt(), share)
 }
 
-/// The largest distance of the executed path from the programmed one, mm, from `begin` (a sample) on. Both are walked
-/// forward together, so a path that takes a short cut is noticed even where the shortcut crosses the path. None when
-/// the program has no path.
+/// The largest distance of the executed path from the programmed one, mm, from `begin` (a sample) on. Both
+/// are walked forward together, so a path that takes a short cut is noticed even where the shortcut crosses
+/// the path. None when the program has no path.
 pub fn largest_deviation(samples: &Samples, begin: usize, program: &[[f64; 3]]) -> Option<f64> {
     /// How many programmed pieces ahead the machine may be of the piece it was on.
     const AHEAD: usize = 24;

@@ -1,5 +1,5 @@
-//! What a G-code program asks for: the path, where it ends, how much filament it moves. A plain reading of the text,
-//! with none of the firmware's code but its words.
+//! What a G-code program asks for: the path, where it ends, how much filament it moves. A plain reading of
+//! the text, with none of the firmware's code but its words.
 
 use anyhow::{Context, Result};
 use gcode::{Block, Code, Decoder, Letter, Line};
@@ -197,8 +197,8 @@ impl Program {
     }
 }
 
-/// The first line, when it is a comment that names the job: up to a colon, since what follows is detail. What slicers
-/// write there names only themselves.
+/// The first line, when it is a comment that names the job: up to a colon, since what follows is detail. What
+/// slicers write there names only themselves.
 fn title(text: &[u8]) -> Option<String> {
     let first = text.split(|byte| *byte == b'\n').next()?.strip_prefix(b";")?;
     let words = String::from_utf8_lossy(first);

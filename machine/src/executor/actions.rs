@@ -155,7 +155,8 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
     }
 }
 
-/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and nothing waits.
+/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and
+/// nothing waits.
 async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
     loop {
         let now = machine.ports.now();

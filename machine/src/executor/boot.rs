@@ -1,8 +1,8 @@
 //! From reset to a machine that listens: configuration, motion, heat, wiring, drivers, in this order.
 //!
-//! Whatever is wrong with the configuration is said to every session with its line. An error leaves the part it concerns off; a
-//! fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but sessions and card work, so that the file can
-//! be mended over them.
+//! Whatever is wrong with the configuration is said to every session with its line. An error leaves the part
+//! it concerns off; a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but
+//! sessions and card work, so that the file can be mended over them.
 
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use heapless::Vec;
@@ -198,7 +198,8 @@ fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     ports.wire(config, &mut report)
 }
 
-/// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called silent.
+/// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called
+/// silent.
 async fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
         return;
@@ -210,8 +211,8 @@ async fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Writes the drivers' registers and currents. Without motor supply they cannot answer; the supervisor does it when the supply
-/// comes.
+/// Writes the drivers' registers and currents. Without motor supply they cannot answer; the supervisor does
+/// it when the supply comes.
 fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
     let internal = internal_motors(machine.config);
     let check = machine.config.motors.check_driver_errors;

@@ -1,5 +1,6 @@
-//! What lines have started and that is to be done before the next line: scripts of the configuration, files of saved settings,
-//! and what follows them. A stack: what was started last goes first, so a script may start another one.
+//! What lines have started and that is to be done before the next line: scripts of the configuration, files
+//! of saved settings, and what follows them. A stack: what was started last goes first, so a script may start
+//! another one.
 
 use gcode::{Code, LineBuffer};
 use heapless::Vec;

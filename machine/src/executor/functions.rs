@@ -1,7 +1,7 @@
 //! What machines do beside moving: each function of the table of codes, led to its owner.
 //!
-//! Those that only say or set something never wait, and questions among them are answered at any waiting point. The others are
-//! sequences.
+//! Those that only say or set something never wait, and questions among them are answered at any waiting
+//! point. The others are sequences.
 
 use gcode::Blocks;
 use program::{Function, State, Words};
@@ -320,7 +320,8 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<
     }
 }
 
-/// A long answer: given as fast as a session takes it, beside everything else. A file that is played has nobody to read one.
+/// A long answer: given as fast as a session takes it, beside everything else. A file that is played has
+/// nobody to read one.
 pub(super) fn begin_listing<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
     match to.session().and_then(|id| machine.sessions.get_mut(id)) {
         Some(session) => {

@@ -1,8 +1,8 @@
 //! Halting and coming back.
 //!
-//! A halt is one act: heat off, switches to their halt states, motion brought to rest along its path, the job dropped, one
-//! message. When the motors stand still (or after a second, without waiting further) they lose their current. No halt is left by
-//! itself: M999, `$X`, Ctrl-Y or the kill button release it.
+//! A halt is one act: heat off, switches to their halt states, motion brought to rest along its path, the job
+//! dropped, one message. When the motors stand still (or after a second, without waiting further) they lose
+//! their current. No halt is left by itself: M999, `$X`, Ctrl-Y or the kill button release it.
 
 use core::fmt::Arguments;
 
@@ -69,7 +69,8 @@ impl<P: Ports> Machine<'_, P> {
         self.finish_release();
     }
 
-    /// `$X` and Ctrl-Y on a halted machine. One whose configuration cannot be used stays locked, and one that sleeps.
+    /// `$X` and Ctrl-Y on a halted machine. One whose configuration cannot be used stays locked, and one that
+    /// sleeps.
     pub(super) fn unlock(&mut self, to: Recipient) {
         match self.safety.state() {
             State::Invalid => {

@@ -1,7 +1,8 @@
 //! What a sequence that takes time may do with the machine: homing, probing, leveling, tuning, jogging.
 //!
-//! A sequence is an `async fn` over this, and reads from top to bottom. It sees no session, no program and no job: it
-//! moves, waits, looks at inputs, asks owners for what it needs, and says how it goes to whoever asked for it.
+//! A sequence is an `async fn` over this, and reads from top to bottom. It sees no session, no program and no
+//! job: it moves, waits, looks at inputs, asks owners for what it needs, and says how it goes to whoever
+//! asked for it.
 
 use core::fmt::Arguments;
 

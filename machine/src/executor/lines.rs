@@ -12,8 +12,8 @@ use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
-/// Runs what is next: what a line has started, a line of a session, a line of the file being played, the command of a switch.
-/// False when there was nothing.
+/// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
+/// command of a switch. False when there was nothing.
 pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.frames.is_empty() {
         stack::run_top(machine).await;
@@ -122,7 +122,8 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
     }
 }
 
-/// The file has been read; it is done when its last moves are. False while they go on, so that sessions are heard.
+/// The file has been read; it is done when its last moves are. False while they go on, so that sessions are
+/// heard.
 fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.ports.motion(motion::Motion::flush);
     if !machine.ports.motion(|motion| motion.is_idle()) {
@@ -173,7 +174,8 @@ async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, 
     }
 }
 
-/// Runs the commands of a line in turn, and answers it, unless one of them starts something: then the rest waits for its end.
+/// Runs the commands of a line in turn, and answers it, unless one of them starts something: then the rest
+/// waits for its end.
 pub(super) async fn run_blocks<P: Ports>(
     machine: &mut Machine<'_, P>,
     mut blocks: Blocks<'_>,
@@ -353,8 +355,8 @@ fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &
     machine.say(to, format_args!("{ok}"));
 }
 
-/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the upload), its
-/// checksum is not.
+/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
+/// upload), its checksum is not.
 fn decoder_expecting(line: &[u8]) -> Decoder {
     let mut decoder = Decoder::new();
     let digits = line.trim_ascii_start().strip_prefix(b"N").unwrap_or(b"").trim_ascii_start();

@@ -52,7 +52,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) polls: Polls,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
-    /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the other way round.
+    /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the
+    /// other way round.
     meanwhile: fn(&mut Self),
 }
 
@@ -119,7 +120,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and reports.
+    /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and
+    /// reports.
     pub(super) async fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
         while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
             self.pause().await?;
@@ -127,7 +129,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what it is.
+    /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what
+    /// it is.
     pub(super) async fn standstill(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
@@ -148,7 +151,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// Waits until whoever listens has taken most of what was said. One that does not take anything is forgotten by the sessions.
+    /// Waits until whoever listens has taken most of what was said. One that does not take anything is
+    /// forgotten by the sessions.
     pub(super) async fn drain(&mut self, who: Recipient) {
         while !self.sessions.have_taken_most(who) {
             self.serve();
@@ -194,7 +198,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.config))
     }
 
-    /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or not at all.
+    /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
+    /// not at all.
     pub(super) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
         let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), first);
         for to in self.program.moves_to_come() {

@@ -1,8 +1,9 @@
-//! The executor: the one loop over the whole machine. It takes lines from sessions, files and scripts, has the program say what
-//! they mean, carries that out, waits where it must, and serves everybody at each waiting point.
+//! The executor: the one loop over the whole machine. It takes lines from sessions, files and scripts, has
+//! the program say what they mean, carries that out, waits where it must, and serves everybody at each
+//! waiting point.
 //!
-//! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`Hands`]; everything else gets the
-//! owners it needs as arguments.
+//! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`Hands`];
+//! everything else gets the owners it needs as arguments.
 
 mod actions;
 mod boot;
@@ -31,7 +32,8 @@ use crate::wait::yield_once;
 /// So many lines at most are carried out before everybody is served: most take ten microseconds or two.
 const LINES_IN_A_ROW: u8 = 4;
 
-/// Boots and serves, for ever. The board polls this in `idle`, the host runner in virtual time; it yields at every wait.
+/// Boots and serves, for ever. The board polls this in `idle`, the host runner in virtual time; it yields at
+/// every wait.
 pub async fn run<P: Ports>(mut ports: P) -> ! {
     let mut config = MachineConfig::default();
     let mut sessions = Sessions::new();

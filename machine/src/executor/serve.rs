@@ -1,5 +1,5 @@
-//! What happens at every waiting point, however deep in a sequence: sessions are heard, questions answered, faults seen, outputs
-//! flushed. Never waits.
+//! What happens at every waiting point, however deep in a sequence: sessions are heard, questions answered,
+//! faults seen, outputs flushed. Never waits.
 
 use gcode::Line;
 use gcode::realtime::Realtime;
@@ -17,7 +17,8 @@ use crate::supervisor::{Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
-/// How often the kill button is looked at: it is to be as fast as M112, and a look at all inputs is dear for every turn.
+/// How often the kill button is looked at: it is to be as fast as M112, and a look at all inputs is dear for
+/// every turn.
 const KILL_PERIOD: Micros = Micros(250);
 /// Half period of the life LED.
 const LED_PERIOD: Micros = Micros::from_millis(100);

@@ -1,7 +1,8 @@
 //! From the program's moves to those of motion: straight, arcs and splines.
 //!
-//! An arc is one move, exact all along. Two kinds of machine see it in parts: one whose configuration asks for chords, and one
-//! whose motors bend lines, which gets short arcs so that each goes at the speed its own part of the space allows.
+//! An arc is one move, exact all along. Two kinds of machine see it in parts: one whose configuration asks
+//! for chords, and one whose motors bend lines, which gets short arcs so that each goes at the speed its own
+//! part of the space allows.
 
 use motion::geometry::{
     Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, Nurbs, ParametricCurve, SplineMoves,
@@ -66,8 +67,8 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
     }
 }
 
-/// Submits the commonest move of all: straight, whole, while the look-ahead queue has room. False: nothing has been done, and
-/// [`submit`] does it, or says why not.
+/// Submits the commonest move of all: straight, whole, while the look-ahead queue has room. False: nothing
+/// has been done, and [`submit`] does it, or says why not.
 pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();

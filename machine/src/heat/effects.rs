@@ -1,4 +1,5 @@
-//! Outputs that change where the path has come to a place: they ride on motion as marks, and nothing waits for them.
+//! Outputs that change where the path has come to a place: they ride on motion as marks, and nothing waits
+//! for them.
 
 use heapless::Deque;
 use motion::Mark;
@@ -12,7 +13,8 @@ const WAITING: usize = 64;
 pub enum Output {
     /// A heater's target, 0 for off.
     Target(HeaterId, Celsius),
-    /// A digital or sigma-delta switch, by its place in the configuration's list; a digital one is off or full.
+    /// A digital or sigma-delta switch, by its place in the configuration's list; a digital one is off or
+    /// full.
     Switch(u8, Duty),
     /// A switch on a hardware timer, likewise; 0 to 1.
     Pwm(u8, f32),

@@ -1,7 +1,7 @@
 //! Watches a heater against its promise: the target is reached in time, and then held.
 //!
-//! A loose thermistor reads room temperature while the heater glows; a broken heater never warms. Neither can be told
-//! from one reading, both from the course of readings.
+//! A loose thermistor reads room temperature while the heater glows; a broken heater never warms. Neither can
+//! be told from one reading, both from the course of readings.
 
 use units::{Celsius, Micros};
 

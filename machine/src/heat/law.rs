@@ -2,9 +2,9 @@
 //!
 //! Symbols: e = target - reading in degrees, T the reading, dt the sample period in seconds, output 0 to 255.
 //!
-//! On error: I += Ki e dt, kept within 0 and i_max; output = Kp e + I - Kd dT/dt.
-//! On measurement: I += Ki e dt - Kp dT, kept within 0 and the output limit; output = I - Kd dT/dt. The proportional
-//! part resists change of the reading instead of pulling at the error, so a step of the target does not overshoot.
+//! On error: I += Ki e dt, kept within 0 and i_max; output = Kp e + I - Kd dT/dt. On measurement: I += Ki e
+//! dt - Kp dT, kept within 0 and the output limit; output = I - Kd dT/dt. The proportional part resists
+//! change of the reading instead of pulling at the error, so a step of the target does not overshoot.
 
 use units::{Celsius, Duty, Micros};
 
@@ -137,8 +137,8 @@ mod tests {
         PidGains { p: 10.0, i: 0.3, d: 200.0, i_max: 255.0, on_measurement: false, conditional_integral: false };
     const PERIOD: Micros = Micros::from_millis(50);
 
-    /// A hotend: 4 C/s at full output, losses of 1/120 a second, a sensor that lags by 3 s. Without the lag the
-    /// derivative would see the heater's own switching.
+    /// A hotend: 4 C/s at full output, losses of 1/120 a second, a sensor that lags by 3 s. Without the lag
+    /// the derivative would see the heater's own switching.
     fn settles_at(gains: PidGains, target: f32) -> f32 {
         let mut law = Law::new(&LawSettings::Pid(gains), Duty::FULL);
         let (mut block, mut sensor) = (20.0_f32, 20.0_f32);

@@ -1,8 +1,8 @@
 //! Sigma-delta modulation of slow outputs: heaters, fans, valves.
 //!
-//! First order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255 ticks an output is on
-//! for exactly `duty` of them, spread as evenly as can be, and the finest share still switches only a few hundred times
-//! a second, which MOSFETs and fans take.
+//! First order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255 ticks an
+//! output is on for exactly `duty` of them, spread as evenly as can be, and the finest share still switches
+//! only a few hundred times a second, which MOSFETs and fans take.
 
 use units::Duty;
 

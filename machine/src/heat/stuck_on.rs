@@ -1,8 +1,9 @@
 //! Watches a heater that is switched off: one that warms all the same has a MOSFET or a relay that conducts.
 //!
-//! The temperature is compared with a floor: the lowest reading since the heater was switched off, which may creep up a
-//! little, as what stands near a warm thing does. Rising [`MARGIN`] above the floor takes a heater. So the rule needs no
-//! constants of the machine, and works whether the target is 0, far below the reading, or the machine is halted.
+//! The temperature is compared with a floor: the lowest reading since the heater was switched off, which may
+//! creep up a little, as what stands near a warm thing does. Rising [`MARGIN`] above the floor takes a
+//! heater. So the rule needs no constants of the machine, and works whether the target is 0, far below the
+//! reading, or the machine is halted.
 
 use units::{Celsius, Micros};
 
@@ -18,7 +19,8 @@ const MARGIN_ABOVE_MAXIMUM: f32 = 5.0;
 const SETTLING: Micros = Micros::from_seconds(60);
 /// ...and makes this much more.
 const OVERSHOOT: f32 = 10.0;
-/// No heater warms faster, degrees between two comparisons: what does is a sensor that was plugged in, or moved.
+/// No heater warms faster, degrees between two comparisons: what does is a sensor that was plugged in, or
+/// moved.
 const JUMP: f32 = 30.0;
 /// How fast a part warms in a room that warms, degrees a second.
 const CREEP: f32 = 0.02;
@@ -65,7 +67,8 @@ impl StuckOnWatch {
         Self { driven: false, rest: None }
     }
 
-    /// One look. The rise in degrees, when it is one that only a heater makes; told again after the next such rise.
+    /// One look. The rise in degrees, when it is one that only a heater makes; told again after the next such
+    /// rise.
     pub fn check(&mut self, look: Look) -> Option<Celsius> {
         let Look { now, max, .. } = look;
         self.driven |= look.driven;
@@ -194,7 +197,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever it read before: a rise of a quarter of a degree a second is told within three minutes, driven never.
+        /// Whatever it read before: a rise of a quarter of a degree a second is told within three minutes,
+        /// driven never.
         #[test]
         fn every_steady_rise_is_told_and_a_driven_heater_never(
             start in 0.0..250.0_f32, rate in 0.25..10.0_f32, another_on: bool,

@@ -1,9 +1,9 @@
 //! Finds PID gains by the relay method (K. J. Astrom and T. Hagglund, Automatica 20, 1984).
 //!
-//! The heater is switched fully on below and off above the target, so the temperature swings around it. With relay
-//! amplitude d (half the output range) and swing amplitude a (half of peak to peak), the ultimate gain is
-//! Ku = 4 d / (pi a) and the ultimate period Tu that of the swing. Gains by Ziegler and Nichols (1942):
-//! Kp = 0.6 Ku, Ki = 1.2 Ku / Tu, Kd = 0.075 Ku Tu.
+//! The heater is switched fully on below and off above the target, so the temperature swings around it. With
+//! relay amplitude d (half the output range) and swing amplitude a (half of peak to peak), the ultimate gain
+//! is Ku = 4 d / (pi a) and the ultimate period Tu that of the swing. Gains by Ziegler and Nichols (1942): Kp
+//! = 0.6 Ku, Ki = 1.2 Ku / Tu, Kd = 0.075 Ku Tu.
 
 use units::{Celsius, Duty, Micros};
 

@@ -39,7 +39,8 @@ pub struct MemoryReport {
 pub struct StepTimes {
     /// Events played more than 250 ns late.
     pub late: u32,
-    /// Late events that had to be delayed further, to more than 10 us: played at once, the motor's driver would have missed a step.
+    /// Late events that had to be delayed further, to more than 10 us: played at once, the motor's driver
+    /// would have missed a step.
     pub delayed: u32,
     /// The worst lateness.
     pub worst: Ticks,
@@ -56,12 +57,12 @@ pub struct SupplyVoltages {
 
 /// The board.
 pub trait Board {
-    /// Binds pins and peripherals as configured. Called once, at the end of boot. Whatever could not be bound is
-    /// reported line by line and left inactive; true when everything was bound.
+    /// Binds pins and peripherals as configured. Called once, at the end of boot. Whatever could not be bound
+    /// is reported line by line and left inactive; true when everything was bound.
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool;
 
-    /// A named voltage monitor (`vmotor`, `vfet`, `vref`, `vbat` and configured ones); `None` when there is none of that name
-    /// or the reading failed.
+    /// A named voltage monitor (`vmotor`, `vfet`, `vref`, `vbat` and configured ones); `None` when there is
+    /// none of that name or the reading failed.
     fn voltage(&mut self, name: &str) -> Option<Volts>;
 
     /// Temperature of the chip itself.

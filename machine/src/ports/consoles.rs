@@ -1,5 +1,5 @@
-//! Transports of sessions: serial lines, USB, network, memory. To add one, implement its three things: bytes in, bytes out, and who
-//! it is.
+//! Transports of sessions: serial lines, USB, network, memory. To add one, implement its three things: bytes
+//! in, bytes out, and who it is.
 
 use program::Dialect;
 
@@ -52,7 +52,7 @@ pub trait Consoles {
     /// Who is at the other end.
     fn profile(&self, session: SessionId) -> SessionProfile;
 
-    /// Sends bytes; returns how many were taken. Takes none while the transport's buffer is full. A session that nobody
-    /// listens to takes everything.
+    /// Sends bytes; returns how many were taken. Takes none while the transport's buffer is full. A session
+    /// that nobody listens to takes everything.
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize;
 }

@@ -38,7 +38,8 @@ pub enum DriverFault {
 
 /// The drivers of all actuators.
 pub trait MotorDrivers {
-    /// Writes the whole configured register set again, disabled. After power-up and after motor power returned.
+    /// Writes the whole configured register set again, disabled. After power-up and after motor power
+    /// returned.
     fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault>;
 
     /// Lets current flow, or not. For an external driver this is its enable pin.

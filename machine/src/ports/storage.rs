@@ -112,7 +112,8 @@ pub struct FileTime {
 }
 
 impl FileTime {
-    /// What files written here are dated, as the board keeps no time while it is off (the coin cell is not fitted).
+    /// What files written here are dated, as the board keeps no time while it is off (the coin cell is not
+    /// fitted).
     pub const NO_CLOCK: Self = Self { year: 2021, month: 5, day: 18, hour: 18, minute: 20 };
 }
 
@@ -131,8 +132,8 @@ pub struct DirectoryEntry {
     pub written: FileTime,
 }
 
-/// A file system. Names are the same without regard to case, and keep the case they were made with. A file is open once at
-/// a time.
+/// A file system. Names are the same without regard to case, and keep the case they were made with. A file is
+/// open once at a time.
 pub trait Storage {
     /// Finds the card and its file system. Called at boot; may be called again after a card change.
     fn mount(&mut self) -> Result<(), StorageError>;
@@ -155,7 +156,8 @@ pub trait Storage {
     /// Closes a file; what was written is on the card afterwards.
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError>;
 
-    /// Reads up to [`LIST_CHUNK`] entries of a directory, skipping the first `skip`; an empty answer is the end.
+    /// Reads up to [`LIST_CHUNK`] entries of a directory, skipping the first `skip`; an empty answer is the
+    /// end.
     fn list(
         &mut self,
         path: &str,
@@ -169,7 +171,7 @@ pub trait Storage {
     /// Makes a directory.
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError>;
 
-    /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power cut, once
-    /// mounted again, it has one of both names.
+    /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power
+    /// cut, once mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
 }

@@ -26,8 +26,9 @@ fn levels_by_cartesian_grid(config: &MachineConfig, words: &Words<'_>) -> bool {
 }
 
 /// What must happen before the configured `before_probe_gcode` runs: homing, and knowing the area. `Some`
-/// when these words probe a cartesian grid: then that script, [`super::level_by_cartesian_grid`] with the shape,
-/// and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is [`strategy`]'s.
+/// when these words probe a cartesian grid: then that script, [`super::level_by_cartesian_grid`] with the
+/// shape, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
+/// [`strategy`]'s.
 pub(crate) async fn prepare<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,

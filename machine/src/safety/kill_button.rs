@@ -1,7 +1,8 @@
 //! The kill button: pressed it halts, held or released it may clear a halt.
 //!
-//! A press counts at the first look, for nothing is lost by halting once too often. Letting go counts when the button has been up
-//! for [`BOUNCE`]: contacts bounce, and a bounce of a latching button must not clear the halt it has just made.
+//! A press counts at the first look, for nothing is lost by halting once too often. Letting go counts when
+//! the button has been up for [`BOUNCE`]: contacts bounce, and a bounce of a latching button must not clear
+//! the halt it has just made.
 
 use config::KillButton as Settings;
 use units::Micros;

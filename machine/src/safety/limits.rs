@@ -1,11 +1,11 @@
 //! Hard limits: an endstop with `limit_enable` that is hit by a move halts.
 //!
-//! A limit guards once it has been open for [`REARM_TIME`]; one that is still operated (after homing, say) or bounces while
-//! it is left does not stop the move that leaves it. While armed, the input's interrupt stops motion through the latch;
-//! the poll here notices and halts.
+//! A limit guards once it has been open for [`REARM_TIME`]; one that is still operated (after homing, say) or
+//! bounces while it is left does not stop the move that leaves it. While armed, the input's interrupt stops
+//! motion through the latch; the poll here notices and halts.
 //!
-//! A search with the probe has the latch to itself, and may end where a limit closes too: Z's switch beside the bed it probes.
-//! So in a search a limit that closes halts only when the machine goes on past it.
+//! A search with the probe has the latch to itself, and may end where a limit closes too: Z's switch beside
+//! the bed it probes. So in a search a limit that closes halts only when the machine goes on past it.
 
 use config::MachineConfig;
 use motion::Latch;

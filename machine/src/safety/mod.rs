@@ -1,6 +1,8 @@
-//! Safety: the state of the machine, halting and coming back, limits, the kill button, whether steps came in time.
+//! Safety: the state of the machine, halting and coming back, limits, the kill button, whether steps came in
+//! time.
 //!
-//! One owner of all that decides whether the machine may move. It changes the state and says what is to be done; the executor does it.
+//! One owner of all that decides whether the machine may move. It changes the state and says what is to be
+//! done; the executor does it.
 
 mod kill_button;
 mod limits;

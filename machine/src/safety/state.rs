@@ -13,9 +13,10 @@
 //! | `Sleep` | nothing but a reset | Ctrl-X, to `Alarm` |
 //! | `Invalid` | questions, files | a reset with another configuration |
 //!
-//! What the parts do in them: heaters keep their targets but in `Alarm`, `Sleep` and `Invalid`, where they are off; a spindle or
-//! laser on a hardware timer is off in `Alarm`, `Sleep`, `Invalid` and while the `Door` is open; motors lose their current in `Alarm`
-//! once they stand, and in `Sleep`; a job is read in `Idle`, `Run` and `Check` alone, and ends with an alarm.
+//! What the parts do in them: heaters keep their targets but in `Alarm`, `Sleep` and `Invalid`, where they
+//! are off; a spindle or laser on a hardware timer is off in `Alarm`, `Sleep`, `Invalid` and while the `Door`
+//! is open; motors lose their current in `Alarm` once they stand, and in `Sleep`; a job is read in `Idle`,
+//! `Run` and `Check` alone, and ends with an alarm.
 
 use program::State;
 

@@ -1,8 +1,9 @@
 //! Steps that came late are told, and end the job where a step might have been lost: never silent.
 //!
-//! A step somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least distance, or the feed came so late that
-//! the motion stood still in the middle of its way, a motor may not have followed: the machine halts, braking along the path. All steps were
-//! given in any case, so positions are kept.
+//! A step somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least
+//! distance, or the feed came so late that the motion stood still in the middle of its way, a motor may not
+//! have followed: the machine halts, braking along the path. All steps were given in any case, so positions
+//! are kept.
 
 use core::fmt;
 

@@ -1,5 +1,5 @@
-//! Soft endstops: how far homed axes may be commanded. The configuration says it (`[soft endstop]`), and where
-//! it does not, it follows from what it says of their homing switches.
+//! Soft endstops: how far homed axes may be commanded. The configuration says it (`[soft endstop]`), and
+//! where it does not, it follows from what it says of their homing switches.
 //!
 //! A switch is at one end of its axis, at `homing_position`. No place of the axis is further from it than
 //! `max_travel`: from there the machine could not be homed. So travel ends at the switch on one side, and
@@ -147,8 +147,8 @@ impl Travel {
         Axis::ALL.into_iter().all(|axis| !held.has(axis) || self.ranges[axis].end_before(place[axis]).is_none())
     }
 
-    /// Whether a straight move stays within the travel of the axes that are homed. One that begins outside may
-    /// go back or come closer.
+    /// Whether a straight move stays within the travel of the axes that are homed. One that begins outside
+    /// may go back or come closer.
     ///
     /// # Errors
     /// The first axis that it takes out.

@@ -1,15 +1,16 @@
 //! The queue between a session's receiver and the executor.
 //!
-//! One writer (the receive task) and one reader (the executor), atomics only. What acts at once is taken out of the stream on the
-//! writing side, so a feed hold or an emergency stop is seen even when the line queue is full.
+//! One writer (the receive task) and one reader (the executor), atomics only. What acts at once is taken out
+//! of the stream on the writing side, so a feed hold or an emergency stop is seen even when the line queue is
+//! full.
 //!
-//! A transport that can hold its sender back (USB, TCP) asks for [`Inbox::room`] and never overfills it. A UART without
-//! handshake cannot. What does not fit is then lost by whole lines, never by bytes: half a line would be another command. Once
-//! a line is lost, so is all that follows until the reader has caught up, so that lines stay in order; and each lost line is
-//! counted, so that each gets an answer.
+//! A transport that can hold its sender back (USB, TCP) asks for [`Inbox::room`] and never overfills it. A
+//! UART without handshake cannot. What does not fit is then lost by whole lines, never by bytes: half a line
+//! would be another command. Once a line is lost, so is all that follows until the reader has caught up, so
+//! that lines stay in order; and each lost line is counted, so that each gets an answer.
 //!
-//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, some hundred lines that a person pastes while the
-//! machine is busy.
+//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, some hundred lines that a person
+//! pastes while the machine is busy.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
@@ -19,7 +20,8 @@ use gcode::realtime::{Heard, Realtime, Receiver};
 pub const INBOX_BYTES: usize = 4_096;
 /// How many `?` may wait; more are dropped, as Smoothieware v2 does.
 const MAX_QUERIES: u32 = 8;
-/// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any line.
+/// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any
+/// line.
 const FORGET_LINE: u8 = 0x18;
 
 /// The bit of a request that is not counted.
@@ -90,7 +92,8 @@ impl Default for Inbox {
 }
 
 impl Inbox {
-    /// An empty inbox of a line that is always open. All zero, so that it lies in memory that start-up clears.
+    /// An empty inbox of a line that is always open. All zero, so that it lies in memory that start-up
+    /// clears.
     #[must_use]
     pub const fn new() -> Self {
         Self::visited(0)
@@ -123,8 +126,8 @@ impl Inbox {
         (INBOX_BYTES - 1).saturating_sub(used as usize)
     }
 
-    /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped. For the one receive
-    /// task, which keeps `intake`.
+    /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
+    /// For the one receive task, which keeps `intake`.
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
         match intake.receiver.hear(byte, self.extended.load(Ordering::Relaxed)) {
             Heard::Request(request) => {

@@ -1,8 +1,9 @@
-//! Sessions: everybody who talks to the machine. Each has its line being gathered, its output, its line numbers, its dialect and
-//! its rights; a reply goes to the session that asked.
+//! Sessions: everybody who talks to the machine. Each has its line being gathered, its output, its line
+//! numbers, its dialect and its rights; a reply goes to the session that asked.
 //!
-//! A session has at most one whole line waiting; while it waits no further bytes are taken, so a sender that does not wait for `ok`
-//! is held back by its transport. The same holds while its output has not been taken: it gets no turn, and nobody else waits for it.
+//! A session has at most one whole line waiting; while it waits no further bytes are taken, so a sender that
+//! does not wait for `ok` is held back by its transport. The same holds while its output has not been taken:
+//! it gets no turn, and nobody else waits for it.
 
 mod inbox;
 mod reply;
@@ -17,7 +18,8 @@ pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
 pub use reply::Reply;
 pub use session::{Listing, Rights, Session};
 
-/// Most sessions a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network sessions.
+/// Most sessions a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
+/// sessions.
 pub const MAX_SESSIONS: usize = 8;
 /// A listener that takes nothing for this long is none; its output is dropped.
 const LISTENER_TIMEOUT: Micros = Micros::from_seconds(2);
@@ -126,8 +128,8 @@ impl Sessions {
         self.get(id).map_or(program::Dialect::Smoothie, |session| session.dialect)
     }
 
-    /// The session whose turn it is to have its line carried out. `path_is_full`: those whose line waits for room in the look-ahead
-    /// queue are passed over.
+    /// The session whose turn it is to have its line carried out. `path_is_full`: those whose line waits for
+    /// room in the look-ahead queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {
         if !self.sessions.iter().take(self.count).any(|session| session.is_ready(path_is_full)) {
             return None;
@@ -173,7 +175,8 @@ impl Sessions {
         })
     }
 
-    /// Hands output to the transports, as much as they take. What nobody takes for [`LISTENER_TIMEOUT`] is forgotten.
+    /// Hands output to the transports, as much as they take. What nobody takes for [`LISTENER_TIMEOUT`] is
+    /// forgotten.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
         for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
             session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(SessionId(index as u8), bytes));
@@ -186,7 +189,8 @@ impl Sessions {
         self.get(id).is_some_and(|session| session.visits() != consoles.inbox(id).visits())
     }
 
-    /// Begins anew for whoever is there now, and greets him. What the one before left is given back to be ended.
+    /// Begins anew for whoever is there now, and greets him. What the one before left is given back to be
+    /// ended.
     pub fn greet(&mut self, consoles: &impl Consoles, id: SessionId) -> Option<Listing> {
         let visits = consoles.inbox(id).visits();
         let session = self.get_mut(id)?;

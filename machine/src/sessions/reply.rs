@@ -4,7 +4,8 @@ use core::fmt;
 
 use super::{Recipient, Sessions};
 
-/// Says things to one recipient, who is handed along as an argument: no reply ever goes to whoever asked last.
+/// Says things to one recipient, who is handed along as an argument: no reply ever goes to whoever asked
+/// last.
 #[derive(Debug)]
 pub struct Reply<'s> {
     sessions: &'s mut Sessions,

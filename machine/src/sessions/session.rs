@@ -199,7 +199,8 @@ impl Session {
         self.line.as_deref()
     }
 
-    /// Whether its line can be carried out: it is whole, the one before has been answered, and there is room for its answer.
+    /// Whether its line can be carried out: it is whole, the one before has been answered, and there is room
+    /// for its answer.
     pub(super) fn is_ready(&self, path_is_full: bool) -> bool {
         self.line.is_some()
             && !self.busy
@@ -208,7 +209,8 @@ impl Session {
             && !(path_is_full && self.waits_for_room)
     }
 
-    /// Its line, once, when nothing but the machine itself may hold it back: whoever looks at it answers it if it is a question.
+    /// Its line, once, when nothing but the machine itself may hold it back: whoever looks at it answers it
+    /// if it is a question.
     pub fn line_to_look_at(&mut self) -> Option<&LineBytes> {
         if self.looked_at || !self.is_ready(false) {
             return None;
@@ -230,7 +232,8 @@ impl Session {
         line
     }
 
-    /// The line that waits is a move that found the look-ahead queue full: it has no turn before there is room.
+    /// The line that waits is a move that found the look-ahead queue full: it has no turn before there is
+    /// room.
     pub const fn wait_for_room(&mut self) {
         self.waits_for_room = true;
     }
@@ -240,8 +243,8 @@ impl Session {
         self.busy = false;
     }
 
-    /// Takes one lost line to be answered as a refused one, so that a sender that counts answers stays in step. It keeps its place:
-    /// what came before has been answered, and there is room for the answer.
+    /// Takes one lost line to be answered as a refused one, so that a sender that counts answers stays in
+    /// step. It keeps its place: what came before has been answered, and there is room for the answer.
     pub fn take_lost(&mut self) -> bool {
         let tells = self.lost > 0 && !self.busy && self.line.is_none() && self.output.len() < OUTPUT_BYTES / 2;
         self.lost -= u32::from(tells);

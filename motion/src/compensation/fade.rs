@@ -1,7 +1,7 @@
 //! Fading: how much of the correction is left at a height.
 //!
-//! From all of it to nothing by `1 - t^3 (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at both ends: where fading begins
-//! and ends, speeds and accelerations of the motors go on without a jump.
+//! From all of it to nothing by `1 - t^3 (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at
+//! both ends: where fading begins and ends, speeds and accelerations of the motors go on without a jump.
 
 use super::CompensationError;
 

@@ -1,12 +1,15 @@
-//! Compensation: between the machine space of the program and the space in which the motors' axes are straight.
+//! Compensation: between the machine space of the program and the space in which the motors' axes are
+//! straight.
 //!
-//! Order, from the program to the motors: work offsets and tool offsets (outside this crate), trajectory, filters, **levelling, skew**,
-//! kinematics. Levelling adds the bed's height at the program's X and Y to Z, less the higher Z is ([`Fade`]): `z' = z + share(z) h(x, y)`.
-//! Skew ([`Skew`]) then takes back that the axes lean, at the height where Z really is. Shapers come first because they are for the
-//! vibrations of the axes as programmed, and because a moved average would take the surface to another place.
+//! Order, from the program to the motors: work offsets and tool offsets (outside this crate), trajectory,
+//! filters, **levelling, skew**, kinematics. Levelling adds the bed's height at the program's X and Y to Z,
+//! less the higher Z is ([`Fade`]): `z' = z + share(z) h(x, y)`. Skew ([`Skew`]) then takes back that the
+//! axes lean, at the height where Z really is. Shapers come first because they are for the vibrations of the
+//! axes as programmed, and because a moved average would take the surface to another place.
 //!
-//! Nothing is cut into pieces: at each knot the point goes through this map and the velocity through its derivative, so steps are as
-//! exact as without. The map is smooth (second derivatives are continuous); [`Lift`] bounds what it adds to a motor's way.
+//! Nothing is cut into pieces: at each knot the point goes through this map and the velocity through its
+//! derivative, so steps are as exact as without. The map is smooth (second derivatives are continuous);
+//! [`Lift`] bounds what it adds to a motor's way.
 
 mod fade;
 mod lift;

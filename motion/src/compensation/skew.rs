@@ -1,8 +1,9 @@
 //! Skew: axes that are not at right angles to each other.
 //!
-//! Seen from the program, Y leans towards X by the factor `xy`, Z towards X by `xz` and towards Y by `yz`: a millimetre along the one
-//! carries the tool that much along the other. The motors' place takes that back: `y' = y - yz z`, `x' = x - xy y - (xz - xy yz) z`, the
-//! inverse of `y = y' + yz z`, `x = x' + xy y' + xz z`.
+//! Seen from the program, Y leans towards X by the factor `xy`, Z towards X by `xz` and towards Y by `yz`: a
+//! millimetre along the one carries the tool that much along the other. The motors' place takes that back:
+//! `y' = y - yz z`, `x' = x - xy y - (xz - xy yz) z`, the inverse of `y = y' + yz z`, `x = x' + xy y' + xz
+//! z`.
 
 use units::PerAxis;
 
@@ -28,11 +29,11 @@ impl Skew {
     /// Right angles.
     pub const NONE: Self = Self { xy: 0.0, xz: 0.0, yz: 0.0 };
 
-    /// The factor of a plane from a printed (or milled) square ABCD: its diagonals AC and BD and its side AD, where AD lies along the second
-    /// axis of the plane. `None` when no figure has these lengths.
+    /// The factor of a plane from a printed (or milled) square ABCD: its diagonals AC and BD and its side AD,
+    /// where AD lies along the second axis of the plane. `None` when no figure has these lengths.
     ///
-    /// With the origin in A the figure is a parallelogram of sides u (AB) and w (AD): `AC^2 - BD^2 = 4 u w cos A` and
-    /// `AC^2 + BD^2 = 2 (u^2 + w^2)`. The factor is the cotangent of the angle in A.
+    /// With the origin in A the figure is a parallelogram of sides u (AB) and w (AD): `AC^2 - BD^2 = 4 u w
+    /// cos A` and `AC^2 + BD^2 = 2 (u^2 + w^2)`. The factor is the cotangent of the angle in A.
     #[must_use]
     pub fn from_square(ac: f64, bd: f64, ad: f64) -> Option<f64> {
         let side_sq = 0.5 * (ac * ac + bd * bd) - ad * ad;

@@ -1,11 +1,12 @@
 //! A measured surface: a spline through a grid of heights.
 //!
-//! The heights are interpolated by the natural bicubic spline, kept as coefficients of uniform cubic B-splines: heights, slopes and bends
-//! are continuous everywhere, a plane stays a plane, and the greatest differences of coefficients bound slopes and bends. Bilinear
-//! interpolation, which other firmwares use, has a kink at each line of the grid: there a motor's speed would have to jump.
+//! The heights are interpolated by the natural bicubic spline, kept as coefficients of uniform cubic
+//! B-splines: heights, slopes and bends are continuous everywhere, a plane stays a plane, and the greatest
+//! differences of coefficients bound slopes and bends. Bilinear interpolation, which other firmwares use, has
+//! a kink at each line of the grid: there a motor's speed would have to jump.
 //!
-//! Outside the grid the coefficients of its border go on, after one more that continues the slope: the surface levels out within two grid
-//! distances and is flat from there on.
+//! Outside the grid the coefficients of its border go on, after one more that continues the slope: the
+//! surface levels out within two grid distances and is flat from there on.
 
 use super::{CompensationError, Fade};
 use crate::greatest;
@@ -194,7 +195,8 @@ impl Surface {
         }
     }
 
-    /// No place of the surface is higher or lower: the greatest size of the control points of its Bezier patches.
+    /// No place of the surface is higher or lower: the greatest size of the control points of its Bezier
+    /// patches.
     fn greatest_size(&self) -> f64 {
         const TO_BEZIER: [[f64; 3]; 3] =
             [[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0], [0.0, 2.0 / 3.0, 1.0 / 3.0], [0.0, 1.0 / 3.0, 2.0 / 3.0]];
@@ -266,8 +268,8 @@ impl Surface {
         if is_inside { self.inside } else { self.everywhere }
     }
 
-    /// From the coefficients in these columns and rows, both ends included. A spline lies in the hull of its coefficients, its
-    /// derivatives in that of their differences.
+    /// From the coefficients in these columns and rows, both ends included. A spline lies in the hull of its
+    /// coefficients, its derivatives in that of their differences.
     fn bounds(&self, [left, right]: [i32; 2], [near, far]: [i32; 2]) -> Bounds {
         let [sx, sy] = self.shape.step.map(libm::fabs);
         let first = self.coefficient(left, near);
@@ -329,8 +331,8 @@ fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationE
     Ok(())
 }
 
-/// From `count` values at 1.. in `line` to the coefficients of the natural spline through them, at 0 to `count + 1`:
-/// `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
+/// From `count` values at 1.. in `line` to the coefficients of the natural spline through them, at 0 to
+/// `count + 1`: `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
 fn natural(line: &mut [f64; SIDE], count: usize) {
     let mut factors = [0.0; SIDE];
     let get = |line: &[f64; SIDE], index: usize| line.get(index).copied().unwrap_or(0.0);
@@ -359,7 +361,8 @@ fn natural(line: &mut [f64; SIDE], count: usize) {
     }
 }
 
-/// The cell of a place counted in grid distances, and how far in it is. Beyond two distances from the grid nothing changes any more.
+/// The cell of a place counted in grid distances, and how far in it is. Beyond two distances from the grid
+/// nothing changes any more.
 fn cell(place: f64, last: i32) -> (i32, f64) {
     let bounded = crate::least(greatest(place, -2.0), f64::from(last) + 2.0);
     let index = libm::floor(bounded) as i32;

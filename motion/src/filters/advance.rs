@@ -1,14 +1,15 @@
-//! Pressure advance: an extruder runs ahead by a factor K (seconds) times its speed, to build up pressure in the nozzle in
-//! time, and is smoothed, since a speed that jumps would ask for a jump in place.
+//! Pressure advance: an extruder runs ahead by a factor K (seconds) times its speed, to build up pressure in
+//! the nozzle in time, and is smoothed, since a speed that jumps would ask for a jump in place.
 //!
-//! The advanced position is `p(t) + K p'(t)`, the second term only on moves that push filament while X or Y move. The output is
-//! its average over a window of width 2h with a triangular weight:
-//! `r(t) = integral of pa(x) (h - |t - x|) dx / h^2` for `|t - x| < h`.
+//! The advanced position is `p(t) + K p'(t)`, the second term only on moves that push filament while X or Y
+//! move. The output is its average over a window of width 2h with a triangular weight: `r(t) = integral of
+//! pa(x) (h - |t - x|) dx / h^2` for `|t - x| < h`.
 //!
-//! With F the second antiderivative of pa, that is the second difference `(F(t + h) - 2 F(t) + F(t - h)) / h^2`: three
-//! evaluations, however many stretches the window covers. F and the first antiderivative are kept at the beginning of each stretch
-//! ([`super::history`]); within one they are polynomials. Where the whole window lies in one stretch, the average of a cubic
-//! is `pa(t) + pa''(t) h^2 / 12`, which has no cancellation and is exact at rest.
+//! With F the second antiderivative of pa, that is the second difference `(F(t + h) - 2 F(t) + F(t - h)) /
+//! h^2`: three evaluations, however many stretches the window covers. F and the first antiderivative are kept
+//! at the beginning of each stretch ([`super::history`]); within one they are polynomials. Where the whole
+//! window lies in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
+//! cancellation and is exact at rest.
 
 use super::{
     Cursor,

@@ -1,12 +1,14 @@
 //! Taking trajectory back: which part of it no axis has used yet, and what an extruder does that has.
 //!
-//! Each axis uses the trajectory with its own delay: a shaped one looks ahead by its shift, so it is the latency less that behind
-//! the trajectory's head; one without a filter is the whole latency behind. What no *moving* axis has used may be replaced: an
-//! axis that stood still over the part it used would have done the same with the new one, as long as that keeps it still.
+//! Each axis uses the trajectory with its own delay: a shaped one looks ahead by its shift, so it is the
+//! latency less that behind the trajectory's head; one without a filter is the whole latency behind. What no
+//! *moving* axis has used may be replaced: an axis that stood still over the part it used would have done the
+//! same with the new one, as long as that keeps it still.
 //!
-//! An extruder with pressure advance usually looks ahead farthest and matters least. Where it moves along with X, Y or Z it does not hold
-//! them up: its output goes over to that of the new trajectory. The difference in place and speed at that moment ([`Correction`])
-//! fades to nothing over one latency, by the cubic that begins with both and ends without either. Its speed differs by less than `1.5 c / L` plus the
+//! An extruder with pressure advance usually looks ahead farthest and matters least. Where it moves along
+//! with X, Y or Z it does not hold them up: its output goes over to that of the new trajectory. The
+//! difference in place and speed at that moment ([`Correction`]) fades to nothing over one latency, by the
+//! cubic that begins with both and ends without either. Its speed differs by less than `1.5 c / L` plus the
 //! difference in speed meanwhile, c being the difference in place and L the latency.
 
 use units::{MAX_AXES, PerAxis};
@@ -14,7 +16,8 @@ use units::{MAX_AXES, PerAxis};
 use super::{Filters, MAX_EXTRUDERS, Source, Stretch, history};
 use crate::{path::Path, ramp::Ramp};
 
-/// Axes that move by less than this for a millimetre of path stand still: what they move while a latency passes is no step.
+/// Axes that move by less than this for a millimetre of path stand still: what they move while a latency
+/// passes is no step.
 const STILL: f64 = 1e-9;
 /// The same, mm, for what a curve adds.
 const STILL_CURVE: f64 = 1e-9;
@@ -115,8 +118,8 @@ impl Place {
 }
 
 impl Filters {
-    /// From when on the trajectory may be replaced, as far as that is of any use; `head` is its end. All axes count that are set in `careful`
-    /// even where they stand still.
+    /// From when on the trajectory may be replaced, as far as that is of any use; `head` is its end. All axes
+    /// count that are set in `careful` even where they stand still.
     pub fn unused_from(&self, head: u64, careful: [bool; MAX_AXES]) -> u64 {
         let used = self.used_until();
         // Farther back nobody would feel it sooner.
@@ -176,7 +179,8 @@ impl Filters {
         moves(&path)
     }
 
-    /// The first place from `time` on, before `head`, at which the trajectory can be begun anew; `known` says which sources can.
+    /// The first place from `time` on, before `head`, at which the trajectory can be begun anew; `known` says
+    /// which sources can.
     pub fn place_from(&self, time: u64, head: u64, known: impl Fn(&Source, f64) -> bool) -> Option<Place> {
         let (newest, count) = self.history.extent();
         // From the oldest that may matter: stretches are in order of time.
@@ -205,7 +209,8 @@ impl Filters {
         None
     }
 
-    /// Forgets the trajectory behind this place. What comes instead must be settled as far as it was before any more is put out.
+    /// Forgets the trajectory behind this place. What comes instead must be settled as far as it was before
+    /// any more is put out.
     pub fn take_back(&mut self, place: &Place) {
         let newest = place.newest;
         self.history.truncate(newest);

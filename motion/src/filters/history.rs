@@ -1,7 +1,7 @@
 //! What the trajectory did lately: a ring of stretches of constant jerk, for filters to look back on.
 //!
-//! Times are the low 64 bits of [`TickTime`], compared by wrapping differences: good for ten seconds either way, and
-//! no stretch that a cursor still needs is older than a second or two.
+//! Times are the low 64 bits of [`TickTime`], compared by wrapping differences: good for ten seconds either
+//! way, and no stretch that a cursor still needs is older than a second or two.
 
 use units::{MAX_AXES, PerAxis};
 
@@ -59,12 +59,13 @@ pub(crate) struct Stretch {
     curved: Option<f64>,
     /// Count of the curves there were when it came, its own included, which is the last.
     curves: u32,
-    /// First and second antiderivative of each extruder's advanced position less the reference, at the beginning.
+    /// First and second antiderivative of each extruder's advanced position less the reference, at the
+    /// beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
     /// It is a part of one piece of the program: neither a rest, nor a chord in place of several pieces.
     has_source: bool,
-    /// Of that piece. No `Option`, for an empty stretch must be all zero: then the history lies in memory that start-up clears,
-    /// and not in flash.
+    /// Of that piece. No `Option`, for an empty stretch must be all zero: then the history lies in memory
+    /// that start-up clears, and not in flash.
     source: Source,
 }
 
@@ -223,7 +224,8 @@ impl History {
         *newest = Stretch { sums: newest.sums, curves: newest.curves, ..stretch };
     }
 
-    /// What the curve of a stretch adds to X, Y and Z `way` mm after its beginning, and to the direction there.
+    /// What the curve of a stretch adds to X, Y and Z `way` mm after its beginning, and to the direction
+    /// there.
     pub fn bent(&self, stretch: &Stretch, way: f64) -> Option<([f64; 3], [f64; 3])> {
         let s = stretch.curved? + way;
         // The remainder is always in range: the check disappears.
@@ -231,7 +233,8 @@ impl History {
         Some((curve.offset(s), curve.slope(s)))
     }
 
-    /// Whether a stretch with this curve can be kept. `oldest` is the count of the oldest that anything still looks at.
+    /// Whether a stretch with this curve can be kept. `oldest` is the count of the oldest that anything still
+    /// looks at.
     pub fn has_room_for(&self, curve: &Curve, oldest: u32) -> bool {
         let newest = self.newest().curves;
         let used = newest.wrapping_sub(self.stretch(oldest).curves) as usize;
@@ -306,8 +309,9 @@ impl History {
         }
     }
 
-    /// Makes the sums relative to the oldest stretch in use, so that they stay small and exact. Sums may differ by what is
-    /// linear in time (and by the reference's own share): a second difference does not see it.
+    /// Makes the sums relative to the oldest stretch in use, so that they stay small and exact. Sums may
+    /// differ by what is linear in time (and by the reference's own share): a second difference does not see
+    /// it.
     fn rebase(&mut self, oldest: u32) {
         let oldest =
             if self.age(oldest) as usize >= CAPACITY { self.newest.wrapping_sub(CAPACITY as u32 - 1) } else { oldest };
@@ -343,7 +347,8 @@ impl History {
         if count == self.newest { None } else { Some(self.stretch(count.wrapping_add(1)).start) }
     }
 
-    /// Moves a cursor on to the stretch that `time` is in; at a boundary to the later one if `onto`. True if it moved.
+    /// Moves a cursor on to the stretch that `time` is in; at a boundary to the later one if `onto`. True if
+    /// it moved.
     pub fn pass(&self, count: &mut u32, time: u64, onto: bool) -> bool {
         let before = *count;
         // Should the ring have run over, the oldest there is.

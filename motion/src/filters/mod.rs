@@ -1,16 +1,18 @@
 //! Filters on the trajectory: input shapers for X, Y and Z, pressure advance for the extruders.
 //!
-//! They stand between the trajectory and the knots, on Cartesian axes, so they are right for every kinematics. The trajectory
-//! runs ahead of the motors by the [`FilterConfig::latency`]; what it did lately is kept as a [`history`] of stretches of constant
-//! jerk. At output time t a shaped axis is the weighted sum of its positions at t less the delay of each pulse
-//! ([`shaper`]); an extruder is its advanced position averaged over a window ([`advance`]); any other axis is its position at t
-//! less the latency. All axes share the latency, so nothing lags behind anything else at constant speed.
+//! They stand between the trajectory and the knots, on Cartesian axes, so they are right for every
+//! kinematics. The trajectory runs ahead of the motors by the [`FilterConfig::latency`]; what it did lately
+//! is kept as a [`history`] of stretches of constant jerk. At output time t a shaped axis is the weighted sum
+//! of its positions at t less the delay of each pulse ([`shaper`]); an extruder is its advanced position
+//! averaged over a window ([`advance`]); any other axis is its position at t less the latency. All axes share
+//! the latency, so nothing lags behind anything else at constant speed.
 //!
-//! Each delay has a cursor into the history, which only moves forward: the cost of a knot does not depend on how long the
-//! history is. Wherever a cursor passes from one stretch to the next, the output has a kink, and a knot is put there: between two knots
-//! shaped axes are cubics of time at most, which a cubic matches exactly, and extruders are quintics, which it matches to
-//! `T^4 / 384` times the change of acceleration over a quarter of the smoothing time squared (1e-9 mm at most for real machines).
-//! Kinks closer than [`LEAST_SPACING`] share a knot.
+//! Each delay has a cursor into the history, which only moves forward: the cost of a knot does not depend on
+//! how long the history is. Wherever a cursor passes from one stretch to the next, the output has a kink, and
+//! a knot is put there: between two knots shaped axes are cubics of time at most, which a cubic matches
+//! exactly, and extruders are quintics, which it matches to `T^4 / 384` times the change of acceleration over
+//! a quarter of the smoothing time squared (1e-9 mm at most for real machines). Kinks closer than
+//! [`LEAST_SPACING`] share a knot.
 //!
 //! When no filter is configured, or they are switched off (homing), none of this runs and nothing is delayed.
 
@@ -67,8 +69,8 @@ impl FilterConfig {
     }
 }
 
-/// Kinks closer together than this (2 us) share a knot: the error in time is below 0.15 of this times the relative change of
-/// speed.
+/// Kinks closer together than this (2 us) share a knot: the error in time is below 0.15 of this times the
+/// relative change of speed.
 pub const LEAST_SPACING: u64 = 400 << 32;
 
 /// Delays of three shapers, and that of the axes that have none.
@@ -114,7 +116,8 @@ pub(crate) struct Filters {
     pub out: TickTime,
     /// The output stands still, where the trajectory does.
     pub drained: bool,
-    /// The piece of trajectory that the last stretch ends within, having lumped its beginning together with others.
+    /// The piece of trajectory that the last stretch ends within, having lumped its beginning together with
+    /// others.
     pub cut_piece: Option<Piece>,
     /// Output at `out`: place, and velocity just before.
     pub point: PerAxis<f64>,
@@ -259,14 +262,15 @@ impl Filters {
         self.history.amend(stretch);
     }
 
-    /// How short a stretch may be, seconds: zero unless the history is half full. From then on stretches this long fit twice into what
-    /// is left of it, whatever comes.
+    /// How short a stretch may be, seconds: zero unless the history is half full. From then on stretches this
+    /// long fit twice into what is left of it, whatever comes.
     pub fn least_stretch(&self) -> f64 {
         let oldest = self.cursors().map(|cursor| self.history.age(cursor.count)).fold(0, |a, b| a.max(b));
         if (oldest as usize) < CAPACITY / 2 { 0.0 } else { history::seconds(self.span) / (CAPACITY / 4) as f64 }
     }
 
-    /// How much longer a trajectory at rest must be followed until the output is at rest too. Zero when it is.
+    /// How much longer a trajectory at rest must be followed until the output is at rest too. Zero when it
+    /// is.
     pub fn still_to_drain(&self) -> TickTime {
         // The rest may begin a sliver after the output's end.
         let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start) as i64;
@@ -285,7 +289,8 @@ impl Filters {
         }
     }
 
-    /// Moves on to the next knot, at most half a millisecond on, not beyond `settled`, up to where the trajectory is known.
+    /// Moves on to the next knot, at most half a millisecond on, not beyond `settled`, up to where the
+    /// trajectory is known.
     pub fn advance(&mut self, settled: TickTime) -> Knot {
         let now = self.out.to_bits() as u64;
         let mut room = settled.saturating_sub(self.out).min(tick_time(SEGMENT_SECONDS)).to_bits() as u64;

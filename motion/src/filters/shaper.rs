@@ -1,10 +1,10 @@
 //! Input shapers: a few weighted, delayed copies of an axis whose vibrations cancel each other.
 //!
 //! A resonance of frequency f and damping ratio z answers an impulse with a decaying oscillation of period
-//! `Td = 1 / (f q)`, `q = sqrt(1 - z^2)`, which loses the factor `K = exp(-z pi / q)` in half a period. The shapers differ in how far
-//! the frequency may be off and in how long they take. Sources: Singer and Seering 1990 (ZV, ZVD); Singhose, Seering and
-//! Singer 1994 and Singhose 1997 (EI and its humps, with a tolerated vibration of 1/20); amplitudes and times as Klipper
-//! documents them, against whose values they are tested.
+//! `Td = 1 / (f q)`, `q = sqrt(1 - z^2)`, which loses the factor `K = exp(-z pi / q)` in half a period. The
+//! shapers differ in how far the frequency may be off and in how long they take. Sources: Singer and Seering
+//! 1990 (ZV, ZVD); Singhose, Seering and Singer 1994 and Singhose 1997 (EI and its humps, with a tolerated
+//! vibration of 1/20); amplitudes and times as Klipper documents them, against whose values they are tested.
 
 use core::f64::consts::PI;
 
@@ -64,7 +64,8 @@ pub struct Pulses {
     count: usize,
 }
 
-/// Cubics of the damping ratio, constant term first: time in periods of the undamped resonance, and amplitude.
+/// Cubics of the damping ratio, constant term first: time in periods of the undamped resonance, and
+/// amplitude.
 type Hump = ([f64; 4], [f64; 4]);
 
 const TWO_HUMPS: [Hump; 4] = [
@@ -178,7 +179,8 @@ impl Pulses {
         self.pulses.get(..self.count).unwrap_or_default()
     }
 
-    /// How far the shaped axis must look ahead so that it does not lag at constant speed: the mean time, seconds.
+    /// How far the shaped axis must look ahead so that it does not lag at constant speed: the mean time,
+    /// seconds.
     #[must_use]
     pub fn shift(&self) -> f64 {
         self.as_slice().iter().map(|pulse| pulse.amplitude * pulse.time).sum()

@@ -1,8 +1,9 @@
-//! Arcs (G2, G3) as the program means them: in any of the three planes, of any number of turns, with the third axis and A B C following
-//! evenly (helix). By default an arc stays one ([`Arc::parts`]); where a configuration asks for chords, it is cut ([`Chords`]).
+//! Arcs (G2, G3) as the program means them: in any of the three planes, of any number of turns, with the
+//! third axis and A B C following evenly (helix). By default an arc stays one ([`Arc::parts`]); where a
+//! configuration asks for chords, it is cut ([`Chords`]).
 //!
-//! An end that is not quite on the circle (programs round to three digits) is reached all the same: what is missing is spread over
-//! the whole arc. What is off by more than [`off_allowed`] is a mistake.
+//! An end that is not quite on the circle (programs round to three digits) is reached all the same: what is
+//! missing is spread over the whole arc. What is off by more than [`off_allowed`] is a mistake.
 
 use units::{Axis, PerAxis, Plane};
 
@@ -26,7 +27,8 @@ pub struct ArcShape {
 }
 
 impl ArcShape {
-    /// From a radius (R) in place of a centre: the arc of at most half a turn, or with a negative radius the other one.
+    /// From a radius (R) in place of a centre: the arc of at most half a turn, or with a negative radius the
+    /// other one.
     ///
     /// # Errors
     /// When start and end are one place in the plane, or too far apart for the radius.
@@ -104,7 +106,8 @@ const TURN: f64 = 2.0 * core::f64::consts::PI;
 /// No program has more turns.
 pub const MOST_TURNS: u32 = 10_000;
 
-/// By how much the end may be off the circle, mm: 0.05, for large circles a thousandth of the radius, at most 0.5.
+/// By how much the end may be off the circle, mm: 0.05, for large circles a thousandth of the radius, at most
+/// 0.5.
 fn off_allowed(radius: f64) -> f64 {
     crate::least(crate::greatest(0.05, 0.001 * radius), 0.5)
 }

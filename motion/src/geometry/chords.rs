@@ -1,7 +1,8 @@
 //! Arcs as chords, where a configuration asks for them.
 //!
-//! The chord length is the longer of `mm_per_arc_segment` and the chord that leaves the arc by `mm_max_arc_error` = e:
-//! for radius r, `2 sqrt(e (2 r - e))`. Every corner is computed from its angle, so rounding cannot add up.
+//! The chord length is the longer of `mm_per_arc_segment` and the chord that leaves the arc by
+//! `mm_max_arc_error` = e: for radius r, `2 sqrt(e (2 r - e))`. Every corner is computed from its angle, so
+//! rounding cannot add up.
 
 use units::PerAxis;
 

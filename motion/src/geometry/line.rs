@@ -9,7 +9,8 @@ use crate::square_root;
 pub struct LineSettings {
     /// Greatest length of a piece, mm (`mm_per_line_segment`). `None`: not cut by length.
     pub segment_length: Option<f64>,
-    /// Pieces per second of motion (`delta_segments_per_second`); takes precedence over the length. `None`: not by time.
+    /// Pieces per second of motion (`delta_segments_per_second`); takes precedence over the length. `None`:
+    /// not by time.
     pub segments_per_second: Option<f64>,
 }
 

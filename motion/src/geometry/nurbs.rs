@@ -1,8 +1,9 @@
-//! NURBS: control points with weights, as G5.2 gives them, on the clamped uniform knots that RS-274 prescribes: `0 .. 0 1 2 .. n n .. n`.
+//! NURBS: control points with weights, as G5.2 gives them, on the clamped uniform knots that RS-274
+//! prescribes: `0 .. 0 1 2 .. n n .. n`.
 //!
-//! Places come from de Boor's algorithm on `(w x, w y, w)`, derivatives from its last stage but one. A piece of it is drawn as the
-//! cubic with the same ends and derivatives, where that is nowhere off by more than [`DRAWN_WITHIN`]; for polynomial splines up to the third
-//! degree it is the same curve.
+//! Places come from de Boor's algorithm on `(w x, w y, w)`, derivatives from its last stage but one. A piece
+//! of it is drawn as the cubic with the same ends and derivatives, where that is nowhere off by more than
+//! [`DRAWN_WITHIN`]; for polynomial splines up to the third degree it is the same curve.
 
 use super::ParametricCurve;
 
@@ -41,8 +42,8 @@ fn between(a: Raised, b: Raised, share: f64) -> Raised {
 }
 
 impl Nurbs {
-    /// From its points and order. `None` when there are fewer points than the order or too many, the order is none of [`ORDERS`], or a
-    /// weight is not above zero.
+    /// From its points and order. `None` when there are fewer points than the order or too many, the order is
+    /// none of [`ORDERS`], or a weight is not above zero.
     #[must_use]
     pub fn new(given: &[ControlPoint], order: usize) -> Option<Self> {
         let fits = ORDERS.contains(&order) && given.len() >= order && given.len() <= MOST_POINTS;

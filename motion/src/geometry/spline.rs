@@ -1,7 +1,8 @@
 //! Splines (G5, G5.1, NURBS) as moves: divided where one curve cannot be travelled evenly, and nowhere else.
 //!
-//! Pieces begin and end at 1024ths of the parameter of each span. What is shorter than a micrometre becomes a line; so does a piece of a
-//! 1024th that still is not tame (a cusp, or an end where two control points are one): it is a millionth of the curve long or so.
+//! Pieces begin and end at 1024ths of the parameter of each span. What is shorter than a micrometre becomes a
+//! line; so does a piece of a 1024th that still is not tame (a cusp, or an end where two control points are
+//! one): it is a millionth of the curve long or so.
 
 use units::{Axis, PerAxis};
 
@@ -17,7 +18,8 @@ pub trait ParametricCurve {
     /// The place at parameter t, from 0 to the number of spans, mm.
     fn place(&self, t: f64) -> [f64; 3];
 
-    /// The part of a span from t to t + h as `u (a + u (b + u c))` from its beginning, if a cubic can be that.
+    /// The part of a span from t to t + h as `u (a + u (b + u c))` from its beginning, if a cubic can be
+    /// that.
     fn cubic(&self, t: f64, h: f64) -> Option<[[f64; 3]; 3]>;
 }
 
@@ -133,8 +135,8 @@ pub struct SplineMoves<S> {
 }
 
 impl<S: ParametricCurve + Copy> SplineMoves<S> {
-    /// From `from`, where X and Y are those of the spline's beginning, to `to`, where they are those of its end. Z and the
-    /// others follow evenly; the spline itself must be level.
+    /// From `from`, where X and Y are those of the spline's beginning, to `to`, where they are those of its
+    /// end. Z and the others follow evenly; the spline itself must be level.
     pub fn new(source: S, from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
         let pieces = Pieces { source, at: 0, step: FINEST };
         let bounds = Bounds::of(from).and(&to);

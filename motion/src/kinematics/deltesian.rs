@@ -1,6 +1,7 @@
 //! Two vertical towers left and right, a rod on each down to the tool, and a bed that moves in Y.
 //!
-//! Alpha is the left carriage, beta the right one: `z + sqrt(L^2 - d^2)` with d the distance in X. Gamma is Y.
+//! Alpha is the left carriage, beta the right one: `z + sqrt(L^2 - d^2)` with d the distance in X. Gamma is
+//! Y.
 
 use super::{Axes, Motors};
 

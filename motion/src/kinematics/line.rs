@@ -1,10 +1,11 @@
-//! What a straight move asks of motors that it does not move in a straight way: whether every place of it can be reached, how fast
-//! and how bent each motor's way becomes at worst.
+//! What a straight move asks of motors that it does not move in a straight way: whether every place of it can
+//! be reached, how fast and how bent each motor's way becomes at worst.
 //!
-//! All from a fixed number of places, so in constant time: the ends, the quarters and eighths where a family needs them, and the places
-//! where it is known to be worst (nearest to a polar machine's middle, to a SCARA's tower, to an anchor). With the ends and these,
-//! linear delta, deltesian, polar and winch are bounded exactly, as their modules say; for rotary delta and SCARA the slope
-//! between two places is bounded by the bend there, half the distance further.
+//! All from a fixed number of places, so in constant time: the ends, the quarters and eighths where a family
+//! needs them, and the places where it is known to be worst (nearest to a polar machine's middle, to a
+//! SCARA's tower, to an anchor). With the ends and these, linear delta, deltesian, polar and winch are
+//! bounded exactly, as their modules say; for rotary delta and SCARA the slope between two places is bounded
+//! by the bend there, half the distance further.
 
 use units::{Actuator, PerActuator, PerAxis};
 
@@ -49,7 +50,8 @@ impl Places {
         }
     }
 
-    /// The nearest place to a centre, and where the angle seen from it bends most: at `1/sqrt 3` of the distance on both sides.
+    /// The nearest place to a centre, and where the angle seen from it bends most: at `1/sqrt 3` of the
+    /// distance on both sides.
     fn around(&mut self, nearest: f64, distance: f64, length: f64) {
         let sideways = 0.577_350_269_189_625_8 * distance / length;
         self.add(nearest - sideways);
@@ -81,8 +83,9 @@ impl Kinematics {
         !matches!(self, Self::RotaryDelta(_) | Self::Winch(_))
     }
 
-    /// The bounds of a straight move from `from` by `by`, whose X, Y and Z are `length` mm long. `None` where every motor's
-    /// way is straight. What is over the move comes on top: its skew has been taken back already.
+    /// The bounds of a straight move from `from` by `by`, whose X, Y and Z are `length` mm long. `None` where
+    /// every motor's way is straight. What is over the move comes on top: its skew has been taken back
+    /// already.
     pub(crate) fn strain(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64, over: &Over) -> Option<Strain> {
         if self.is_linear() && over.lift.is_none() {
             return None;
@@ -166,7 +169,8 @@ impl Strain {
         let up = over.skewed(&PerAxis([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
         let leans = over.skew.is_some_and(|skew| skew.xz != 0.0 || skew.yz != 0.0);
         if !kinematics.is_linear() && (leans || !kinematics.is_even_in_z()) {
-            // The way is another one, higher by as much and turned by so little: motors bend along it as along any way here.
+            // The way is another one, higher by as much and turned by so little: motors bend along it as
+            // along any way here.
             let most = greatest(libm::fabs(lift.low), libm::fabs(lift.high));
             for actuator in Actuator::ALL {
                 self.slope[actuator] += most * self.bend[actuator];

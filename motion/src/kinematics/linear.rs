@@ -60,8 +60,8 @@ fn inverse([[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]) -> Option<[[f64; 3]
 impl Generic {
     /// From the rows of alpha, beta and gamma. `None` when they cannot tell the axes that take part apart.
     ///
-    /// An axis that no motor moves, and a motor that no axis moves, are allowed: they stay at zero. The inverse then
-    /// is the pseudo-inverse of Moore and Penrose, `(R'R)^-1 R'` on the axes that take part.
+    /// An axis that no motor moves, and a motor that no axis moves, are allowed: they stay at zero. The
+    /// inverse then is the pseudo-inverse of Moore and Penrose, `(R'R)^-1 R'` on the axes that take part.
     #[must_use]
     pub fn new(rows: [[f64; 3]; 3]) -> Option<Self> {
         let columns = transposed(rows);

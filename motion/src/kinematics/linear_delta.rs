@@ -1,9 +1,9 @@
 //! Three vertical towers, a carriage on each, rods of equal length down to the tool.
 //!
-//! A carriage stands at `z + sqrt(L^2 - d^2)`, d being the horizontal distance of tool and tower. Along a straight line
-//! that is the arc of an ellipse: its slope grows steadily, and its bend is greatest at one of the ends. So the ends of a
-//! move bound both. The places all three rods can reach are the intersection of three discs, which is convex: a line
-//! between two of them stays inside.
+//! A carriage stands at `z + sqrt(L^2 - d^2)`, d being the horizontal distance of tool and tower. Along a
+//! straight line that is the arc of an ellipse: its slope grows steadily, and its bend is greatest at one of
+//! the ends. So the ends of a move bound both. The places all three rods can reach are the intersection of
+//! three discs, which is convex: a line between two of them stays inside.
 
 use super::{Axes, Motors, spheres};
 

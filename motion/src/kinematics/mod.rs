@@ -1,14 +1,16 @@
 //! Kinematics: where each motor must be for the machine to be at a point, and back.
 //!
-//! One enum rather than a trait object: the set is closed, the call is in the path of every knot, and a copy of it
-//! fits a configuration. Each family has a file of its own. Axes and motors that a family does not use go through one to one:
-//! A B C drive delta, epsilon and zeta.
+//! One enum rather than a trait object: the set is closed, the call is in the path of every knot, and a copy
+//! of it fits a configuration. Each family has a file of its own. Axes and motors that a family does not use
+//! go through one to one: A B C drive delta, epsilon and zeta.
 //!
-//! Everything downstream asks only these questions, so an arm solution is added here and nowhere else: the motors' positions
-//! at a point, their velocities there, the point for given motors, and what [`line`] says of straight moves.
+//! Everything downstream asks only these questions, so an arm solution is added here and nowhere else: the
+//! motors' positions at a point, their velocities there, the point for given motors, and what [`line`] says
+//! of straight moves.
 //!
-//! Outside the reachable space positions and velocities are those of the nearest posture, continuous and finite: no rounding can make
-//! a motor jump. That such places are never commanded is [`Kinematics::check_line`]'s work.
+//! Outside the reachable space positions and velocities are those of the nearest posture, continuous and
+//! finite: no rounding can make a motor jump. That such places are never commanded is
+//! [`Kinematics::check_line`]'s work.
 
 mod deltesian;
 mod line;
@@ -41,7 +43,8 @@ type Motors = [f64; 3];
 
 /// Square of a nanometre: what keeps roots and divisions sound at the edges.
 const TINY: f64 = 1e-12;
-/// A place this near to an edge of the reachable space, mm, is refused: motors would have to be infinitely fast there.
+/// A place this near to an edge of the reachable space, mm, is refused: motors would have to be infinitely
+/// fast there.
 const LEAST_CLEARANCE: f64 = 0.01;
 
 /// How the motors' positions (mm at the motor, or degrees) follow from the machine's.
@@ -200,8 +203,8 @@ impl Kinematics {
         }
     }
 
-    /// Motors that must stand still for `axis` to stand still, one bit each: what an end switch of that axis stops.
-    /// Zero for an axis that the machine does not have.
+    /// Motors that must stand still for `axis` to stand still, one bit each: what an end switch of that axis
+    /// stops. Zero for an axis that the machine does not have.
     #[must_use]
     pub fn motors_of(&self, axis: Axis) -> u8 {
         let index = axis as usize;
@@ -225,7 +228,8 @@ impl Kinematics {
         }
     }
 
-    /// A whole turn of a motor whose positions repeat, degrees: of two equal postures the nearer one is meant.
+    /// A whole turn of a motor whose positions repeat, degrees: of two equal postures the nearer one is
+    /// meant.
     #[must_use]
     pub const fn turn_of(&self, actuator: Actuator) -> Option<f64> {
         match (self, actuator) {
@@ -234,8 +238,9 @@ impl Kinematics {
         }
     }
 
-    /// Distance in mm to the nearest place where a motor's position is no smooth function of the tool's. What lies well within
-    /// that distance is nearly straight: it bounds the slices of the trajectory. Infinite for linear kinematics.
+    /// Distance in mm to the nearest place where a motor's position is no smooth function of the tool's. What
+    /// lies well within that distance is nearly straight: it bounds the slices of the trajectory. Infinite
+    /// for linear kinematics.
     #[must_use]
     pub fn clearance(&self, point: &PerAxis<f64>) -> f64 {
         let [x, y, z, ..] = point.0;

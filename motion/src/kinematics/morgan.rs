@@ -1,7 +1,8 @@
 //! A SCARA of the Morgan kind: two links, both motors in the tower, their angles counted from +X in degrees.
 //!
-//! Alpha is the angle of the inner link, beta that of the outer one in space (not of the elbow), gamma is Z. With r the distance of
-//! the tool from the tower, the elbow's cosine is `(r^2 - l1^2 - l2^2) / 2 l1 l2`; the elbow bends to the left.
+//! Alpha is the angle of the inner link, beta that of the outer one in space (not of the elbow), gamma is Z.
+//! With r the distance of the tool from the tower, the elbow's cosine is `(r^2 - l1^2 - l2^2) / 2 l1 l2`; the
+//! elbow bends to the left.
 
 use super::{Axes, Motors};
 

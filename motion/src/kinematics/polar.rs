@@ -1,7 +1,9 @@
-//! A turning bed and an arm over it: alpha is the distance from the middle in mm, beta the bed's angle in degrees from +X, gamma Z.
+//! A turning bed and an arm over it: alpha is the distance from the middle in mm, beta the bed's angle in
+//! degrees from +X, gamma Z.
 //!
-//! The middle itself has every angle: no path may touch it. A path that passes it closely turns the bed quickly, so its speed
-//! follows from the bed's rate; cut long lines (`mm_per_line_segment`) and only the piece near the middle is slow.
+//! The middle itself has every angle: no path may touch it. A path that passes it closely turns the bed
+//! quickly, so its speed follows from the bed's rate; cut long lines (`mm_per_line_segment`) and only the
+//! piece near the middle is slow.
 
 use super::{Axes, Motors};
 

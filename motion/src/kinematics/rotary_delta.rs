@@ -1,9 +1,10 @@
 //! Three shoulder motors, an upper arm on each, rods of equal length down to the tool.
 //!
-//! In the vertical plane of one arm, with D the joint of the effector beyond the shoulder (outwards), w its depth below
-//! it and k its distance from the plane, the elbow at angle t (degrees, positive down) must be a rod's length away:
-//! `D cos t + w sin t = c` with `c = (rf^2 + D^2 + w^2 + k^2 - re^2) / 2 rf`. With `p^2 = D^2 + w^2` the solution with the elbow outside is
-//! `t = atan2(w, D) - acos(c / p)`; it exists while `c < p`, and its derivative divides by `sqrt(p^2 - c^2)`.
+//! In the vertical plane of one arm, with D the joint of the effector beyond the shoulder (outwards), w its
+//! depth below it and k its distance from the plane, the elbow at angle t (degrees, positive down) must be a
+//! rod's length away: `D cos t + w sin t = c` with `c = (rf^2 + D^2 + w^2 + k^2 - re^2) / 2 rf`. With `p^2 =
+//! D^2 + w^2` the solution with the elbow outside is `t = atan2(w, D) - acos(c / p)`; it exists while `c <
+//! p`, and its derivative divides by `sqrt(p^2 - c^2)`.
 
 use super::{Axes, Motors, spheres};
 
@@ -131,7 +132,8 @@ impl RotaryDelta {
         [self.sign() * x, self.sign() * y, z + self.drop()]
     }
 
-    /// A lower bound of the distance in mm to where an arm and its rod lie in one line, or the rod across the plane.
+    /// A lower bound of the distance in mm to where an arm and its rod lie in one line, or the rod across the
+    /// plane.
     pub(super) fn clearance(&self, axes: Axes) -> f64 {
         let of_arm = |arm| {
             let plane = self.plane(arm, axes);

@@ -1,13 +1,16 @@
-//! Taking back trajectory that runs ahead of the motors, so that a hold, a stop or an override is felt at once.
+//! Taking back trajectory that runs ahead of the motors, so that a hold, a stop or an override is felt at
+//! once.
 //!
-//! With filters on, the trajectory's head is up to the latency ahead of what an axis does. A new plan from the head would be
-//! felt that much later; so the head goes back to the earliest place of which no moving axis has used anything yet
-//! ([`crate::filters`]). Blocks begun since then wait again, in the places they have not left ([`crate::planner`]), their curves too. The
-//! feed then settles the trajectory anew as far as it was before it puts out any more.
+//! With filters on, the trajectory's head is up to the latency ahead of what an axis does. A new plan from
+//! the head would be felt that much later; so the head goes back to the earliest place of which no moving
+//! axis has used anything yet ([`crate::filters`]). Blocks begun since then wait again, in the places they
+//! have not left ([`crate::planner`]), their curves too. The feed then settles the trajectory anew as far as
+//! it was before it puts out any more.
 //!
-//! An axis that stood still over the part it used must do so again. A hold or a stop in trapezoids is nowhere faster than what
-//! it replaces, so it comes no farther along the path. Other changes may come farther: they must not reach the axis' next
-//! way in time however fast they are, or must surely rest before, else less is taken back.
+//! An axis that stood still over the part it used must do so again. A hold or a stop in trapezoids is nowhere
+//! faster than what it replaces, so it comes no farther along the path. Other changes may come farther: they
+//! must not reach the axis' next way in time however fast they are, or must surely rest before, else less is
+//! taken back.
 
 use units::{Axis, MAX_AXES, PerAxis};
 
@@ -32,7 +35,8 @@ pub(super) enum Pace {
 }
 
 impl Motion {
-    /// Takes back as much of the trajectory as a new plan may replace. The caller plans anew, in the same breath.
+    /// Takes back as much of the trajectory as a new plan may replace. The caller plans anew, in the same
+    /// breath.
     pub(super) fn take_back(&mut self, pace: Pace) {
         if !self.filters.engaged() || self.filters.drained {
             return;
@@ -92,7 +96,8 @@ impl Motion {
         (0..MAX_AXES).find(is_disturbed)
     }
 
-    /// Whether an axis cannot begin to move within `seconds` from a place, no block being passed faster than `fastest`.
+    /// Whether an axis cannot begin to move within `seconds` from a place, no block being passed faster than
+    /// `fastest`.
     fn stays(&self, axis: usize, place: &Place, fastest: f64, pace: Pace, seconds: f64) -> bool {
         let moves = |path: &Path| moves(path).get(axis) == Some(&true);
         let mut left = seconds;
@@ -163,8 +168,8 @@ fn rest_length(place: &Place, block: &Block) -> f64 {
     ramp.length() - ramp.distance(elapsed) + own.length(ramp.to, 0.0)
 }
 
-/// Whether a block that begins there moves an axis. Of a curve only what it does at its ends is looked at here, and it counts for all
-/// that it may bend.
+/// Whether a block that begins there moves an axis. Of a curve only what it does at its ends is looked at
+/// here, and it counts for all that it may bend.
 fn moves_axis(axis: usize, from: &PerAxis<f64>, block: &Block) -> bool {
     let line = Path::new(*from, &block.target, block.length, Curve::Line);
     moves(&line).get(axis) == Some(&true) || (block.curved && axis < Axis::PRIMARY.len())

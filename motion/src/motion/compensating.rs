@@ -1,4 +1,5 @@
-//! Changing the compensation, at rest: the motors stay where they are, the program's position becomes what belongs to it.
+//! Changing the compensation, at rest: the motors stay where they are, the program's position becomes what
+//! belongs to it.
 
 use units::PerAxis;
 
@@ -12,7 +13,8 @@ impl Motion {
         &self.compensation
     }
 
-    /// Heights being gathered, mm, row by row along X; nothing of it is in force before [`Self::level_by_draft`].
+    /// Heights being gathered, mm, row by row along X; nothing of it is in force before
+    /// [`Self::level_by_draft`].
     pub fn draft(&mut self) -> &mut [f32] {
         self.compensation.draft()
     }
@@ -22,8 +24,8 @@ impl Motion {
         self.compensation.copy_to_draft();
     }
 
-    /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at each point of the grid. It takes the
-    /// place of whatever levelled before.
+    /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at
+    /// each point of the grid. It takes the place of whatever levelled before.
     ///
     /// # Errors
     /// What is wrong with the grid, or that something moves; nothing was changed then.
@@ -58,7 +60,8 @@ impl Motion {
         self.recompensate(|compensation| compensation.set_skew(skew))
     }
 
-    /// Suspends compensation, for homing and probing: the program's space is then the motors', or puts it in force again.
+    /// Suspends compensation, for homing and probing: the program's space is then the motors', or puts it in
+    /// force again.
     ///
     /// # Errors
     /// [`CompensationError::Busy`].

@@ -1,12 +1,13 @@
 //! Rounding corners (G64 P): an arc takes the place of the ends of two lines.
 //!
-//! Symbols: d1 and d2 the directions before and after, t the angle between them, R the radius, e the distance from the corner to the
-//! arc. An arc that touches both lines begins and ends `R tan(t/2)` from the corner and leaves it by `R (1 / cos(t/2) - 1)`, so the
-//! radius for a deviation e is `e c / (1 - c)` with `c = cos(t/2)`, or `e c (1 + c) / s^2`, which does not cancel. It may take up to
-//! [`MOST_CUT`] of each line; where that is less the radius, and with it the deviation, is smaller.
+//! Symbols: d1 and d2 the directions before and after, t the angle between them, R the radius, e the distance
+//! from the corner to the arc. An arc that touches both lines begins and ends `R tan(t/2)` from the corner
+//! and leaves it by `R (1 / cos(t/2) - 1)`, so the radius for a deviation e is `e c / (1 - c)` with `c =
+//! cos(t/2)`, or `e c (1 + c) / s^2`, which does not cancel. It may take up to [`MOST_CUT`] of each line;
+//! where that is less the radius, and with it the deviation, is smaller.
 //!
-//! The line before is still in the queue: it was planned as if the most had been taken of it, so its entry speed only grows. Where
-//! it has begun already, because the sender is slow, the corner stays sharp.
+//! The line before is still in the queue: it was planned as if the most had been taken of it, so its entry
+//! speed only grows. Where it has begun already, because the sender is slow, the corner stays sharp.
 
 use units::{Axis, PerAxis};
 
@@ -40,7 +41,8 @@ pub(super) struct Rounding {
 }
 
 impl Motion {
-    /// How the corner between the last move and a straight one, that adds `unit` to each axis for a millimetre, is rounded, if it is.
+    /// How the corner between the last move and a straight one, that adds `unit` to each axis for a
+    /// millimetre, is rounded, if it is.
     pub(super) fn rounding(&self, envelope: &Envelope, unit: &PerAxis<f64>, request: &Move) -> Option<Rounding> {
         let (config, last, Corner::Rounded(tolerance)) = (self.config.as_ref()?, self.last?, request.corner) else {
             return None;

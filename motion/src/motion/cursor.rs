@@ -313,7 +313,8 @@ impl Motion {
     }
 }
 
-/// Motor positions at the end of a slice, and what each motor does for a millimetre of path at both ends, through the compensation.
+/// Motor positions at the end of a slice, and what each motor does for a millimetre of path at both ends,
+/// through the compensation.
 #[inline(never)]
 fn compensated(
     config: &MotionConfig,

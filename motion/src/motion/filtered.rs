@@ -18,8 +18,8 @@ use crate::{
 const MAX_LUMPED: u32 = 32;
 
 impl Motion {
-    /// Switches the filters off, for homing and probing, where a late stop would matter, or on again. They are on at first.
-    /// Takes effect when the motors next begin to move from standstill.
+    /// Switches the filters off, for homing and probing, where a late stop would matter, or on again. They
+    /// are on at first. Takes effect when the motors next begin to move from standstill.
     pub fn bypass_filters(&mut self, bypass: bool) {
         self.filters.bypass_wanted = bypass;
     }
@@ -41,7 +41,8 @@ impl Motion {
             self.resume();
         }
         let was_behind = self.is_behind();
-        // Never the last sliver of what is known: in a segment so short, the rounding of positions is more than the way.
+        // Never the last sliver of what is known: in a segment so short, the rounding of positions is more
+        // than the way.
         if self.is_sliver() && self.settle_more(now).is_none() {
             return Supply::Nothing;
         }
@@ -131,8 +132,8 @@ impl Motion {
         }
     }
 
-    /// When very short pieces fill the history, several become one: their chord, with their speeds at its ends. When there is no
-    /// room for a curve, a single slice of it becomes its chord.
+    /// When very short pieces fill the history, several become one: their chord, with their speeds at its
+    /// ends. When there is no room for a curve, a single slice of it becomes its chord.
     fn lump(&mut self, first: &Slice, begin: TickTime, now: Ticks, crowded: bool) {
         let least = self.filters.least_stretch();
         let Some(piece) = self.piece else { return };

@@ -9,7 +9,8 @@ impl Motion {
         self.run.as_ref().is_some_and(|run| run.block.jerk > 0.0)
     }
 
-    /// The queue is as full as it can be just after a block was taken out: what waits may not be all there is.
+    /// The queue is as full as it can be just after a block was taken out: what waits may not be all there
+    /// is.
     fn was_full(&self) -> bool {
         let most = self.config.as_ref().map_or(0, |config| config.queue_size);
         self.planner.len() + usize::from(self.wants_two) + 1 >= most || self.curves.was_full()

@@ -1,4 +1,5 @@
-//! The motion object: look-ahead queue, block in execution, trajectory clock and position, behind one brief lock.
+//! The motion object: look-ahead queue, block in execution, trajectory clock and position, behind one brief
+//! lock.
 //!
 //! States and their exits:
 //!
@@ -10,8 +11,8 @@
 //! | `Stopping` (braking) | no | standstill drops everything, to `Running` |
 //! | `Aborting` | no | the feed reports where the motors stand, to `Running` |
 //!
-//! `abort` leads from everywhere to `Aborting`. A hold, a stop and an override are new plans from the cursor: the end of
-//! what the feed has taken, at most 1.5 ms ahead of the motors.
+//! `abort` leads from everywhere to `Aborting`. A hold, a stop and an override are new plans from the cursor:
+//! the end of what the feed has taken, at most 1.5 ms ahead of the motors.
 
 mod asking;
 mod back;
@@ -72,7 +73,8 @@ pub enum State {
 /// Events worth knowing about; all count from the start and saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Blocks released while moving although more look-ahead could have made them faster: the sender is too slow.
+    /// Blocks released while moving although more look-ahead could have made them faster: the sender is too
+    /// slow.
     pub starved: u32,
     /// Runs of the feed that found less than a quarter of a millisecond written ahead while moving.
     pub urgent: u32,
@@ -84,7 +86,8 @@ pub struct Counters {
     pub lumped: u32,
 }
 
-/// How far ahead of now a motion begins: a feed period, so that the interrupt surely sees the first event coming.
+/// How far ahead of now a motion begins: a feed period, so that the interrupt surely sees the first event
+/// coming.
 const LEAD: Ticks = Ticks::from_micros(500);
 
 /// The motion object. Build it in a `static`, then [`Self::configure`] it.
@@ -149,7 +152,8 @@ struct Last {
     requested: f64,
     mode: Mode,
     power: f32,
-    /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before any corner was rounded, mm.
+    /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before
+    /// any corner was rounded, mm.
     line: Option<(PerAxis<f64>, f64)>,
 }
 
@@ -375,8 +379,9 @@ impl Motion {
         }
     }
 
-    /// Drops everything without deceleration. The feed cuts the step queue at its next run and reports where the motors
-    /// stand; that becomes the position. (A fault need not wait for the feed: [`crate::queue::StepQueue::cut`].)
+    /// Drops everything without deceleration. The feed cuts the step queue at its next run and reports where
+    /// the motors stand; that becomes the position. (A fault need not wait for the feed:
+    /// [`crate::queue::StepQueue::cut`].)
     pub fn abort(&mut self) {
         self.state = State::Aborting;
         self.orders.cut = true;
@@ -388,8 +393,8 @@ impl Motion {
         self.resume_wanted = false;
     }
 
-    /// Scales the speed of working moves and of rapids; 1 is as programmed. Takes effect from the present state on.
-    /// Factors outside 0.01 to 10 are brought to the nearer of these.
+    /// Scales the speed of working moves and of rapids; 1 is as programmed. Takes effect from the present
+    /// state on. Factors outside 0.01 to 10 are brought to the nearer of these.
     pub fn set_overrides(&mut self, feed: f64, rapid: f64) {
         let bounded = |factor: f64| least(greatest(factor, 0.01), 10.0);
         let overrides = Overrides { feed: bounded(feed), rapid: bounded(rapid) };

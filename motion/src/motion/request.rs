@@ -19,19 +19,21 @@ use crate::{
 impl Motion {
     /// Appends a move to the look-ahead queue.
     ///
-    /// A move too short to count (every axis below 0.1 um) is accepted and left to be made up for by the next one.
+    /// A move too short to count (every axis below 0.1 um) is accepted and left to be made up for by the next
+    /// one.
     ///
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
         let result = self.accept(request);
-        // What a block is planned by depends on what was planned before it: always after each, then, whenever the planner's turn comes.
+        // What a block is planned by depends on what was planned before it: always after each, then, whenever
+        // the planner's turn comes.
         self.planner.plan_jerk();
         result
     }
 
-    /// Makes a mark behind what has been submitted so far: the feed's reports tell when the motors have come there. What hangs on a
-    /// mark stops nothing, and changes no speed.
+    /// Makes a mark behind what has been submitted so far: the feed's reports tell when the motors have come
+    /// there. What hangs on a mark stops nothing, and changes no speed.
     ///
     /// # Errors
     /// [`Refusal::Full`] when too many marks wait, and [`Refusal::Stopping`]: ask again later.
@@ -212,8 +214,8 @@ pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(
     if in_range && point.0.iter().all(|part| part.is_finite()) { Ok(()) } else { Err(Refusal::NotFinite) }
 }
 
-/// The steps of a curve's whole length can be counted. So can they then at each of its places, and the way that braking takes is
-/// not lost in the rounding of a place on it.
+/// The steps of a curve's whole length can be counted. So can they then at each of its places, and the way
+/// that braking takes is not lost in the rounding of a place on it.
 fn countable_length(config: &MotionConfig, length: f64) -> Result<(), Refusal> {
     let steps = Actuator::ALL.into_iter().map(|actuator| length * steps_per_mm(config, actuator));
     if steps.fold(0.0, greatest) < MAX_STEPS { Ok(()) } else { Err(Refusal::NotFinite) }

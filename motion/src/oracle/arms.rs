@@ -1,4 +1,5 @@
-//! Where the motors of every kind of machine are, from the drawing: lengths, circles and angles, with the standard library's functions.
+//! Where the motors of every kind of machine are, from the drawing: lengths, circles and angles, with the
+//! standard library's functions.
 
 use units::Actuator;
 
@@ -44,7 +45,8 @@ pub fn motor(kinematics: &Kinematics, actuator: Actuator, axes: &[f64; 6]) -> f6
     three[index]
 }
 
-/// The elbow is where the upper arm's circle meets the rod's, in the plane of the arm; the outer of the two places.
+/// The elbow is where the upper arm's circle meets the rod's, in the plane of the arm; the outer of the two
+/// places.
 fn shoulder(delta: &RotaryDelta, index: usize, [x, y, z]: [f64; 3]) -> f64 {
     let mirror = if delta.mirror_xy { -1.0 } else { 1.0 };
     let (x, y) = (mirror * x, mirror * y);

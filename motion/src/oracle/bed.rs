@@ -1,8 +1,9 @@
-//! Compensation from its definition: the motors' place that leads the tool of a leaning machine over an uneven bed.
+//! Compensation from its definition: the motors' place that leads the tool of a leaning machine over an
+//! uneven bed.
 //!
-//! The surface is the natural cubic spline by its second derivatives, along X for each row of the grid and then along Y through what the
-//! rows give; beyond the last point it goes on with its slope, bends back with a third derivative of the slope's size (in grid distances)
-//! and lies flat two grid distances on.
+//! The surface is the natural cubic spline by its second derivatives, along X for each row of the grid and
+//! then along Y through what the rows give; beyond the last point it goes on with its slope, bends back with
+//! a third derivative of the slope's size (in grid distances) and lies flat two grid distances on.
 
 use std::vec::Vec;
 
@@ -83,7 +84,8 @@ struct Spline {
 }
 
 impl Spline {
-    /// Second derivatives M: `M[i-1] + 4 M[i] + M[i+1] = 6 (h[i-1] - 2 h[i] + h[i+1])`, none at both ends. By Gauss.
+    /// Second derivatives M: `M[i-1] + 4 M[i] + M[i+1] = 6 (h[i-1] - 2 h[i] + h[i+1])`, none at both ends. By
+    /// Gauss.
     fn through(values: Vec<f64>) -> Self {
         let count = values.len();
         let (mut diagonal, mut bends) = (std::vec![4.0; count], std::vec![0.0; count]);

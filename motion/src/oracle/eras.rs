@@ -46,8 +46,9 @@ impl Era {
         self.pieces.partition_point(|timed| timed.start <= at).saturating_sub(1)
     }
 
-    /// An extruder's advanced position and speed, averaged with a triangular weight around `at` ns: numerically, from the
-    /// definition. Between the ends of pieces the integrand is of degree four at most, for which three Gauss points are exact.
+    /// An extruder's advanced position and speed, averaged with a triangular weight around `at` ns:
+    /// numerically, from the definition. Between the ends of pieces the integrand is of degree four at most,
+    /// for which three Gauss points are exact.
     pub fn averaged(&self, axis: usize, advance: PressureAdvance, at: f64) -> Option<(f64, f64)> {
         let half = advance.smooth_time / 2.0 * 1e9;
         let (from, to) = (at - half, at + half);

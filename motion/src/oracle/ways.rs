@@ -28,8 +28,8 @@ pub fn place(path: &Path, table: Option<&Table>, s: f64) -> (PerAxis<f64>, PerAx
     (place, direction)
 }
 
-/// A circle around the centre that the start has at the other end of its arm: the arm turned about the axis of rotation, by Rodrigues'
-/// formula.
+/// A circle around the centre that the start has at the other end of its arm: the arm turned about the axis
+/// of rotation, by Rodrigues' formula.
 fn circle(arc: &Arc, s: f64) -> ([f64; 3], [f64; 3]) {
     let arm = arc.arm();
     let radius_sq: f64 = arm.iter().map(|part| part * part).sum();

@@ -1,8 +1,8 @@
 //! A part of a circle in any plane, or several turns of it.
 //!
-//! With u from the centre to the start and v, as long and at right angles to it, the way the arc sets out, the place at
-//! angle p is `(cos p - 1) u + sin p v` from the start. `cos p - 1` is taken as `-2 sin^2 (p / 2)`, which keeps its digits for the
-//! shortest arcs of the widest circles.
+//! With u from the centre to the start and v, as long and at right angles to it, the way the arc sets out,
+//! the place at angle p is `(cos p - 1) u + sin p v` from the start. `cos p - 1` is taken as `-2 sin^2 (p /
+//! 2)`, which keeps its digits for the shortest arcs of the widest circles.
 
 use super::{Vector, mix, size};
 
@@ -22,8 +22,8 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// From the vector from the centre to the start, the one of the same length at right angles to it that points ahead, the
-    /// angle in rad, and how far the path rises in all at right angles to both, mm.
+    /// From the vector from the centre to the start, the one of the same length at right angles to it that
+    /// points ahead, the angle in rad, and how far the path rises in all at right angles to both, mm.
     #[must_use]
     pub fn new(arm: [f64; 3], ahead: [f64; 3], angle: f64, rise: f64) -> Self {
         let way = size(arm) * angle;

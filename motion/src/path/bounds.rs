@@ -55,7 +55,8 @@ impl Path {
                 Curve::Line => {}
                 Curve::Arc(arc) => turning_points(arc, index, drift).for_each(|place| bounds.reach(axis, from + place)),
                 Curve::Spline(spline) => {
-                    // What is beside the cubic goes along evenly with the distance: rounding, or all there is.
+                    // What is beside the cubic goes along evenly with the distance: rounding, or all there
+                    // is.
                     let [low, high] = cubic_bounds(spline, index);
                     bounds.reach(axis, from + low + least(drift, 0.0));
                     bounds.reach(axis, from + high + greatest(drift, 0.0));
@@ -66,9 +67,10 @@ impl Path {
     }
 }
 
-/// Where one of X, Y and Z turns back on an arc, seen from its start. It goes along `arm (cos p - 1) + ahead sin p`
-/// for angles p up to that of the arc, and evenly by `drift` in all. With `arm = r cos c` and `ahead = r sin c` it
-/// stands where `r sin(p - c)` is the drift for each radian. Of several turns the first and the last go furthest.
+/// Where one of X, Y and Z turns back on an arc, seen from its start. It goes along `arm (cos p - 1) + ahead
+/// sin p` for angles p up to that of the arc, and evenly by `drift` in all. With `arm = r cos c` and `ahead =
+/// r sin c` it stands where `r sin(p - c)` is the drift for each radian. Of several turns the first and the
+/// last go furthest.
 fn turning_points(arc: &Arc, index: usize, drift: f64) -> impl Iterator<Item = f64> {
     let part = |vector: [f64; 3]| vector.get(index).copied().unwrap_or(0.0);
     let (arm, ahead, angle) = (part(arc.arm()), part(arc.ahead()), arc.angle());
@@ -90,8 +92,9 @@ fn turning_points(arc: &Arc, index: usize, drift: f64) -> impl Iterator<Item = f
 fn cubic_bounds(spline: &Spline, index: usize) -> [f64; 2] {
     let [a, b, c] = spline.cubic().map(|vector| vector.get(index).copied().unwrap_or(0.0));
     let place = |u: f64| u * (a + u * (b + u * c));
-    // It stands where `a + 2 b u + 3 c u^2` is zero. The root is added to b with b's own sign, so nothing cancels;
-    // the other solution follows from the product of both. What is not a number is not between 0 and 1.
+    // It stands where `a + 2 b u + 3 c u^2` is zero. The root is added to b with b's own sign, so nothing
+    // cancels; the other solution follows from the product of both. What is not a number is not between 0
+    // and 1.
     let q = -(b + libm::copysign(square_root(greatest(b * b - 3.0 * a * c, 0.0)), b));
     let stands = [q / (3.0 * c), a / q].into_iter().filter(|u| *u > 0.0 && *u < 1.0);
     let mut bounds = [least(0.0, place(1.0)), greatest(0.0, place(1.0))];

@@ -1,14 +1,16 @@
 //! The jerk that a curve allows.
 //!
-//! At speed v, with the acceleration a and the jerk j along the path, the third derivative of the place is
-//! `T j + 3 T' v a + T'' v^3`: T is the unit tangent, T' the bend (one by the radius in size), T'' its change, dashes being for a millimetre
-//! of path. So the bend has a jerk of its own, which no time law takes away: `v^3 / r^2` on a circle. What is left of a limit J is
-//! shared between the acceleration and the jerk along the path.
+//! At speed v, with the acceleration a and the jerk j along the path, the third derivative of the place is `T
+//! j + 3 T' v a + T'' v^3`: T is the unit tangent, T' the bend (one by the radius in size), T'' its change,
+//! dashes being for a millimetre of path. So the bend has a jerk of its own, which no time law takes away:
+//! `v^3 / r^2` on a circle. What is left of a limit J is shared between the acceleration and the jerk along
+//! the path.
 //!
-//! Each limit (that of the path, and of each axis) asks for three numbers: the greatest T, T' and T'' that it sees in the block. The speed
-//! is lowered until the bend's own jerk takes [`TWIST_SHARES`] of J, as the speed asked for needs; then the acceleration until the second
-//! term leaves [`LEFT_FOR_JERK`] of the rest; the jerk along the path gets what remains. On a circle T' and T'' are at right angles, so
-//! their terms add up as a root of squares; on a spline as they are. All three are fixed for the whole block.
+//! Each limit (that of the path, and of each axis) asks for three numbers: the greatest T, T' and T'' that it
+//! sees in the block. The speed is lowered until the bend's own jerk takes [`TWIST_SHARES`] of J, as the
+//! speed asked for needs; then the acceleration until the second term leaves [`LEFT_FOR_JERK`] of the rest;
+//! the jerk along the path gets what remains. On a circle T' and T'' are at right angles, so their terms add
+//! up as a root of squares; on a spline as they are. All three are fixed for the whole block.
 
 use super::{Arc, Curve, Path, Vector, limits::Peak, primary, size};
 use crate::{config::Limits, greatest, least, planner::Envelope, root::cube_root, square_root};
@@ -89,8 +91,8 @@ impl Asks {
     }
 }
 
-/// Of the whole circle, whatever part of it the arc is: so all parts of a circle have the same limits, and ramps may run from one
-/// into the next.
+/// Of the whole circle, whatever part of it the arc is: so all parts of a circle have the same limits, and
+/// ramps may run from one into the next.
 fn of_arc(path: &Path, arc: &Arc, excess: f64) -> [Ask; 4] {
     let rate = arc.rate();
     let ask = |slope: f64, radius: f64| Ask {

@@ -1,13 +1,15 @@
 //! The speed and acceleration that a curve allows.
 //!
-//! Going along a curve of curvature k at speed v takes an acceleration of `k v^2` towards the centre, at right angles to that
-//! along the path, so with a limit of A `a^2 + (k v^2)^2 <= A^2` must hold. The speed gets as much of A as it asks for, from half to
-//! nine tenths; the rest, by Pythagoras 0.87 to 0.44 of A, is left to gain and lose speed with. Both are fixed for the whole block, so
-//! that planning stays in closed form.
+//! Going along a curve of curvature k at speed v takes an acceleration of `k v^2` towards the centre, at
+//! right angles to that along the path, so with a limit of A `a^2 + (k v^2)^2 <= A^2` must hold. The speed
+//! gets as much of A as it asks for, from half to nine tenths; the rest, by Pythagoras 0.87 to 0.44 of A, is
+//! left to gain and lose speed with. Both are fixed for the whole block, so that planning stays in closed
+//! form.
 //!
-//! For linear kinematics a motor that turns m mm for a millimetre in the plane of the curve and d mm for the rise sees at most
-//! `(m + d) A`. What an arc asks of axes and motors is a sine of the angle, so its greatest value is known in closed form; splines, and
-//! machines that bend lines, are looked at in a bounded number of places, and what may hide between two of these is allowed for.
+//! For linear kinematics a motor that turns m mm for a millimetre in the plane of the curve and d mm for the
+//! rise sees at most `(m + d) A`. What an arc asks of axes and motors is a sine of the angle, so its greatest
+//! value is known in closed form; splines, and machines that bend lines, are looked at in a bounded number of
+//! places, and what may hide between two of these is allowed for.
 
 use units::{Actuator, MmPerSecond2, PerActuator, PerAxis};
 
@@ -41,7 +43,8 @@ struct Demand {
     curvature: f64,
 }
 
-/// The limits of a move along a curve; the speed asked for decides how much acceleration is kept for the bend.
+/// The limits of a move along a curve; the speed asked for decides how much acceleration is kept for the
+/// bend.
 pub(crate) fn envelope(
     config: &MotionConfig,
     path: &Path,
@@ -115,7 +118,8 @@ pub(crate) fn unit(path: &Path, s: f64) -> Vector {
     tangent.map(|part| part / length)
 }
 
-/// How much longer than one the tangent may be: where the end is a little off its circle, the way there is added.
+/// How much longer than one the tangent may be: where the end is a little off its circle, the way there is
+/// added.
 fn excess(path: &Path) -> f64 {
     let Curve::Arc(arc) = &path.curve else { return 1.0 };
     let ([ax, ay, az], [bx, by, bz]) = (arc.arm(), arc.ahead());
@@ -183,8 +187,8 @@ fn limit_by_lift(envelope: &mut Envelope, lifted: &Strain, limits: &Limits) {
     }
 }
 
-/// A motor turns m mm for a millimetre in the plane, d for the rise: `(m + d)` times the acceleration of the path at most. One that only
-/// makes the rise does not feel the bend.
+/// A motor turns m mm for a millimetre in the plane, d for the rise: `(m + d)` times the acceleration of the
+/// path at most. One that only makes the rise does not feel the bend.
 fn limit_by_motors(
     envelope: &mut Envelope,
     machine: &Skewed<'_>,
@@ -282,8 +286,8 @@ fn of_arc(machine: &Skewed<'_>, path: &Path, arc: &Arc) -> Demand {
     Demand { axes, motors, curvature: rate * rate * size(arc.arm()) }
 }
 
-/// Greatest size of a smooth function known at equal distances: between two places a parabola rises above both by an eighth of
-/// the second difference at most.
+/// Greatest size of a smooth function known at equal distances: between two places a parabola rises above
+/// both by an eighth of the second difference at most.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Peak {
     most: f64,
@@ -309,7 +313,8 @@ impl Peak {
     }
 }
 
-/// From places at equal distances. Also the strain, its clearance being the least one seen, and how much less may hide between two.
+/// From places at equal distances. Also the strain, its clearance being the least one seen, and how much less
+/// may hide between two.
 fn sampled(machine: &Skewed<'_>, path: &Path, length: f64, intervals: u32) -> (Demand, Strain, f64) {
     let kinematics = machine.kinematics;
     let mut axes = [Peak::default(); 3];
@@ -345,8 +350,8 @@ fn sampled(machine: &Skewed<'_>, path: &Path, length: f64, intervals: u32) -> (D
     (demand, Strain { slope, bend, clearance }, hidden)
 }
 
-/// For machines that bend lines. Near an edge slopes grow at most as one by the distance to it, bends as its square: by that what lies
-/// between two places may be worse than at them.
+/// For machines that bend lines. Near an edge slopes grow at most as one by the distance to it, bends as its
+/// square: by that what lies between two places may be worse than at them.
 fn strained(machine: &Skewed<'_>, path: &Path, length: f64) -> Result<(Demand, Strain), Refusal> {
     let turns = match &path.curve {
         Curve::Arc(arc) => arc.angle() / core::f64::consts::PI,

@@ -1,8 +1,9 @@
 //! The way of a block through space, exact at every place: a straight line, an arc or helix, a spline.
 //!
-//! A path is what every axis does for each millimetre (`direction`) plus a curve of X, Y and Z. So a helix is a circle and a
-//! direction that rises, an extruder goes along evenly with any curve, and what an end point is off its circle by is
-//! spread over the whole arc instead of being jumped. Distances are those along the curve, in mm of X, Y and Z.
+//! A path is what every axis does for each millimetre (`direction`) plus a curve of X, Y and Z. So a helix is
+//! a circle and a direction that rises, an extruder goes along evenly with any curve, and what an end point
+//! is off its circle by is spread over the whole arc instead of being jumped. Distances are those along the
+//! curve, in mm of X, Y and Z.
 
 mod arc;
 mod bounds;
@@ -88,7 +89,8 @@ impl Curve {
         }
     }
 
-    /// The change of [`Self::slope`] for each millimetre of path: towards the centre, and one by the radius in size.
+    /// The change of [`Self::slope`] for each millimetre of path: towards the centre, and one by the radius
+    /// in size.
     #[must_use]
     pub fn bend(&self, s: f64) -> [f64; 3] {
         match self {

@@ -1,4 +1,5 @@
-//! The curves of the blocks that wait, first in first out. Apart from the blocks, so that lines need no room for them.
+//! The curves of the blocks that wait, first in first out. Apart from the blocks, so that lines need no room
+//! for them.
 
 use super::Curve;
 

@@ -1,14 +1,16 @@
 //! A cubic of X, Y and Z, travelled at an even speed.
 //!
-//! The cubic is `P(u)` with u from 0 to 1. What is wanted is the place after s mm, so u must be known as a function of the distance. That
-//! has no closed form. It is a polynomial of degree six here, which has the right value, slope and bend at both ends (they follow
-//! from `du/ds = 1 / |P'|`) and the right value in the middle; a curve for which that is not good to [`EVEN_WITHIN`] is divided until it is
+//! The cubic is `P(u)` with u from 0 to 1. What is wanted is the place after s mm, so u must be known as a
+//! function of the distance. That has no closed form. It is a polynomial of degree six here, which has the
+//! right value, slope and bend at both ends (they follow from `du/ds = 1 / |P'|`) and the right value in the
+//! middle; a curve for which that is not good to [`EVEN_WITHIN`] is divided until it is
 //! ([`crate::geometry::Bezier`]). So a place costs some forty multiplications, always the same, and no root.
 
 use super::{Vector, dot, mix, size};
 use crate::{greatest, least, square_root};
 
-/// The distance travelled differs from that asked for by less than this, mm, and by less than [`EVEN_SHARE`] of the whole.
+/// The distance travelled differs from that asked for by less than this, mm, and by less than [`EVEN_SHARE`]
+/// of the whole.
 pub const EVEN_WITHIN: f64 = 2e-8;
 const EVEN_SHARE: f64 = 1e-6;
 /// A curve whose direction turns by more than a quarter within it is divided in any case.
@@ -27,8 +29,8 @@ pub struct Spline {
     length: f64,
 }
 
-/// Nodes and weights of Gauss's rule of eight points on -1 to 1, half of them: the others mirror these. (Abramowitz and Stegun,
-/// table 25.4.)
+/// Nodes and weights of Gauss's rule of eight points on -1 to 1, half of them: the others mirror these.
+/// (Abramowitz and Stegun, table 25.4.)
 const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
     (0.525_532_409_916_329, 0.313_706_645_877_887_3),

@@ -1,7 +1,7 @@
 //! What look-ahead knows of one move, and the limits that follow from its direction.
 //!
-//! All limits of a block are found here, once, when it is submitted: [`Envelope`] holds the greatest path speed and
-//! acceleration that no axis and no motor exceeds.
+//! All limits of a block are found here, once, when it is submitted: [`Envelope`] holds the greatest path
+//! speed and acceleration that no axis and no motor exceeds.
 
 use units::{Actuator, Axis, MmPerSecond2, PerActuator, PerAxis};
 
@@ -42,7 +42,8 @@ pub struct Block {
     pub(crate) entry_limit_sq: f64,
     /// Squared entry speed from which this block and all behind it can still brake in time, (mm/s)^2.
     pub(crate) entry_sq: f64,
-    /// Distance in mm from which on motors' ways are far from straight ([`crate::Kinematics::clearance`]); infinite where they are.
+    /// Distance in mm from which on motors' ways are far from straight ([`crate::Kinematics::clearance`]);
+    /// infinite where they are.
     pub(crate) clearance: f64,
     /// Power of a laser.
     pub power: f32,
@@ -144,7 +145,8 @@ fn root_of_squares(parts: &[f64]) -> f64 {
 }
 
 impl Envelope {
-    /// For a move by `delta` that turns the motors by `motors` (mm each). `None` when nothing moves enough to count.
+    /// For a move by `delta` that turns the motors by `motors` (mm each). `None` when nothing moves enough to
+    /// count.
     #[inline]
     pub fn new(delta: &PerAxis<f64>, motors: &PerActuator<f64>, limits: &Limits) -> Option<Self> {
         let moves = |part: &f64| libm::fabs(*part) >= SMALLEST;
@@ -172,7 +174,8 @@ impl Envelope {
             }
             return Some(envelope);
         }
-        // Where two motors work together one of them may just count although no axis does: that is no move of A, B or C.
+        // Where two motors work together one of them may just count although no axis does: that is no move of
+        // A, B or C.
         let auxiliary = |actuator: &Actuator| *actuator as usize >= Axis::PRIMARY.len();
         let mut moving = Actuator::ALL.into_iter().filter(|motor| auxiliary(motor) && moves(&motors[*motor]));
         let first = moving.next()?;
@@ -228,9 +231,9 @@ impl Envelope {
         }
     }
 
-    /// Limits a move whose motors do not run straight. The acceleration of a motor is its way's slope times the path's
-    /// acceleration plus its bend times the speed squared: the bend may take half of what the motor can do, the slope gets
-    /// what is left.
+    /// Limits a move whose motors do not run straight. The acceleration of a motor is its way's slope times
+    /// the path's acceleration plus its bend times the speed squared: the bend may take half of what the
+    /// motor can do, the slope gets what is left.
     pub fn limit_strain(&mut self, strain: &Strain, limits: &Limits) {
         self.clearance = strain.clearance;
         let own = |actuator: Actuator| limits.actuator_acceleration[actuator].map(MmPerSecond2::get);

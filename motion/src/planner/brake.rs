@@ -1,21 +1,25 @@
 //! Look-ahead with jerk: where each block must have slowed down, and to what.
 //!
-//! Ramps ([`crate::ramp`]) have an acceleration between their ends, so speeds at junctions do not say all. Instead each block knows
-//! its *anchor*: the junction ahead at which a ramp down has to end, with what speed, and how far that is. Without acceleration a
-//! speed v is safe at a distance S before the anchor with speed w if the ramp from v to w is no longer than S (or v is below w) and
-//! no junction between is passed too fast.
+//! Ramps ([`crate::ramp`]) have an acceleration between their ends, so speeds at junctions do not say all.
+//! Instead each block knows its *anchor*: the junction ahead at which a ramp down has to end, with what
+//! speed, and how far that is. Without acceleration a speed v is safe at a distance S before the anchor with
+//! speed w if the ramp from v to w is no longer than S (or v is below w) and no junction between is passed
+//! too fast.
 //!
-//! Going backwards, the anchor of a block is either its own end or the anchor of the next block, passing through the junction with
-//! whatever acceleration there is. Passing through is allowed where the path goes straight on, the limits of acceleration and jerk
-//! are the same on both sides, and the junction's own limit does not hold speed down already. How fast a ramp may pass a
-//! junction is bounded twice, either is enough: by the steepest ramp to the anchor ([`crate::ramp::Bounds::launch`]), or because it
-//! begins no faster than the junction allows (`top`).
+//! Going backwards, the anchor of a block is either its own end or the anchor of the next block, passing
+//! through the junction with whatever acceleration there is. Passing through is allowed where the path goes
+//! straight on, the limits of acceleration and jerk are the same on both sides, and the junction's own limit
+//! does not hold speed down already. How fast a ramp may pass a junction is bounded twice, either is enough:
+//! by the steepest ramp to the anchor ([`crate::ramp::Bounds::launch`]), or because it begins no faster than
+//! the junction allows (`top`).
 //!
-//! A block that is known keeps its anchor unless the new one allows as much speed: so a speed that was safe stays
-//! safe whatever is appended. An anchor's speed may still grow as more becomes known; a ramp to a somewhat higher speed may be
-//! longer, by 8.9 % at most (`D(v, v/3) / D(v, 0) = 4/3 sqrt(2/3)`, the greatest there is), which is kept in reserve until it cannot.
+//! A block that is known keeps its anchor unless the new one allows as much speed: so a speed that was safe
+//! stays safe whatever is appended. An anchor's speed may still grow as more becomes known; a ramp to a
+//! somewhat higher speed may be longer, by 8.9 % at most (`D(v, v/3) / D(v, 0) = 4/3 sqrt(2/3)`, the greatest
+//! there is), which is kept in reserve until it cannot.
 //!
-//! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps its anchor.
+//! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps
+//! its anchor.
 
 use super::{Block, Envelope, LookAhead, Planner};
 use crate::{config::Limits, greatest, least, ramp::Bounds, square_root};
@@ -24,11 +28,13 @@ use crate::{config::Limits, greatest, least, ramp::Bounds, square_root};
 const RESERVE: f64 = 1.09;
 /// Rounding of path lengths, mm.
 pub(crate) const ROUNDING: f64 = 1e-9;
-/// Speeds that differ by less are one: a ramp between them is far longer than their difference (it goes with its root).
+/// Speeds that differ by less are one: a ramp between them is far longer than their difference (it goes with
+/// its root).
 pub(crate) const SAME: f64 = 1.0 + 1e-9;
 /// Cosine of the greatest angle (26 degrees) at which a path counts as going on without a corner.
 const SMOOTH: f64 = 0.9;
-/// Shortest time in which the acceleration reaches its limit, seconds; stands in where no jerk limits an axis.
+/// Shortest time in which the acceleration reaches its limit, seconds; stands in where no jerk limits an
+/// axis.
 const SHORTEST_RISE: f64 = 0.000_5;
 
 /// A block's anchor. (Its entry speed by this is in [`Block::entry_sq`].)
@@ -135,8 +141,8 @@ impl Envelope {
         self.limit_jerk(jerk, &shares, limits);
     }
 
-    /// Sets the jerk. Acceleration and jerk are rounded down to steps of a fourth root of two, so that they stay the same from chord to
-    /// chord of a curve.
+    /// Sets the jerk. Acceleration and jerk are rounded down to steps of a fourth root of two, so that they
+    /// stay the same from chord to chord of a curve.
     ///
     /// `shares` is how much of a millimetre of path each of X Y Z moves at most.
     pub(crate) fn limit_jerk(&mut self, jerk: f64, shares: &[f64; 3], limits: &Limits) {
@@ -175,8 +181,8 @@ impl Planner {
         }
     }
 
-    /// The anchor of a block before `next`, or before the end of all that is known; and the greatest safe speed without
-    /// acceleration at its beginning, squared.
+    /// The anchor of a block before `next`, or before the end of all that is known; and the greatest safe
+    /// speed without acceleration at its beginning, squared.
     pub(crate) fn brake(&self, block: &Block, next: Option<&Block>) -> (Brake, f64) {
         let brake = match next {
             None => own_end(block, self.rest_sq, self.complete),
@@ -189,8 +195,8 @@ impl Planner {
         (brake, entry_sq_by(&brake, block))
     }
 
-    /// The anchor of the running block by what its path allows, whatever is asked for: as [`Self::brake`], from as far on as any way
-    /// from `speed` to rest reaches.
+    /// The anchor of the running block by what its path allows, whatever is asked for: as [`Self::brake`],
+    /// from as far on as any way from `speed` to rest reaches.
     pub(crate) fn hard_brake(&self, block: &Block, speed: f64) -> Brake {
         let (mut bounds, mut length, mut count) = (block.bounds(), block.length, 0);
         while let (true, Some(next)) = (length < bounds.length(speed, 0.0), self.ahead(count)) {
@@ -235,7 +241,8 @@ impl Planner {
             let is_new = count.wrapping_sub(self.planned) as i32 >= 0;
             let same = brake == block.brake() && entry_sq == block.entry_sq;
             let (brake, entry_sq) = match next {
-                // An anchor within the block was that of a block whose end might be taken; there is nothing to stop for.
+                // An anchor within the block was that of a block whose end might be taken; there is nothing
+                // to stop for.
                 Some(next) if entry_sq < block.entry_sq && block.brake().length < block.length - ROUNDING => {
                     let brake = own_end(block, next.entry_sq, self.complete || next.is_at_limit());
                     let entry_sq = entry_sq_by(&brake, block);

@@ -1,13 +1,14 @@
 //! Minimum cruise ratio: no short bursts of speed.
 //!
-//! Beside the plan with the whole acceleration a there is a second one, the cruise plan, with `a (1 - r)`, in squared speeds as
-//! well: going forwards, `forward^2 = min(limit, forward^2 before + gain)`, with the gain `2 a (1 - r) L`; going backwards,
-//! `entry^2 = min(forward^2, entry^2 of the next + gain)`. Where the cruise plan stops accelerating, its peak is
-//! `(entry^2 + entry^2 of the next + gain) / 2`. That is the greatest speed of the whole run up and down, which then takes the
-//! whole acceleration: of a way that it goes up and down without the cruise speed in between, the share r is left for cruising.
+//! Beside the plan with the whole acceleration a there is a second one, the cruise plan, with `a (1 - r)`, in
+//! squared speeds as well: going forwards, `forward^2 = min(limit, forward^2 before + gain)`, with the gain
+//! `2 a (1 - r) L`; going backwards, `entry^2 = min(forward^2, entry^2 of the next + gain)`. Where the cruise
+//! plan stops accelerating, its peak is `(entry^2 + entry^2 of the next + gain) / 2`. That is the greatest
+//! speed of the whole run up and down, which then takes the whole acceleration: of a way that it goes up and
+//! down without the cruise speed in between, the share r is left for cruising.
 //!
-//! Blocks that only speed up have the peak of those behind them, blocks that only slow down that of those before: known in constant time
-//! from the next block and, at release, from the one before.
+//! Blocks that only speed up have the peak of those behind them, blocks that only slow down that of those
+//! before: known in constant time from the next block and, at release, from the one before.
 
 use super::{Block, LookAhead, Planner};
 use crate::least;
@@ -58,7 +59,8 @@ impl Planner {
         self.gentle_share.is_some()
     }
 
-    /// Greatest squared speed of the run up or down that a released block is part of, as far as blocks that are still there tell.
+    /// Greatest squared speed of the run up or down that a released block is part of, as far as blocks that
+    /// are still there tell.
     pub(crate) fn cruise_peak_sq(&self, block: u32) -> Option<f64> {
         let so_far = (0..super::KEPT as u32).map_while(|n| self.released_block(block.wrapping_sub(n)));
         so_far.into_iter().find_map(|block| block.cruise_plan().peak_sq())

@@ -1,25 +1,27 @@
 //! The speed a corner allows: junction deviation, or a square corner velocity.
 //!
-//! Symbols: the unit directions p before and n after the corner, the deviation d, the acceleration a. A circle that
-//! touches both lines and passes the corner at distance d has radius `R = d s / (1 - s)` where s is the sine of half the
-//! angle between the lines: `s = sqrt((1 + p.n) / 2)`. Going round it at acceleration a gives `v^2 = a R`. (Derivation:
-//! S. K. Jeon, "Improving Grbl: Cornering Algorithm", 2011.) The path itself is not rounded: the corner is taken at
-//! this speed, as every firmware of this family does.
+//! Symbols: the unit directions p before and n after the corner, the deviation d, the acceleration a. A
+//! circle that touches both lines and passes the corner at distance d has radius `R = d s / (1 - s)` where s
+//! is the sine of half the angle between the lines: `s = sqrt((1 + p.n) / 2)`. Going round it at acceleration
+//! a gives `v^2 = a R`. (Derivation: S. K. Jeon, "Improving Grbl: Cornering Algorithm", 2011.) The path
+//! itself is not rounded: the corner is taken at this speed, as every firmware of this family does.
 //!
-//! A square corner velocity c (kept through a right angle at the default acceleration A) is the deviation
-//! `d = c^2 (sqrt(2) - 1) / A`, for Z too. There, moreover, the circle may touch a line no farther from the corner than the middle
-//! of either: `v^2 <= a L s / (2 sqrt(1 - s^2))`, where L is the length of the line and a its acceleration.
+//! A square corner velocity c (kept through a right angle at the default acceleration A) is the deviation `d
+//! = c^2 (sqrt(2) - 1) / A`, for Z too. There, moreover, the circle may touch a line no farther from the
+//! corner than the middle of either: `v^2 <= a L s / (2 sqrt(1 - s^2))`, where L is the length of the line
+//! and a its acceleration.
 
 use crate::{config::Limits, greatest, least, root::cube_root, square_root};
 
 /// Cosine beyond which two directions count as opposite or as straight on.
 const NEARLY_STRAIGHT: f64 = 0.999_9;
-/// A curve may always be entered as if its bend began within so much of it, mm: without a junction deviation it would be a stop.
+/// A curve may always be entered as if its bend began within so much of it, mm: without a junction deviation
+/// it would be a stop.
 const LEAST_DEVIATION: f64 = 1e-3;
 
-/// Greatest squared speed through the corner, (mm/s)^2, before the cruise speeds of both blocks are considered.
-/// `before` and `after` are unit directions of X Y Z, or `None` where only auxiliary axes move; `gain_sq` is the lesser of both lines'
-/// length times acceleration.
+/// Greatest squared speed through the corner, (mm/s)^2, before the cruise speeds of both blocks are
+/// considered. `before` and `after` are unit directions of X Y Z, or `None` where only auxiliary axes move;
+/// `gain_sq` is the lesser of both lines' length times acceleration.
 pub(crate) fn corner_sq(
     before: Option<[f64; 3]>,
     after: Option<[f64; 3]>,
@@ -57,11 +59,13 @@ fn square_deviation(square: f64, limits: &Limits) -> f64 {
     square * square * (core::f64::consts::SQRT_2 - 1.0) / limits.acceleration.get()
 }
 
-/// Greatest squared speed at a place where the bend changes at once, as between a line and an arc, (mm/s)^2: infinite without jerk.
+/// Greatest squared speed at a place where the bend changes at once, as between a line and an arc, (mm/s)^2:
+/// infinite without jerk.
 ///
-/// There the acceleration jumps by `v^2` times the change. A path whose bend changed evenly instead, within the time T that the jerk J
-/// needs, would be `v T` long and stand off by `a T^2 / 24` (the shift of a clothoid; a is the jump of the acceleration). With `T = a / J`
-/// that is no more than the junction deviation d if `a^3 <= 24 d J^2`. As in a sharp corner, the path itself is not changed.
+/// There the acceleration jumps by `v^2` times the change. A path whose bend changed evenly instead, within
+/// the time T that the jerk J needs, would be `v T` long and stand off by `a T^2 / 24` (the shift of a
+/// clothoid; a is the jump of the acceleration). With `T = a / J` that is no more than the junction deviation
+/// d if `a^3 <= 24 d J^2`. As in a sharp corner, the path itself is not changed.
 pub(crate) fn jump_sq(before: [f32; 3], after: [f64; 3], limits: &Limits) -> f64 {
     if !limits.has_jerk() {
         return f64::INFINITY;

@@ -1,13 +1,14 @@
 //! Look-ahead: a queue of blocks and the speed at each junction.
 //!
-//! The plan must always be able to stop at the end of the last block known. Going backwards, a block may be entered at
-//! most with `entry^2 = min(limit, next entry^2 + 2 a L)`. That value only ever grows as more blocks become known, so
-//! the reverse pass over new blocks ends at the first old block whose value does not change: everything before it
-//! stands. Going forwards needs no pass at all: when a block is released its entry speed is final, so its exit is the lesser
-//! of the next block's planned entry and what it can reach by accelerating.
+//! The plan must always be able to stop at the end of the last block known. Going backwards, a block may be
+//! entered at most with `entry^2 = min(limit, next entry^2 + 2 a L)`. That value only ever grows as more
+//! blocks become known, so the reverse pass over new blocks ends at the first old block whose value does not
+//! change: everything before it stands. Going forwards needs no pass at all: when a block is released its
+//! entry speed is final, so its exit is the lesser of the next block's planned entry and what it can reach by
+//! accelerating.
 //!
-//! Cost: `push` and `release` are constant; `plan` visits each block at most once,
-//! and in practice those within one braking distance. No pass needs a square root: speeds are squared throughout.
+//! Cost: `push` and `release` are constant; `plan` visits each block at most once, and in practice those
+//! within one braking distance. No pass needs a square root: speeds are squared throughout.
 
 mod block;
 mod brake;
@@ -27,8 +28,8 @@ pub const CAPACITY: usize = 256;
 /// Released blocks that stay in the ring behind those that wait, where trajectory may be taken back.
 pub(crate) const KEPT: usize = 32;
 
-/// The place of the blocks that wait. About 44 KiB, all zero at the start, looked at for every piece of the trajectory: a board gives
-/// it its fastest memory.
+/// The place of the blocks that wait. About 44 KiB, all zero at the start, looked at for every piece of the
+/// trajectory: a board gives it its fastest memory.
 #[derive(Debug)]
 pub struct BlockRing([Block; CAPACITY]);
 
@@ -58,13 +59,13 @@ pub struct Planner {
     end: u32,
     /// Blocks before this one have been through a reverse pass.
     planned: u32,
-    /// Newest block whose entry speed is as high as its corner allows: no block to come can change its entry, nor any
-    /// before it.
+    /// Newest block whose entry speed is as high as its corner allows: no block to come can change its entry,
+    /// nor any before it.
     settled: u32,
     /// Squared speed with which the last block ends: that of a standstill.
     rest_sq: f64,
-    /// How much of the last block the rounding of a corner behind it may yet take, mm. Its entry speed is planned without that, so that
-    /// it can only grow.
+    /// How much of the last block the rounding of a corner behind it may yet take, mm. Its entry speed is
+    /// planned without that, so that it can only grow.
     reserve: f64,
     /// Nothing will be appended soon: the last block's end is where the path ends.
     complete: bool,
@@ -134,8 +135,8 @@ impl Planner {
         if self.is_empty() { None } else { Some(self.block(self.first)) }
     }
 
-    /// Appends a block whose corner is known. `cruise_before` is the cruise speed of the block before it, zero when it starts
-    /// from rest. False when full.
+    /// Appends a block whose corner is known. `cruise_before` is the cruise speed of the block before it,
+    /// zero when it starts from rest. False when full.
     pub(crate) fn push(&mut self, block: Block, cruise_before: f64, rest: f64, overrides: &Overrides) -> bool {
         if self.len() >= CAPACITY {
             return false;
@@ -215,7 +216,8 @@ impl Planner {
         self.settled.wrapping_sub(self.first) as i32 > 0
     }
 
-    /// Recomputes every junction for changed overrides. `cruise_before` belongs to the block that is being executed.
+    /// Recomputes every junction for changed overrides. `cruise_before` belongs to the block that is being
+    /// executed.
     pub(crate) fn replan(&mut self, cruise_before: f64, overrides: &Overrides) {
         self.overrides = *overrides;
         let mut before = cruise_before;
@@ -248,7 +250,8 @@ impl Planner {
         Some(block)
     }
 
-    /// A block that was released and can be taken back: nothing has taken its place, and what followed it is still to follow.
+    /// A block that was released and can be taken back: nothing has taken its place, and what followed it is
+    /// still to follow.
     pub(crate) fn released_block(&self, count: u32) -> Option<&Block> {
         let is_kept = count.wrapping_sub(self.kept) as i32 >= 0 && (self.end.wrapping_sub(count) as usize) <= CAPACITY;
         let is_released = (self.first.wrapping_sub(count) as i32) > 0;
@@ -345,7 +348,8 @@ mod tests {
 
         #[test]
         fn no_entry_speed_could_be_higher(blocks in blocks()) {
-            // The plan is optimal: each entry meets the corner, a cruise speed, or the braking distance exactly.
+            // The plan is optimal: each entry meets the corner, a cruise speed, or the braking distance
+            // exactly.
             let planner = filled(&blocks, |_| true);
             for (index, block) in blocks.iter().enumerate() {
                 let planned = planner.block(index as u32);

@@ -1,4 +1,5 @@
-//! Holds, stops and overrides while filters run behind: how soon they are felt, and that nothing else changes.
+//! Holds, stops and overrides while filters run behind: how soon they are felt, and that nothing else
+//! changes.
 
 use std::vec::Vec;
 
@@ -154,8 +155,8 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Speed, acceleration and jerk along the path go on and stay within their limits, and so do those of X, Y and Z, whose filters
-/// only average.
+/// Speed, acceleration and jerk along the path go on and stay within their limits, and so do those of X, Y
+/// and Z, whose filters only average.
 fn keeps_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     let limits = config.limits;
     let pieces = &rig.access.pieces;
@@ -205,9 +206,11 @@ fn keeps_time(rig: &Rig, config: MotionConfig, sane: bool) -> Result<(), TestCas
     within_filtered_goal(&error)
 }
 
-/// The output goes on where trajectory was taken back: X, Y and Z as if it had never been, extruders with their corrections.
+/// The output goes on where trajectory was taken back: X, Y and Z as if it had never been, extruders with
+/// their corrections.
 fn goes_on(ideal: &Ideal) -> Result<(), TestCaseError> {
-    // Places only: filters put knots, and so these moments, where speeds may jump anyway. Edges tell of speeds.
+    // Places only: filters put knots, and so these moments, where speeds may jump anyway. Edges tell of
+    // speeds.
     for (at, place, _) in ideal.jumps() {
         for axis in Axis::ALL {
             prop_assert!(place[axis].abs() < 1e-7, "{axis:?} jumps by {} mm at {at} ns", place[axis]);
@@ -322,7 +325,8 @@ impl Twins {
         if self.held.access.motion.counters().lumped > 0 {
             return Some("pieces so short that they are not remembered one by one");
         }
-        // Without anything taken back the change comes at the head of the trajectory, two milliseconds ahead at most.
+        // Without anything taken back the change comes at the head of the trajectory, two milliseconds ahead
+        // at most.
         let taken = self.held.access.motion.last_taken_back().map(|taken| taken.from.to_num::<f64>() * 5.0);
         let (since, soon) = taken.map_or((self.asked, 2.03e6), |from| (from, 5e4));
         let Some(after) = first_different(&held, &calm, since).filter(|after| *after < soon) else {
@@ -347,7 +351,8 @@ proptest! {
         prop_assume!(config.filters.latency() > 0.0);
         let twins = Twins::new(config, &moves, before, stop);
         let delay = twins.delay(config);
-        // It is looked for every 20 us. What a window of an extruder alone first takes in of a change is too little to see.
+        // It is looked for every 20 us. What a window of an extruder alone first takes in of a change is too
+        // little to see.
         let seen = if twins.moves(config, &Axis::PRIMARY) { 2.05 } else { 3.0 };
         if delay > seen && twins.moves(config, &Axis::ALL) {
             prop_assert!(twins.excuse(config).is_some(), "felt after {delay} ms of {} ms", config.filters.latency() * 1e3);

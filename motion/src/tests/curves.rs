@@ -165,7 +165,8 @@ fn checked(config: MotionConfig, start: PerAxis<f64>, moves: &[Move]) -> Result<
     Ok(error)
 }
 
-/// A turn of a motor makes its crossing of a step uncertain: a few edges of many may be off by more than the grid.
+/// A turn of a motor makes its crossing of a step uncertain: a few edges of many may be off by more than the
+/// grid.
 fn within_curved_goal(error: &StepError) -> Result<(), TestCaseError> {
     within_filtered_goal(error)
 }

@@ -1,4 +1,5 @@
-//! Jerk-limited motion: limits and continuity over random programs, holds, overrides and stops anywhere, and what it costs in time.
+//! Jerk-limited motion: limits and continuity over random programs, holds, overrides and stops anywhere, and
+//! what it costs in time.
 
 use std::vec::Vec;
 
@@ -242,7 +243,8 @@ proptest! {
     #[test]
     fn every_edge_is_where_the_reference_puts_it(moves in program(), config in machines()) {
         let rig = run(config, &moves);
-        // Near a rest, where the speed grows with the square of time, the rounding of knots is more than elsewhere.
+        // Near a rest, where the speed grows with the square of time, the rounding of knots is more than
+        // elsewhere.
         let error = step_error(&rig, config)?;
         prop_assert!(error.max < 1_000.0 && error.rms() < 25.0, "{error:?}, rms {}", error.rms());
     }
@@ -278,7 +280,8 @@ fn a_curve_of_short_chords_is_nearly_as_fast_as_with_trapezoids() {
     }
 }
 
-/// When the motion first is slower than it would have been, after the call, seconds; undisturbed pieces for comparison.
+/// When the motion first is slower than it would have been, after the call, seconds; undisturbed pieces for
+/// comparison.
 fn first_slower(disturbed: &Rig, calm: &Rig, asked: f64) -> f64 {
     let speed = |rig: &Rig, at: f64| {
         let pieces = &rig.access.pieces;
@@ -298,7 +301,8 @@ proptest! {
 
     #[test]
     fn a_hold_is_felt_within_two_milliseconds(before in 20_u32..500, queue_size in 20_usize..64, stop in any::<bool>()) {
-        // From a long way up and along. Where the acceleration falls already, as fast as the jerk allows, nothing is left to do.
+        // From a long way up and along. Where the acceleration falls already, as fast as the jerk allows,
+        // nothing is left to do.
         let config = MotionConfig { queue_size, ..plain() };
         let begin = || {
             let mut rig = Rig::new(config);

@@ -63,9 +63,9 @@ pub fn step_error(rig: &Rig, config: MotionConfig) -> Result<StepError, TestCase
     Ok(error)
 }
 
-/// The goal is 1 us at most and 100 ns RMS. Rounding to ticks of 5 ns alone gives 2.5 ns at most and 1.44 ns RMS, and nothing else
-/// should be seen but the 2 ns a series of steps may be off and, rarely, a step right after a turn: its direction pin changes 100 ns after
-/// the last step and 100 ns before the next.
+/// The goal is 1 us at most and 100 ns RMS. Rounding to ticks of 5 ns alone gives 2.5 ns at most and 1.44 ns
+/// RMS, and nothing else should be seen but the 2 ns a series of steps may be off and, rarely, a step right
+/// after a turn: its direction pin changes 100 ns after the last step and 100 ns before the next.
 pub fn within_goal(error: &StepError) -> Result<(), TestCaseError> {
     prop_assert!(
         error.max < 210.0 && error.rms() < 3.0 + 210.0 / (error.edges as f64).sqrt(),

@@ -1,4 +1,5 @@
-//! Levelling and skew, from submitted moves to played events: edges against the reference, motors within their limits.
+//! Levelling and skew, from submitted moves to played events: edges against the reference, motors within
+//! their limits.
 
 use std::vec::Vec;
 

@@ -1,8 +1,8 @@
-//! Speed, acceleration and jerk of the trajectory against the limits, everywhere within blocks: lines, arcs in every plane, helices,
-//! splines, rounded corners; trapezoids and S-curves; whatever happens on the way.
+//! Speed, acceleration and jerk of the trajectory against the limits, everywhere within blocks: lines, arcs
+//! in every plane, helices, splines, rounded corners; trapezoids and S-curves; whatever happens on the way.
 //!
-//! The trajectory is looked at from outside: place and slope of the path are taken as they are, acceleration and jerk are differences
-//! of velocities and accelerations over a fraction of a microsecond.
+//! The trajectory is looked at from outside: place and slope of the path are taken as they are, acceleration
+//! and jerk are differences of velocities and accelerations over a fraction of a microsecond.
 
 use std::vec::Vec;
 
@@ -86,8 +86,8 @@ fn moment(piece: &Piece, t: f64, config: &MotionConfig) -> Result<(), TestCaseEr
     Ok(())
 }
 
-/// Where the path goes straight on, speed does; with jerk the acceleration along it does, and that across it jumps by no more than
-/// the junction deviation allows.
+/// Where the path goes straight on, speed does; with jerk the acceleration along it does, and that across it
+/// jumps by no more than the junction deviation allows.
 fn junction(before: &Piece, t: f64, after: &Piece, limits: &Limits) -> Result<(), TestCaseError> {
     prop_assert!((before.speed_at(t) - after.speed).abs() < 1e-4, "speed jumps from {before:?} after {t} to {after:?}");
     let units = [velocity(before, t), velocity(after, 0.0)].map(|v| v.map(|part| part / size(v)));

@@ -1,7 +1,7 @@
 //! Job time against the least that the limits allow, and the rules of corners: trapezoids.
 //!
-//! The optimum is found by a slow method of its own: the squared speed over the whole path at once, on a fine grid, lowered until no
-//! step of it needs more than the acceleration, forwards and backwards.
+//! The optimum is found by a slow method of its own: the squared speed over the whole path at once, on a fine
+//! grid, lowered until no step of it needs more than the acceleration, forwards and backwards.
 
 use std::vec::Vec;
 
@@ -199,7 +199,8 @@ fn layers_of_a_real_part_take_their_least_time() {
 
 #[test]
 fn zigzags_are_calmed_as_a_whole() {
-    // Up and down over many short blocks that go straight on: the peak is that of the whole way, and most of it is cruised.
+    // Up and down over many short blocks that go straight on: the peak is that of the whole way, and most of
+    // it is cruised.
     let mut config = deep();
     config.limits.cruise_ratio = 0.5;
     let moves: Vec<Move> =

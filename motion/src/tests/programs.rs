@@ -1,4 +1,5 @@
-//! Random programs of lines, arcs, helices and splines, and a machine without motors that runs through their trajectory.
+//! Random programs of lines, arcs, helices and splines, and a machine without motors that runs through their
+//! trajectory.
 
 use std::{boxed::Box, vec::Vec};
 
@@ -33,7 +34,8 @@ pub enum Shape {
     Line,
     /// With the size as radius: by this angle to the left, in one block or so many, with more turns.
     Arc(f64, u32, u32),
-    /// Lengths of the handles at the beginning and the end, and the turn between, in sizes and rad; as long as the size.
+    /// Lengths of the handles at the beginning and the end, and the turn between, in sizes and rad; as long
+    /// as the size.
     Spline(f64, f64, f64),
 }
 

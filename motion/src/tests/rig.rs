@@ -1,4 +1,5 @@
-//! A machine on the desk: motion, feed and queue, an interrupt that plays events exactly when due, and a record.
+//! A machine on the desk: motion, feed and queue, an interrupt that plays events exactly when due, and a
+//! record.
 
 use std::{boxed::Box, vec::Vec};
 

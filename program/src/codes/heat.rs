@@ -1,5 +1,5 @@
-//! Heaters and switches. The codes that set and switch them are those that the configuration gives them; the rows below say how
-//! such codes are read, and what stands in the samples.
+//! Heaters and switches. The codes that set and switch them are those that the configuration gives them; the
+//! rows below say how such codes are read, and what stands in the samples.
 
 use gcode::Code;
 

@@ -1,7 +1,8 @@
-//! The table of codes: what each is called, which words it takes, when it may run, what it waits for, who does it.
+//! The table of codes: what each is called, which words it takes, when it may run, what it waits for, who
+//! does it.
 //!
-//! Everything that must know which codes there are asks here: dispatch, `help`, the documentation, the tests that look whether
-//! each has one. To add a code, add its row to the topic it belongs to.
+//! Everything that must know which codes there are asks here: dispatch, `help`, the documentation, the tests
+//! that look whether each has one. To add a code, add its row to the topic it belongs to.
 
 mod extruder;
 mod files;

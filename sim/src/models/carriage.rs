@@ -3,8 +3,8 @@
 /// Positions of one full step that a driver distinguishes.
 const MICROPOSITIONS: f64 = 256.0;
 
-/// Position between two hard stops. Steps are counted, so that no rounding adds up over a long job. A motor that
-/// pushes against a stop slips: the travel is lost, and added up.
+/// Position between two hard stops. Steps are counted, so that no rounding adds up over a long job. A motor
+/// that pushes against a stop slips: the travel is lost, and added up.
 #[derive(Clone, Debug)]
 pub struct Carriage {
     mm_per_full_step: f64,

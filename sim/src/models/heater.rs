@@ -1,7 +1,8 @@
 //! A heated body with a sensor: lumped heat capacity, loss to the air, a fan, and a sensor that lags.
 //!
-//! C dT/dt = P - (k + fan k_fan)(T - T_air), and tau dT_s/dt = T - T_s. Explicit Euler in fixed steps far below either
-//! time constant (1 ms against seconds), so the result depends only on the inputs and never on how often it is asked.
+//! C dT/dt = P - (k + fan k_fan)(T - T_air), and tau dT_s/dt = T - T_s. Explicit Euler in fixed steps far
+//! below either time constant (1 ms against seconds), so the result depends only on the inputs and never on
+//! how often it is asked.
 
 /// Constants of one heated body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +43,8 @@ impl Heater {
         Self { plant, body_c: air_c, sensor_c: air_c }
     }
 
-    /// Lets `seconds` pass (a few milliseconds at most) with this share of nominal power, fan duty and air temperature.
+    /// Lets `seconds` pass (a few milliseconds at most) with this share of nominal power, fan duty and air
+    /// temperature.
     pub fn pass(&mut self, seconds: f64, power_share: f64, fan_duty: f64, air_c: f64) {
         let plant = &self.plant;
         let loss = (plant.loss_w_per_k + fan_duty * plant.fan_loss_w_per_k) * (self.body_c - air_c);

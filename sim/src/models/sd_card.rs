@@ -1,14 +1,15 @@
 //! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
 //!
-//! Source: SD Physical Layer Simplified Specification 6.00. A high-capacity card (block addresses), version 2.00 and
-//! later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: write protection, locking and the SPI mode; a
-//! switch to other functions than high speed; erase timing.
+//! Source: SD Physical Layer Simplified Specification 6.00. A high-capacity card (block addresses), version
+//! 2.00 and later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: write protection, locking and
+//! the SPI mode; a switch to other functions than high speed; erase timing.
 
 /// Bytes of a block.
 pub const BLOCK: usize = 512;
 /// The address the card proposes for itself.
 const ADDRESS: u16 = 0x5A51;
-/// Time the card programs after a block was written, and after each further one. Cards differ; 300 us is usual.
+/// Time the card programs after a block was written, and after each further one. Cards differ; 300 us is
+/// usual.
 const PROGRAMMING_NS: u64 = 300_000;
 /// ACMD41 shows the card busy for this long after the first one.
 const POWER_UP_NS: u64 = 2_000_000;
@@ -326,8 +327,8 @@ impl SdCard {
         }
     }
 
-    /// The block that [`Self::read`] gave is on the bus with its checksum. Until then the card is in its data state, and
-    /// a transfer can be stopped.
+    /// The block that [`Self::read`] gave is on the bus with its checksum. Until then the card is in its data
+    /// state, and a transfer can be stopped.
     pub fn block_sent(&mut self) {
         if self.state != State::Data {
             return;

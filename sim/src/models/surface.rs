@@ -68,8 +68,8 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// How far the tip is from the nearest thing it can touch, with the tool here, millimetres: zero or less when it touches.
-    /// Away from bed and blocks this is not the distance along any way, only above zero.
+    /// How far the tip is from the nearest thing it can touch, with the tool here, millimetres: zero or less
+    /// when it touches. Away from bed and blocks this is not the distance along any way, only above zero.
     #[must_use]
     pub fn gap(&self, tool_mm: [f64; 3]) -> f64 {
         let tip: [f64; 3] = std::array::from_fn(|axis| tool_mm[axis] + self.tip_mm[axis]);

@@ -1,12 +1,13 @@
 //! TMC2590 and TMC2660 stepper drivers in STEP/DIR mode, as their SPI and logic pins show them.
 //!
-//! Sources: TMC2590 datasheet V1.0 (2019-02-22) and TMC2660 datasheet rev. 1.05 (2016-07-14); the register chapters
-//! are numbered alike in both ("SPI interface", one section per register). The two chips share the register layout;
-//! they differ in current scale, in the fourth read-back format and in the DRVCONF bits below bit 4, which the TMC2660
-//! ignores.
+//! Sources: TMC2590 datasheet V1.0 (2019-02-22) and TMC2660 datasheet rev. 1.05 (2016-07-14); the register
+//! chapters are numbered alike in both ("SPI interface", one section per register). The two chips share the
+//! register layout; they differ in current scale, in the fourth read-back format and in the DRVCONF bits
+//! below bit 4, which the TMC2660 ignores.
 //!
-//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time, CoolStep's
-//! regulation (the read-back current is the set one), and StallGuard beyond a load the world gives.
+//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time,
+//! CoolStep's regulation (the read-back current is the set one), and StallGuard beyond a load the world
+//! gives.
 
 /// Which chip is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +19,8 @@ pub enum Chip {
 }
 
 impl Chip {
-    /// Full-scale voltage across the sense resistor, by VSENSE. TMC2590 datasheet, "Sense resistor": 0.325 V and
-    /// 0.173 V typical; TMC2660: 0.310 V and 0.165 V.
+    /// Full-scale voltage across the sense resistor, by VSENSE. TMC2590 datasheet, "Sense resistor": 0.325 V
+    /// and 0.173 V typical; TMC2660: 0.310 V and 0.165 V.
     #[must_use]
     pub const fn full_scale_volts(self, high_sensitivity: bool) -> f64 {
         match (self, high_sensitivity) {
@@ -96,7 +97,8 @@ pub struct Tmc26x {
     words: Vec<u32>,
 }
 
-/// Standstill is shown 2^20 clocks after the last step ("STST"); the internal oscillator runs at 15 MHz typical.
+/// Standstill is shown 2^20 clocks after the last step ("STST"); the internal oscillator runs at 15 MHz
+/// typical.
 const STANDSTILL_NS: u64 = (1 << 20) * 1_000 / 15;
 /// Overtemperature thresholds in degrees Celsius ("OTPW", "OT"; OTSENS = 0).
 const PREWARNING_C: i32 = 100;
@@ -134,8 +136,8 @@ impl Tmc26x {
         self.chip
     }
 
-    /// One SPI frame (chip select low to high): takes the 20 bits written, gives the 20 bits shifted out meanwhile.
-    /// Those are the status as chip select fell, in the format that earlier frames chose.
+    /// One SPI frame (chip select low to high): takes the 20 bits written, gives the 20 bits shifted out
+    /// meanwhile. Those are the status as chip select fell, in the format that earlier frames chose.
     pub fn transfer(&mut self, now_ns: u64, frame: u32) -> u32 {
         let shifted_out = self.status(now_ns);
         self.write(frame);
@@ -147,8 +149,8 @@ impl Tmc26x {
         self.condition.silent || self.supply_volts < self.lockout_volts()
     }
 
-    /// Below this supply the logic resets and registers are lost: 6.5 V typical; on a TMC2590 7 V, and 3.8 V with EN_PFD
-    /// ("Detector Levels").
+    /// Below this supply the logic resets and registers are lost: 6.5 V typical; on a TMC2590 7 V, and 3.8 V
+    /// with EN_PFD ("Detector Levels").
     const fn lockout_volts(&self) -> f64 {
         match self.chip {
             Chip::Tmc2590 if self.registers.drvconf & (1 << 1) != 0 => 3.8,
@@ -176,8 +178,8 @@ impl Tmc26x {
         &self.words
     }
 
-    /// Chip select rose after these 20 bits, decoded by the leading ones ("Register set": 00 DRVCTRL, 100 CHOPCONF, 101
-    /// SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
+    /// Chip select rose after these 20 bits, decoded by the leading ones ("Register set": 00 DRVCTRL, 100
+    /// CHOPCONF, 101 SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
     pub fn write(&mut self, frame: u32) {
         if self.mute() {
             return;
@@ -283,8 +285,9 @@ impl Tmc26x {
         }
     }
 
-    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep counter moves, in
-    /// 1/256 full step: up with DIR low, down with DIR high ("Microstep Table"); `None` when the chip ignores the edge.
+    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep
+    /// counter moves, in 1/256 full step: up with DIR low, down with DIR high ("Microstep Table"); `None`
+    /// when the chip ignores the edge.
     pub fn step_edge(&mut self, now_ns: u64, rising: bool, dir_high: bool) -> Option<i32> {
         if self.spi_mode() || self.supply_volts < self.lockout_volts() || !(rising || self.double_edge()) {
             return None;
@@ -311,7 +314,8 @@ impl Tmc26x {
         if self.off_time() == 0 || self.enn_high {
             return;
         }
-        // High side: off with DIS_S2G, DRVCONF bit 10. Low side: on with EN_S2VS, bit 0 of a TMC2590; a TMC2660 has none.
+        // High side: off with DIS_S2G, DRVCONF bit 10. Low side: on with EN_S2VS, bit 0 of a TMC2590; a
+        // TMC2660 has none.
         let watches_ground = self.registers.drvconf & (1 << 10) == 0;
         let watches_supply = self.chip == Chip::Tmc2590 && self.registers.drvconf & 1 != 0;
         for coil in 0..2 {
@@ -320,8 +324,8 @@ impl Tmc26x {
         }
     }
 
-    /// Chip select fell: the 20-bit reply ("Read response"), ten bits chosen by RDSEL (DRVCONF bits 5..4), ten status
-    /// bits.
+    /// Chip select fell: the 20-bit reply ("Read response"), ten bits chosen by RDSEL (DRVCONF bits 5..4),
+    /// ten status bits.
     pub fn status(&mut self, now_ns: u64) -> u32 {
         if self.mute() {
             return FRAME_MASK;

@@ -51,7 +51,8 @@ fn distances(error: StepError) -> String {
     object(&[("max", number(error.max_ns, 1)), ("rms", number(error.rms_ns, 2))])
 }
 
-/// A summary that [`render`] wrote, with the result of a verification that came later; `None` when it is not such a text.
+/// A summary that [`render`] wrote, with the result of a verification that came later; `None` when it is not
+/// such a text.
 pub(super) fn with_verification(text: &str, result: &Result<StepError, String>) -> Option<String> {
     let member = format!("  {}: ", string(STEP_ERROR));
     let mut members: Vec<String> =

@@ -24,8 +24,8 @@ impl ErrorType for Bus {
 }
 
 impl Bus {
-    /// One frame of 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590 datasheet, "SPI
-    /// interface").
+    /// One frame of 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
+    /// datasheet, "SPI interface").
     fn frame(&self, bytes: &mut [u8]) {
         let word = bytes.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) & 0xF_FFFF;
         let now_ns = self.shared.now_ns.get();

@@ -1,6 +1,8 @@
-//! A job's ideal motion as curves to look at: speed, acceleration and jerk over time, and the sharpest corners.
+//! A job's ideal motion as curves to look at: speed, acceleration and jerk over time, and the sharpest
+//! corners.
 //!
-//! Everything is sampled from the oracle's trajectory, after the filters: what the tool does, not what was asked for.
+//! Everything is sampled from the oracle's trajectory, after the filters: what the tool does, not what was
+//! asked for.
 
 use motion::oracle::Ideal;
 use motion::trajectory::Piece;
@@ -32,7 +34,8 @@ pub struct Curves {
     pub speed: Vec<f64>,
     /// Size of the acceleration, mm/s^2: mean over a sample.
     pub acceleration: Vec<f64>,
-    /// Size of the jerk, mm/s^3: mean over a sample. Where the acceleration jumps it is as large as the samples are close.
+    /// Size of the jerk, mm/s^3: mean over a sample. Where the acceleration jumps it is as large as the
+    /// samples are close.
     pub jerk: Vec<f64>,
     /// Distance of the samples, seconds.
     pub period: f64,

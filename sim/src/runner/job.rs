@@ -45,8 +45,8 @@ struct Played {
 /// Runs a job and writes its files. `progress` hears the share done, 0 to 1, as it grows.
 ///
 /// # Errors
-/// When files cannot be read or written, or a fault names something the machine does not have. How the job itself went is
-/// in the [`Outcome`].
+/// When files cannot be read or written, or a fault names something the machine does not have. How the job
+/// itself went is in the [`Outcome`].
 pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> {
     let fail = |error: io::Error| format!("{}: {error}", job.out.display());
     let text = fs::read(&job.gcode).map_err(|error| format!("{}: {error}", job.gcode.display()))?;
@@ -70,9 +70,9 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
     Ok(outcome)
 }
 
-/// Compares step edges that another board made of a job with the job's ideal motion. `edges` gives them anew for each try: a
-/// board may have begun to brake at a switch a segment sooner or later than the native runner ([`FeedPhase`]), and which, only the
-/// comparison tells.
+/// Compares step edges that another board made of a job with the job's ideal motion. `edges` gives them anew
+/// for each try: a board may have begun to brake at a switch a segment sooner or later than the native runner
+/// ([`FeedPhase`]), and which, only the comparison tells.
 ///
 /// # Errors
 /// As [`plan`], and the place where the board did something else than any plan has.
@@ -176,7 +176,8 @@ impl Played {
         Ok(Self { runner: Runner::new(&setup)?, session: Session::new(FILE, Opening::AtOnce), errors: Vec::new() })
     }
 
-    /// Has the job played to its end; `each` sees the machine after each slot, and what it has said, and says whether to go on.
+    /// Has the job played to its end; `each` sees the machine after each slot, and what it has said, and says
+    /// whether to go on.
     fn play(
         &mut self,
         until_ns: Option<u64>,

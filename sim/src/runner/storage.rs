@@ -1,5 +1,6 @@
-//! A folder of the host as the machine's card. Names and errors are those of the board's card (crate `storage`): the same
-//! without regard to case, legal as on FAT, and nothing is done to a file that is open. Short names it has none.
+//! A folder of the host as the machine's card. Names and errors are those of the board's card (crate
+//! `storage`): the same without regard to case, legal as on FAT, and nothing is done to a file that is open.
+//! Short names it has none.
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -73,7 +74,8 @@ impl Card {
         if first.eq_ignore_ascii_case("sd") { Ok(rest.trim_end_matches('/')) } else { Err(StorageError::NotFound) }
     }
 
-    /// The host's path of something on the card, but not of what is in `moved`; nothing outside the folder can be named.
+    /// The host's path of something on the card, but not of what is in `moved`; nothing outside the folder
+    /// can be named.
     fn place(&self, inside: &str, moved: Option<&Path>) -> Result<PathBuf, StorageError> {
         let mut place = self.root.clone();
         for part in inside.split('/').filter(|part| !part.is_empty()) {

@@ -1,5 +1,5 @@
-//! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player of step
-//! events that stands in for the step interrupt.
+//! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player
+//! of step events that stands in for the step interrupt.
 
 use config::{MachineConfig, SensorKind};
 use machine::ports::{Input, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit};
@@ -57,9 +57,10 @@ impl Inputs {
 
 /// Where in time the feed runs while a switch is searched for.
 ///
-/// A switch that fires within microseconds of a run of the feed is seen by it or by the next one; a segment that ends within
-/// microseconds of where the feed stops writing is taken or left. The brake begins accordingly, a segment sooner or later. Here the
-/// feed runs exactly on its grid; on the board interrupts have their entry and jitter, so all of that may happen there and is right.
+/// A switch that fires within microseconds of a run of the feed is seen by it or by the next one; a segment
+/// that ends within microseconds of where the feed stops writing is taken or left. The brake begins
+/// accordingly, a segment sooner or later. Here the feed runs exactly on its grid; on the board interrupts
+/// have their entry and jitter, so all of that may happen there and is right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FeedPhase {
     /// On the grid.
@@ -74,8 +75,9 @@ pub enum FeedPhase {
 /// See [`FeedPhase`].
 const PHASE_NS: u64 = 20_000;
 
-/// How long it takes from an edge of an input to its interrupt: steps that are due by then are still played, also where the motors
-/// are to stop at once. On the board those that share the step interrupt with the step that closed the switch.
+/// How long it takes from an edge of an input to its interrupt: steps that are due by then are still played,
+/// also where the motors are to stop at once. On the board those that share the step interrupt with the step
+/// that closed the switch.
 const REACTION_NS: u64 = 1_000;
 
 /// An input has fired, and its interrupt is about to run.

@@ -1,7 +1,9 @@
-//! Holds step edges against the oracle: the ideal trajectory in `f64`, which shares no arithmetic with the step solver.
+//! Holds step edges against the oracle: the ideal trajectory in `f64`, which shares no arithmetic with the
+//! step solver.
 //!
-//! The native runner's own edges are compared as they are played ([`Watch::comparing`]). Edges of another board come without
-//! their trajectory; they are compared with the one that the native runner plans for the same job ([`plan`], [`against`]).
+//! The native runner's own edges are compared as they are played ([`Watch::comparing`]). Edges of another
+//! board come without their trajectory; they are compared with the one that the native runner plans for the
+//! same job ([`plan`], [`against`]).
 
 pub mod against;
 pub mod plan;
@@ -92,8 +94,8 @@ impl Watch {
         Self::new(config, Task::Record(Plan::new()))
     }
 
-    /// Before and after each run of the feed: it may find the motors at rest, and from then on until the next step where
-    /// they stand may be declared anew.
+    /// Before and after each run of the feed: it may find the motors at rest, and from then on until the next
+    /// step where they stand may be declared anew.
     pub fn look(&mut self, motion: &Motion) {
         if motion.is_idle() {
             self.resting = true;

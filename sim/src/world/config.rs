@@ -68,7 +68,8 @@ pub enum DriverConfig {
     OnBoard,
     /// A driver on a header: a rising STEP edge is a step, `enable_high` the level that energises it.
     External {
-        /// STEP must be low and high for this long, else a step may be missed: counted as a timing fault, nanoseconds.
+        /// STEP must be low and high for this long, else a step may be missed: counted as a timing fault,
+        /// nanoseconds.
         pulse_ns: u64,
         /// Microsteps per full step set by its switches.
         microsteps: u32,
@@ -196,8 +197,8 @@ pub struct WorldConfig {
 }
 
 impl Default for WorldConfig {
-    /// A Cartesian printer: 200 x 200 x 200 mm, four on-board drivers, hot end, bed, part fan, minimum switches and a
-    /// probe, on the Prime's standard pins.
+    /// A Cartesian printer: 200 x 200 x 200 mm, four on-board drivers, hot end, bed, part fan, minimum
+    /// switches and a probe, on the Prime's standard pins.
     fn default() -> Self {
         let axis = |actuator, steps_per_mm: f64, start_mm, limits_mm| ActuatorConfig {
             actuator,

@@ -1,7 +1,8 @@
 //! Where three diagonal rods hold the tool of a linear delta.
 
-/// Tool position for carriage heights on towers at 210, 330 and 90 degrees: the lower intersection of three spheres of
-/// the rods' length around the carriages, shifted in by the effector (so all towers stand at `radius_mm`).
+/// Tool position for carriage heights on towers at 210, 330 and 90 degrees: the lower intersection of three
+/// spheres of the rods' length around the carriages, shifted in by the effector (so all towers stand at
+/// `radius_mm`).
 pub(super) fn tool(heights_mm: [f64; 3], arm_mm: f64, radius_mm: f64) -> [f64; 3] {
     let towers = [210.0_f64, 330.0, 90.0].map(|degrees| {
         let angle = degrees.to_radians();
@@ -21,7 +22,8 @@ pub(super) fn tool(heights_mm: [f64; 3], arm_mm: f64, radius_mm: f64) -> [f64; 3
     let j = dot(rest, rest).sqrt();
     let ey = along(rest, 1.0 / j);
     let ez = [ex[1] * ey[2] - ex[2] * ey[1], ex[2] * ey[0] - ex[0] * ey[2], ex[0] * ey[1] - ex[1] * ey[0]];
-    // All spheres have the same radius, so the foot of the tool in the carriages' plane is their circumcentre.
+    // All spheres have the same radius, so the foot of the tool in the carriages' plane is their
+    // circumcentre.
     let x = d / 2.0;
     let y = (i * i + j * j) / (2.0 * j) - i / j * x;
     let z = -(arm_mm * arm_mm - x * x - y * y).max(0.0).sqrt();

@@ -56,8 +56,8 @@ impl World {
         self.fet_power_on || self.fet_switch_stuck_on
     }
 
-    /// A timer output (PWM1_1 is timer 0, channel 0) has this duty, 0 to 1, from now on. Laser modules and spindle drives
-    /// hang on these; they filter, so the mean is all they see.
+    /// A timer output (PWM1_1 is timer 0, channel 0) has this duty, 0 to 1, from now on. Laser modules and
+    /// spindle drives hang on these; they filter, so the mean is all they see.
     pub fn pwm(&mut self, timer: usize, channel: usize, duty: f64) {
         self.pwm[timer][channel] = duty;
     }

@@ -52,7 +52,8 @@ const fn pin(pin: config::Pin) -> Pin {
     Pin { port: pin.port, number: pin.number }
 }
 
-/// The coordinate range an axis's homing switch implies: switch position, other end, and where it stands at power-on.
+/// The coordinate range an axis's homing switch implies: switch position, other end, and where it stands at
+/// power-on.
 fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
     let (at, travel) = (stop.homing_position.0, stop.max_travel.0.max(1.0));
     let away = START_MM.get(axis).copied().unwrap_or(20.0).min(travel / 2.0);
@@ -94,8 +95,8 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
     }
 }
 
-/// A switch where it really is. A tower's: at the height the carriage has with the tool at its homing position, and as far off as
-/// the trim makes up for.
+/// A switch where it really is. A tower's: at the height the carriage has with the tool at its homing
+/// position, and as far off as the trim makes up for.
 fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> EndstopConfig {
     let mut placed = stop.clone();
     let master = stop.axis.and_then(|axis| machine.actuators.0.get(axis as usize)).and_then(|motor| motor.slaved_to);

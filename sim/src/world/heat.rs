@@ -76,8 +76,8 @@ impl HeaterState {
 }
 
 impl World {
-    /// One step of the thermal grid, ending here. Heaters are stepped with the switches' state at its end: a change of
-    /// buffer or power enable counts from the next grid point.
+    /// One step of the thermal grid, ending here. Heaters are stepped with the switches' state at its end: a
+    /// change of buffer or power enable counts from the next grid point.
     pub(super) fn pass_heat(&mut self, at_ns: u64) {
         let seconds = GRID_NS as f64 * 1e-9;
         let fans: Vec<f64> = (0..self.fans.len()).map(|fan| self.pass_fan(at_ns, fan)).collect();
@@ -89,7 +89,8 @@ impl World {
             let duty = match state.stuck {
                 None if passes => commanded,
                 None => 0.0,
-                // The MOSFET itself conducts: the buffer cannot stop it, only its supply can, where that can be switched.
+                // The MOSFET itself conducts: the buffer cannot stop it, only its supply can, where that can
+                // be switched.
                 Some(stuck) => f64::from(u8::from(stuck)),
             };
             let wind =

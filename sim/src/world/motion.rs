@@ -8,8 +8,8 @@ use crate::models::surface::Surface;
 use crate::models::switch::{self, Side, Switch};
 use crate::trace::StepEdge;
 
-/// DIR must be stable this long before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR timing":
-/// setup time 20 ns).
+/// DIR must be stable this long before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR
+/// timing": setup time 20 ns).
 const DIRECTION_SETUP_NS: u64 = 20;
 
 /// A motor with its driver's logic inputs and its carriage.

@@ -85,7 +85,8 @@ fn a_listing_is_whole() {
     storage.make_directory("/sd/Sub Directory").unwrap();
     let longest = "ж".repeat(250);
     let mut expected = vec![longest.clone()];
-    // The longest name makes the longest path that can still be written; a longer one can only come from elsewhere.
+    // The longest name makes the longest path that can still be written; a longer one can only come from
+    // elsewhere.
     assert_eq!(storage.open(&format!("/sd/{}", "n".repeat(256)), OpenMode::Write), Err(StorageError::BadPath));
     save(&mut storage, &format!("/sd/Sub Directory/{longest}"), b"1").unwrap();
     for number in 0..21 {

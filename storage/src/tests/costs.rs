@@ -1,4 +1,5 @@
-//! How many blocks a call reads and writes. The numbers are what the present code needs; more would be a step back.
+//! How many blocks a call reads and writes. The numbers are what the present code needs; more would be a step
+//! back.
 
 use std::format;
 
@@ -55,13 +56,15 @@ fn calls_read_few_blocks() {
         }
         assert_eq!(count, 100);
     });
-    // It goes on where it was: four entries a call take 16 slots, with their block, the one before or behind, and the table's.
+    // It goes on where it was: four entries a call take 16 slots, with their block, the one before or behind,
+    // and the table's.
     assert_at_most(listing, 155, 0);
     assert_at_most(cost(&card, |storage| storage.rename(path, "/sd/another name for it").unwrap()), 160, 2);
     assert_at_most(cost(&card, |storage| storage.remove(path).unwrap()), 60, 4);
 }
 
-/// A file of a megabyte: its table entries go with one write for each block of the table, not for each cluster.
+/// A file of a megabyte: its table entries go with one write for each block of the table, not for each
+/// cluster.
 #[test]
 fn a_large_file_is_freed_with_few_writes() {
     let card = fat32();

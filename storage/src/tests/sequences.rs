@@ -62,7 +62,8 @@ fn call() -> impl Strategy<Value = Call> {
     ]
 }
 
-/// Paths below the card, without its name and without blanks at the end of a part; directories have no content.
+/// Paths below the card, without its name and without blanks at the end of a part; directories have no
+/// content.
 type Tree = BTreeMap<String, Option<Vec<u8>>>;
 
 struct Model {

@@ -46,8 +46,9 @@ mod tests {
         defmt::assert!(memory::stack_room_bytes() > 16 * 1024, "{} bytes", memory::stack_room_bytes());
     }
 
-    /// ARMv7-M ARM B3.5: RASR is XN 28, AP 26 to 24, TEX 21 to 19, S 18, C 17, B 16, SIZE 5 to 1 (2^(SIZE + 1) bytes), ENABLE 0. The regions repeat
-    /// the default map with what it does not say; the last two lie where the linker has put the stacks.
+    /// ARMv7-M ARM B3.5: RASR is XN 28, AP 26 to 24, TEX 21 to 19, S 18, C 17, B 16, SIZE 5 to 1 (2^(SIZE
+    /// + 1) bytes), ENABLE 0. The regions repeat the default map with what it does not say; the last two lie
+    /// where the linker has put the stacks.
     #[test]
     fn the_mpu_has_the_regions_of_its_table() {
         const REGIONS: [(u32, u32, &str); 5] = [

@@ -1,4 +1,5 @@
-//! The board package's own `memcpy`, `memmove` and `memset`, at every alignment and every length that takes a path of its own.
+//! The board package's own `memcpy`, `memmove` and `memset`, at every alignment and every length that takes a
+//! path of its own.
 //!
 //! Lengths and places go through `black_box`, so that the calls are real ones.
 #![no_std]

@@ -1,6 +1,6 @@
-//! Every setting that is acted on changes something: one row a setting, the same machine twice with two values of it, and
-//! something to see that differs. What is seen is the machine's behaviour: step edges, temperatures, replies, driver
-//! registers. A setting without a row fails the test, so none can be forgotten.
+//! Every setting that is acted on changes something: one row a setting, the same machine twice with two
+//! values of it, and something to see that differs. What is seen is the machine's behaviour: step edges,
+//! temperatures, replies, driver registers. A setting without a row fails the test, so none can be forgotten.
 
 mod heat;
 mod homing;
@@ -28,8 +28,8 @@ pub enum See {
     Boot,
     /// Something else.
     Look(fn(&mut Bench) -> String),
-    /// Only pins or peripherals differ, which the native runner does not have: the test of this file of the virtual
-    /// board, which must name the setting.
+    /// Only pins or peripherals differ, which the native runner does not have: the test of this file of the
+    /// virtual board, which must name the setting.
     Board(&'static str),
 }
 

@@ -302,8 +302,8 @@ fn a_delta_and_a_corexy_probe_as_well() {
     assert_near(numbers(&bench.say("G38.2 X60 F600"), "[PRB:")[0], 80.0, 0.02);
 }
 
-/// Whatever the speed: the place is that of the contact, to the step, the brake begins within 2 ms of it, and afterwards the
-/// machine stands where it says.
+/// Whatever the speed: the place is that of the contact, to the step, the brake begins within 2 ms of it, and
+/// afterwards the machine stands where it says.
 #[test]
 fn speed_costs_no_accuracy() {
     for (n, feed) in [30.0, 61.7, 119.3, 240.0, 300.0, 433.3, 600.0].into_iter().enumerate() {

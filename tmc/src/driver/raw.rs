@@ -7,8 +7,8 @@ use crate::register::Registers;
 use embedded_hal::spi::SpiDevice;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// Stores and sends one raw 20-bit word. It cannot enable a disabled motor, leave STEP/DIR mode or change the
-    /// selected reading; current fields in it replace the running current.
+    /// Stores and sends one raw 20-bit word. It cannot enable a disabled motor, leave STEP/DIR mode or change
+    /// the selected reading; current fields in it replace the running current.
     ///
     /// # Errors
     /// [`Error::Setting`] when no register has that address or the off time is 0, else as [`Self::status`].
@@ -20,8 +20,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.start().map(drop)
     }
 
-    /// Takes all five registers into the copy, as a configuration file or `M911` gives them, in any order; sends
-    /// nothing. An off time of 0, as a dump of a disabled motor has, leaves the off time as it was.
+    /// Takes all five registers into the copy, as a configuration file or `M911` gives them, in any order;
+    /// sends nothing. An off time of 0, as a dump of a disabled motor has, leaves the off time as it was.
     ///
     /// # Errors
     /// [`Error::Setting`] when they are not one word for each register; nothing is stored then.

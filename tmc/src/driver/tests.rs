@@ -14,7 +14,8 @@ struct FakeChip {
     flags: u32,
     powered: bool,
     line_when_dead: u8,
-    /// Every CHOPCONF, SGCSCONF and DRVCONF state in order, as (on, peak current in units of 1/32 V at 1 Ohm).
+    /// Every CHOPCONF, SGCSCONF and DRVCONF state in order, as (on, peak current in units of 1/32 V at 1
+    /// Ohm).
     history: Vec<(bool, f32)>,
 }
 

@@ -1,9 +1,9 @@
-//! Makes the emulator's source: the pinned release of the crate `rigless`, as cargo has it from the registry, with the
-//! patches of `patches/` applied in the order of their names. `make` runs this before it builds the virtual board; by hand
-//! it is `cargo run` in this folder.
+//! Makes the emulator's source: the pinned release of the crate `rigless`, as cargo has it from the registry,
+//! with the patches of `patches/` applied in the order of their names. `make` runs this before it builds the
+//! virtual board; by hand it is `cargo run` in this folder.
 //!
-//! Nothing is done when the result is there and made from these patches. A patch that does not fit exactly is an error:
-//! there is no fuzz, since the release is pinned.
+//! Nothing is done when the result is there and made from these patches. A patch that does not fit exactly is
+//! an error: there is no fuzz, since the release is pinned.
 
 mod patch;
 mod release;

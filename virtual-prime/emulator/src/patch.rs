@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-/// Applies every file's hunks of a patch, as `git diff` writes them, below `root`. Text before the first file is a comment.
+/// Applies every file's hunks of a patch, as `git diff` writes them, below `root`. Text before the first file
+/// is a comment.
 ///
 /// # Errors
 /// Which line of the patch does not fit, and what stands there instead.
@@ -34,7 +35,8 @@ pub fn apply(patch: &str, root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Where a hunk begins in the old file: the number after the minus of `@@ -12,7 +12,9 @@`. A new file begins at 0.
+/// Where a hunk begins in the old file: the number after the minus of `@@ -12,7 +12,9 @@`. A new file begins
+/// at 0.
 fn first_line(header: &str) -> Option<usize> {
     let old = header.strip_prefix("@@ -")?;
     old[..old.find([',', ' '])?].parse().ok()

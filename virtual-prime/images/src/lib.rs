@@ -23,8 +23,8 @@ pub fn wait_for(what: &str, condition: impl Fn() -> bool) {
     panic!("waited in vain for {what}");
 }
 
-/// Direct SMPS supply, voltage scale 1, 400 MHz from the 25 MHz crystal, 200 MHz AHB, 100 MHz APB, as RM0399 chapters 7
-/// and 9 order it.
+/// Direct SMPS supply, voltage scale 1, 400 MHz from the 25 MHz crystal, 200 MHz AHB, 100 MHz APB, as RM0399
+/// chapters 7 and 9 order it.
 pub fn start_clocks(dp: &pac::Peripherals) {
     // SAFETY: the value is one of RM0399 table 32's configurations: SDEN alone.
     dp.PWR.cr3.write(|w| unsafe { w.bits(0x0000_0004) });

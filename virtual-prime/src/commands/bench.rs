@@ -24,7 +24,8 @@ pub struct Options {
     /// Measure how long interrupts are masked while the machine moves.
     #[arg(long)]
     masked: bool,
-    /// Look how far the step queue is written ahead: FUNCTION,VARIABLE,OFFSET, looked at when the function is entered.
+    /// Look how far the step queue is written ahead: FUNCTION,VARIABLE,OFFSET, looked at when the function is
+    /// entered.
     #[arg(long)]
     queue: Option<String>,
     /// Ask `?` and M105 all the time while the machine moves.
@@ -102,7 +103,8 @@ fn within(moving: &Range<u64>) -> impl Fn(&&Call) -> bool {
     move |call| moving.contains(&call.at_ns)
 }
 
-/// The distribution of a function's counts; `moving` are those while the machine moves. One that was never called has none.
+/// The distribution of a function's counts; `moving` are those while the machine moves. One that was never
+/// called has none.
 fn row(calls: &[Call], moving: &Range<u64>) -> String {
     let mut counts: Vec<u32> = calls.iter().map(|call| call.instructions).collect();
     counts.sort_unstable();

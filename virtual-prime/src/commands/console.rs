@@ -19,11 +19,11 @@ use super::machine::BoardOptions;
 
 /// How much virtual time passes between two looks at the world outside.
 const SLICE: Duration = Duration::from_millis(5);
-/// How long our image says nothing between two of its first words. What is typed before its consoles are up is lost, as on the board,
-/// so a pipe is held until then.
+/// How long our image says nothing between two of its first words. What is typed before its consoles are up
+/// is lost, as on the board, so a pipe is held until then.
 const FIRST_WORDS_NS: u64 = 200_000_000;
-/// When the input of a pipe has ended, the session ends after this long without a word and without a step: heating tells its
-/// temperatures more often.
+/// When the input of a pipe has ended, the session ends after this long without a word and without a step:
+/// heating tells its temperatures more often.
 const QUIET_NS: u64 = 2_000_000_000;
 const PORT_NAMES: [&str; 3] = ["debug (USART2)", "UART 0 (USART3)", "UART 1 (UART4)"];
 
@@ -44,7 +44,8 @@ pub struct Options {
     /// End after this many seconds.
     #[arg(long)]
     until: Option<f64>,
-    /// An image that is not ours, which may lose what it is told while it boots: what is typed waits for its first words.
+    /// An image that is not ours, which may lose what it is told while it boots: what is typed waits for its
+    /// first words.
     #[arg(long)]
     foreign: bool,
     /// Virtual seconds until which what is typed waits, whatever the image has said.
@@ -110,8 +111,8 @@ impl Socket {
     }
 }
 
-/// Runs the board until standard input ends or the image does. A person ends it at once; a pipe, when all it said has been done, as
-/// far as can be heard and seen.
+/// Runs the board until standard input ends or the image does. A person ends it at once; a pipe, when all it
+/// said has been done, as far as can be heard and seen.
 ///
 /// # Errors
 /// When the image cannot be started, or crashes.

@@ -40,7 +40,8 @@ pub struct JobOptions {
     /// Directory whose files go onto the SD card as well.
     #[arg(long)]
     pub sd: Option<PathBuf>,
-    /// An image that is not ours: the operator waits for its first words, and complaints of the board are listed only.
+    /// An image that is not ours: the operator waits for its first words, and complaints of the board are
+    /// listed only.
     #[arg(long)]
     pub foreign: bool,
     /// Virtual seconds after which the operator speaks, whatever the image has said.

@@ -26,7 +26,8 @@ pub struct BoardOptions {
     /// Driver chips on the board.
     #[arg(long, value_enum, default_value_t)]
     pub board: Drivers,
-    /// Configuration file; the simulated machine is the one it describes, and it goes onto the SD card as config.ini.
+    /// Configuration file; the simulated machine is the one it describes, and it goes onto the SD card as
+    /// config.ini.
     #[arg(long)]
     pub config: Option<PathBuf>,
     /// What goes wrong, and when.
@@ -42,8 +43,8 @@ impl BoardOptions {
         }
     }
 
-    /// The machine the configuration describes. What the configuration gets wrong is said on standard error and is the
-    /// firmware's business from then on.
+    /// The machine the configuration describes. What the configuration gets wrong is said on standard error
+    /// and is the firmware's business from then on.
     fn machine(&self) -> Result<WorldConfig, String> {
         let Some(path) = &self.config else {
             return Ok(WorldConfig { chip: self.chip(), ..WorldConfig::default() });

@@ -19,8 +19,8 @@ struct Frame {
     name: String,
     at_ns: u64,
     entered: u64,
-    /// Instruction count after the last exit instruction that was reached. A conditional one may turn out not to be taken,
-    /// so the call ends for good only when something else is entered, or an outer call leaves.
+    /// Instruction count after the last exit instruction that was reached. A conditional one may turn out not
+    /// to be taken, so the call ends for good only when something else is entered, or an outer call leaves.
     left: Option<u64>,
     /// Instructions of counted functions that ran in between.
     nested: u64,

@@ -1,4 +1,5 @@
-//! Windows of masked interrupts: from the instruction that sets PRIMASK to the one that clears it or puts it back.
+//! Windows of masked interrupts: from the instruction that sets PRIMASK to the one that clears it or puts it
+//! back.
 
 use crate::image::Mask;
 

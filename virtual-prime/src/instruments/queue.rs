@@ -1,7 +1,7 @@
 //! How far ahead an image's step queue is written: a look at its memory whenever a function is entered.
 //!
-//! The queue is a ring of (tick, word) pairs behind three words: written, played, cut (`motion/src/queue.rs`; its layout is
-//! `repr(C)` because the step interrupt counts on it).
+//! The queue is a ring of (tick, word) pairs behind three words: written, played, cut (`motion/src/queue.rs`;
+//! its layout is `repr(C)` because the step interrupt counts on it).
 
 use crate::image::Symbols;
 
@@ -30,8 +30,8 @@ pub struct Sample {
 }
 
 impl QueueProbe {
-    /// From `FUNCTION,VARIABLE,OFFSET`: looks at the queue that many bytes into the variable, and to its end, when the function
-    /// is entered.
+    /// From `FUNCTION,VARIABLE,OFFSET`: looks at the queue that many bytes into the variable, and to its end,
+    /// when the function is entered.
     ///
     /// # Errors
     /// What is wrong with the words, or not in the image.

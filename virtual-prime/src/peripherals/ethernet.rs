@@ -1,10 +1,11 @@
-//! The Ethernet controller as far as a driver's start-up needs it, RM0399 rev 4 chapter 61 ("ETH"): the software reset of
-//! DMA, MTL and MAC, and the station management (MDIO) that reads and writes the PHY's registers.
+//! The Ethernet controller as far as a driver's start-up needs it, RM0399 rev 4 chapter 61 ("ETH"): the
+//! software reset of DMA, MTL and MAC, and the station management (MDIO) that reads and writes the PHY's
+//! registers.
 //!
 //! No frame moves: nothing is plugged in, so the PHY finds no link. Starting a DMA channel is a complaint.
 //!
-//! What the model needs to know of other blocks, whether the PHY's 50 MHz arrive and its management lines are connected, and
-//! the rate of HCLK, [`crate::mcu::PrimeMcu`] tells it before each access ([`Surroundings`]).
+//! What the model needs to know of other blocks, whether the PHY's 50 MHz arrive and its management lines are
+//! connected, and the rate of HCLK, [`crate::mcu::PrimeMcu`] tells it before each access ([`Surroundings`]).
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::{ethernet_dma as dma, ethernet_mac as mac};
@@ -16,13 +17,14 @@ use crate::peripherals::phy::Phy;
 const SWR: u64 = 1;
 /// DMACTXCR.ST and DMACRXCR.SR: a channel runs.
 const START: u64 = 1;
-/// The reset is over when it is over in the slowest clock domain ("DMA mode register"): some periods of the 2.5 MHz to which
-/// 50 MHz are divided out of reset, when MACCR.FES selects 10 Mbit/s.
+/// The reset is over when it is over in the slowest clock domain ("DMA mode register"): some periods of the
+/// 2.5 MHz to which 50 MHz are divided out of reset, when MACCR.FES selects 10 Mbit/s.
 const RESET_NS: u64 = 2_000;
 /// A management frame: 32 bits of preamble and 32 bits of frame (section "MDIO clause 22 frame structure").
 const FRAME_BITS: u64 = 64;
 const PREAMBLE_BITS: u64 = 32;
-/// MACMDIOAR: MB starts a frame and clears at its end; C45E; GOC, 1 to write and 3 to read; PSE suppresses the preamble.
+/// MACMDIOAR: MB starts a frame and clears at its end; C45E; GOC, 1 to write and 3 to read; PSE suppresses
+/// the preamble.
 const MB: u64 = 1;
 const C45E: u64 = 1 << 1;
 const PSE: u64 = 1 << 27;
@@ -32,7 +34,8 @@ const NOBODY: u64 = 0xFFFF;
 /// What the controller finds outside of its own registers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Surroundings {
-    /// The PHY's clock reaches the MAC: RMII is selected, PA1 is connected to it and RCC lets all three clocks through.
+    /// The PHY's clock reaches the MAC: RMII is selected, PA1 is connected to it and RCC lets all three
+    /// clocks through.
     pub clocked: bool,
     /// MDC (PC1) and MDIO (PA2) are connected to the MAC.
     pub managed: bool,
@@ -131,7 +134,8 @@ impl EthernetMac {
         self.frame = Some(context.schedule(VirtualNanos(context.now().0 + time_ns)));
     }
 
-    /// What a frame does at its end. Frames of clause 45 have nobody to answer them: the PHY knows clause 22 alone.
+    /// What a frame does at its end. Frames of clause 45 have nobody to answer them: the PHY knows clause 22
+    /// alone.
     fn end(&mut self, file: &mut RegisterFile) {
         let address = file.get(mac::Register::Macmdioar);
         let data = file.get(mac::Register::Macmdiodr);

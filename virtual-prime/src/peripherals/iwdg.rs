@@ -1,5 +1,5 @@
-//! The independent watchdog, RM0399 rev 4 chapter 50 ("IWDG"): a 12-bit down-counter on the 32 kHz LSI that resets the
-//! part when it reaches zero, or when it is reloaded while above the window.
+//! The independent watchdog, RM0399 rev 4 chapter 50 ("IWDG"): a 12-bit down-counter on the 32 kHz LSI that
+//! resets the part when it reaches zero, or when it is reloaded while above the window.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
 use rigless::soc::stm32h743::generated::iwdg::Register;
@@ -12,8 +12,9 @@ const KEY_ACCESS: u64 = 0x5555;
 const COUNT_MASK: u64 = 0xFFF;
 /// LSI, datasheet typical.
 const LSI_HZ: u64 = 32_000;
-/// A register update reaches the counter's clock domain within five prescaled LSI periods (section "Register access
-/// protection"); the status bits show it under way. The model takes the five periods of the undivided clock.
+/// A register update reaches the counter's clock domain within five prescaled LSI periods (section "Register
+/// access protection"); the status bits show it under way. The model takes the five periods of the undivided
+/// clock.
 const UPDATE_NS: u64 = 5 * 1_000_000_000 / LSI_HZ;
 
 /// The watchdog of one core.

@@ -1,12 +1,13 @@
-//! The board's Ethernet PHY, a LAN8720A (data sheet DS00002165, chapter 4): its registers, with no cable plugged in.
+//! The board's Ethernet PHY, a LAN8720A (data sheet DS00002165, chapter 4): its registers, with no cable
+//! plugged in.
 
 /// Basic control: bits that clear themselves.
 const SOFT_RESET: u16 = 1 << 15;
 const RESTART: u16 = 1 << 9;
 /// Basic control out of reset with MODE = 111: 100 Mbit/s, auto-negotiation.
 const CONTROL: u16 = 0x3000;
-/// Basic status: 100BASE-TX and 10BASE-T in half and full duplex, can negotiate, has extended registers. Link (bit 2) and
-/// negotiation complete (bit 5) are missing without a cable.
+/// Basic status: 100BASE-TX and 10BASE-T in half and full duplex, can negotiate, has extended registers. Link
+/// (bit 2) and negotiation complete (bit 5) are missing without a cable.
 const STATUS: u16 = 0x7809;
 /// Identifier: Microchip's (SMSC's) OUI, model 15, revision 1.
 const IDENTIFIER: [u16; 2] = [0x0007, 0xC0F1];

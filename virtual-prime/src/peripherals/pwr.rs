@@ -1,10 +1,11 @@
 //! The STM32H745's power controller: the H743's, with the SMPS converter's supply configurations.
 //!
-//! RM0399 rev 4, section 7.4.1 and table 32 ("Supply configuration control"): the low byte of PWR_CR3 selects how the
-//! core is fed, once after power-on. The board wires one of them, direct SMPS supply: the coil on VLXSMPS feeds VCAP,
-//! and the LDO's input hangs on the 1.2 V it would have to make, so with the LDO selected the core voltage is never
-//! reached. The emulated H743 knows the LDO and the bypass alone; it is told of "a regulator that settles" for the
-//! configuration that works here and of its own illegal combination for those that do not.
+//! RM0399 rev 4, section 7.4.1 and table 32 ("Supply configuration control"): the low byte of PWR_CR3 selects
+//! how the core is fed, once after power-on. The board wires one of them, direct SMPS supply: the coil on
+//! VLXSMPS feeds VCAP, and the LDO's input hangs on the 1.2 V it would have to make, so with the LDO selected
+//! the core voltage is never reached. The emulated H743 knows the LDO and the bypass alone; it is told of "a
+//! regulator that settles" for the configuration that works here and of its own illegal combination for those
+//! that do not.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::pwr::Register;

@@ -1,9 +1,9 @@
-//! The real-time clock, RM0399 rev 4 chapter 49 ("RTC"): the calendar with its initialisation mode, shadow registers and
-//! write protection, on the clock that RCC_BDCR selects.
+//! The real-time clock, RM0399 rev 4 chapter 49 ("RTC"): the calendar with its initialisation mode, shadow
+//! registers and write protection, on the clock that RCC_BDCR selects.
 //!
-//! It belongs to the backup domain: a system reset leaves time and configuration alone. Left out: alarms, the wake-up
-//! timer, time stamps, tampering, shifting and calibration; their registers are stored, and the flags that say "may be
-//! written" stay set.
+//! It belongs to the backup domain: a system reset leaves time and configuration alone. Left out: alarms, the
+//! wake-up timer, time stamps, tampering, shifting and calibration; their registers are stored, and the flags
+//! that say "may be written" stay set.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::Width;

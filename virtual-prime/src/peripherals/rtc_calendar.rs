@@ -45,8 +45,8 @@ const fn days_of(month: u64, year: u64) -> u64 {
 }
 
 impl Calendar {
-    /// From RTC_TR (hours in bits 21..16, minutes 14..8, seconds 6..0) and RTC_DR (year 23..16, weekday 15..13, month
-    /// 12..8, day 5..0).
+    /// From RTC_TR (hours in bits 21..16, minutes 14..8, seconds 6..0) and RTC_DR (year 23..16, weekday
+    /// 15..13, month 12..8, day 5..0).
     pub fn from_registers(time: u64, date: u64) -> Self {
         let seconds = from_bcd(time >> 16 & 0x3F) * 3_600 + from_bcd(time >> 8 & 0x7F) * 60 + from_bcd(time & 0x7F);
         Self(DateTime {

@@ -1,8 +1,9 @@
-//! SDMMC1, RM0399 rev 4 chapter 58 ("SDMMC"): the host controller of the SD card, with its FIFO and internal DMA.
+//! SDMMC1, RM0399 rev 4 chapter 58 ("SDMMC"): the host controller of the SD card, with its FIFO and internal
+//! DMA.
 //!
-//! The card is `sim`'s. Everything takes its time on the bus: the kernel clock over CLKDIV, 48 or 136 bits on CMD, one
-//! or four data lines. Through the FIFO a word comes or goes every 32 / lines clocks; with the internal DMA a block
-//! moves at its end, since nobody sees its words on the way.
+//! The card is `sim`'s. Everything takes its time on the bus: the kernel clock over CLKDIV, 48 or 136 bits on
+//! CMD, one or four data lines. Through the FIFO a word comes or goes every 32 / lines clocks; with the
+//! internal DMA a block moves at its end, since nobody sees its words on the way.
 //!
 //! | behaviour | where it is written |
 //! |---|---|
@@ -15,8 +16,8 @@
 //! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
 //! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |
 //!
-//! Left out: boot mode, SDIO (interrupts, read wait, suspend), voltage switching, and the data transfer modes other than
-//! the block mode. FIFOR answers at its first address alone.
+//! Left out: boot mode, SDIO (interrupts, read wait, suspend), voltage switching, and the data transfer modes
+//! other than the block mode. FIFOR answers at its first address alone.
 
 use std::collections::VecDeque;
 
@@ -162,7 +163,8 @@ impl Sdmmc {
         context.schedule(VirtualNanos(context.now().0.saturating_add(self.clocks(count, file))))
     }
 
-    /// When DTIMER runs out that starts now: on entering Wait_R or Busy, and after a response with a busy card.
+    /// When DTIMER runs out that starts now: on entering Wait_R or Busy, and after a response with a busy
+    /// card.
     fn schedule_timeout(&self, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
         self.schedule_clocks(file.get(Register::Dtimer).max(1), file, context)
     }

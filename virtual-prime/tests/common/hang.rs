@@ -20,7 +20,8 @@ pub fn image_that_skips(function: &str) -> PathBuf {
     image_with(function, &[0x4770], "skips")
 }
 
-/// A copy of the firmware where this function, which returns nothing, only keeps all interrupts off for twice so many instructions.
+/// A copy of the firmware where this function, which returns nothing, only keeps all interrupts off for twice
+/// so many instructions.
 pub fn image_that_masks_interrupts_in(function: &str, loops: u16) -> PathBuf {
     // MOVW R0, #loops (A7.7.76, encoding T3): the number is scattered over both halfwords.
     let high = 0xF240 | (loops >> 11 & 1) << 10 | loops >> 12;

@@ -226,7 +226,8 @@ impl Velvet {
         self.said[before..].to_owned()
     }
 
-    /// Sends these bytes, lets time pass until the last of them has arrived at the board, and says when that was.
+    /// Sends these bytes, lets time pass until the last of them has arrived at the board, and says when that
+    /// was.
     #[track_caller]
     pub fn send_through(&mut self, bytes: &[u8]) -> u64 {
         self.bench.console.send(bytes);

@@ -121,7 +121,8 @@ fn the_drivers_bus_is_mode_3_at_391_khz() {
         (bus_of_drivers, bus.registers("RCC").map(|file| file.get(rcc::Register::D2ccip1r)))
     });
     let (Some([cfg1, cfg2]), Some(clocks)) = registers.expect("the image runs") else { panic!("no such block") };
-    // RM0399 chapter 9, RCC_D2CCIP1R: SPI45SEL = 0 is the APB2 clock, 100 MHz. Section 53.11.3: MBR; DSIZE = 7 is eight bits.
+    // RM0399 chapter 9, RCC_D2CCIP1R: SPI45SEL = 0 is the APB2 clock, 100 MHz. Section 53.11.3: MBR; DSIZE =
+    // 7 is eight bits.
     assert_eq!(clocks >> 16 & 0b111, 0);
     assert_eq!(100_000_000 >> ((cfg1 >> 28 & 0b111) + 1), DRIVER_BUS_HZ);
     assert_eq!(cfg1 & 0x1F, 7);

@@ -36,7 +36,8 @@ fn no_output_is_on_before_its_time() {
     for name in DRIVERS.map(|driver| driver.step).into_iter().chain([USB_HOST_POWER]) {
         assert!(!all.iter().any(|change| change.pin == pin(name) && change.high), "{name}");
     }
-    // The buffer and the load switch only once a configuration has been wired, and the switch not after the buffer.
+    // The buffer and the load switch only once a configuration has been wired, and the switch not after the
+    // buffer.
     let wired = all.iter().find(|change| change.pin == pin(DRIVERS[0].select)).expect("a driver's select");
     let supply = all.iter().find(|change| change.pin == pin(SUPPLY_SWITCH) && change.high).expect("wired at last");
     assert!(supply.at_ns > wired.at_ns, "{supply:?} {wired:?}");

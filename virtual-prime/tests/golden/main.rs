@@ -1,8 +1,8 @@
-//! Golden registers: what the real image leaves in every register of the chip and sends to the driver chips, held against tables in which each
-//! value stands with its reason.
+//! Golden registers: what the real image leaves in every register of the chip and sends to the driver chips,
+//! held against tables in which each value stands with its reason.
 //!
-//! A register that differs from its reset value and has no row fails the test; so does a row without a reason, or with one that names no source.
-//! A failure prints every value that is not as its row says.
+//! A register that differs from its reset value and has no row fails the test; so does a row without a
+//! reason, or with one that names no source. A failure prints every value that is not as its row says.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -22,7 +22,8 @@ const TABLE: &str = include_str!("registers.txt");
 /// Homing, moves of every motor, a fan: then everything rests.
 const JOB: &str = "G28\nG1 X20 Y20 Z5 F6000\nG91\nG1 E2 F300\nG90\nM106 S128\nG1 X30 B2\nM107\nM84\n";
 
-/// The machine of the conventions, at its prompt for a second; and what its registers held before the first instruction.
+/// The machine of the conventions, at its prompt for a second; and what its registers held before the first
+/// instruction.
 fn ready() -> (Velvet, Registers) {
     let mut velvet = machine::everything().file("job.g", JOB).held();
     let reset = registers(&mut velvet);

@@ -1,7 +1,8 @@
 //! The registers of every block on the bus.
 //!
-//! Left out: what can only be read or only be written (states and commands, not configuration), second names of the same register (timer
-//! inputs, the views of one core on RCC and EXTI), and words that a read would take away.
+//! Left out: what can only be read or only be written (states and commands, not configuration), second names
+//! of the same register (timer inputs, the views of one core on RCC and EXTI), and words that a read would
+//! take away.
 
 use std::collections::BTreeMap;
 
@@ -59,7 +60,8 @@ pub fn registers(velvet: &mut Velvet) -> Registers {
     all
 }
 
-/// PWR_CR3 as the core reads it: the model behind it is of a part without the SMPS converter, and told something else.
+/// PWR_CR3 as the core reads it: the model behind it is of a part without the SMPS converter, and told
+/// something else.
 fn supply(velvet: &mut Velvet) -> u64 {
     /// RM0399 section 7.8.4.
     const PWR_CR3: u64 = 0x5802_480C;

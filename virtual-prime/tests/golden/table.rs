@@ -1,7 +1,8 @@
 //! Rows of a table: `RCC.CR = 0x0303c1a5 : what for (where it says so)`.
 //!
-//! `value/mask` compares the bits of the mask alone; `one -> other` is the value when ready and the one after a job; `live` is not
-//! compared: a counter, a flag, the last of many. Lines that begin with `#` are comments.
+//! `value/mask` compares the bits of the mask alone; `one -> other` is the value when ready and the one after
+//! a job; `live` is not compared: a counter, a flag, the last of many. Lines that begin with `#` are
+//! comments.
 
 /// What a register should hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,8 @@ use crate::common::velvet::{Plan, SECOND};
 use crate::table::{self, Expected};
 use crate::{JOB, play};
 
-/// Boots, plays the job, and changes a current; every chip has been sent the table's words, in its order, and no others.
+/// Boots, plays the job, and changes a current; every chip has been sent the table's words, in its order, and
+/// no others.
 #[track_caller]
 pub fn assert_sent(plan: Plan, chip: Chip, table: &str) {
     let job = JOB.replace(" B2", "");

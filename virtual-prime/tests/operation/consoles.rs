@@ -1,4 +1,5 @@
-//! Consoles beside each other: a flood on one leaves the others their turns, and a pipe into `virtual-prime console` does too.
+//! Consoles beside each other: a flood on one leaves the others their turns, and a pipe into `virtual-prime
+//! console` does too.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

@@ -1,4 +1,5 @@
-//! Outputs that change in the middle of a print: each at the boundary of its own block, within a millisecond by the step edges.
+//! Outputs that change in the middle of a print: each at the boundary of its own block, within a millisecond
+//! by the step edges.
 
 use units::Actuator;
 
@@ -12,13 +13,14 @@ const SAMPLE_NS: i64 = 50 * MS as i64;
 const HOTEND: &str = "PE0";
 const BED: &str = "PE3";
 const FAN: &str = "PE1";
-/// TIM1 channel 1 (RM0399 section 42.4): `PWM1_1`, 10 kHz, whose compare value counts from the next period on.
+/// TIM1 channel 1 (RM0399 section 42.4): `PWM1_1`, 10 kHz, whose compare value counts from the next period
+/// on.
 const SPINDLE: u64 = 0x4001_0034;
 const PWM_PERIOD_NS: u64 = 100_000;
 const STEPS_PER_MM: usize = 80;
 
-/// One stroke of X at 95 mm/s, so that boundaries meet the periods of the machine's tasks at ever other phases; every 10 mm
-/// something changes.
+/// One stroke of X at 95 mm/s, so that boundaries meet the periods of the machine's tasks at ever other
+/// phases; every 10 mm something changes.
 const FILE: &str = "G90\nM83\nG1 X10 E1 F5700\n\
     M106 S255\nG1 X20 E1\n\
     M107\nG1 X30 E1\n\

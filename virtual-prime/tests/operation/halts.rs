@@ -9,7 +9,8 @@ use crate::common::machine::{changes, drive, everything, pin, state, watch};
 use crate::common::velvet::{PROMPT, SECOND, Velvet};
 
 const KILL: &str = "PJ6";
-/// Outputs, and the level at which each is safe: heaters, part fan, fan 2, relays (inverted), the two enables of the output stage.
+/// Outputs, and the level at which each is safe: heaters, part fan, fan 2, relays (inverted), the two enables
+/// of the output stage.
 const OUTPUTS: [(&str, bool); 8] = [
     ("PE0", false),
     ("PE3", false),
@@ -20,15 +21,16 @@ const OUTPUTS: [(&str, bool); 8] = [
     (OUTPUT_BUFFER_ENABLE, true),
     ("PD7", false),
 ];
-/// Compare registers of the spindle, TIM1 channel 1, and the laser, TIM8 channel 2 (RM0399 section 42.4, boundary addresses).
+/// Compare registers of the spindle, TIM1 channel 1, and the laser, TIM8 channel 2 (RM0399 section 42.4,
+/// boundary addresses).
 const COMPARES: [u64; 2] = [0x4001_0034, 0x4001_0438];
 /// The slower of their periods (`pwm2.frequency`): a compare value counts from the next one on.
 const PWM_PERIOD_NS: u64 = 250_000;
 
 /// How soon every output must be safe.
 const OUTPUTS_NS: u64 = MS;
-/// How soon the motors must brake: 1.5 ms of steps are written ahead; the next longer distance shows a step later, here up to a
-/// millisecond.
+/// How soon the motors must brake: 1.5 ms of steps are written ahead; the next longer distance shows a step
+/// later, here up to a millisecond.
 const BRAKE_NS: u64 = 2_500_000;
 /// Between two looks at the kill button, by which its halt is later.
 const KILL_LOOK_NS: u64 = 10 * MS;
@@ -136,8 +138,8 @@ fn stop(velvet: &mut Velvet, stop: Stop) -> Times {
     Times { outputs, brake: stood.map(|_| brake(&steps, since)), standstill: stood, motors: last(MOTORS_ENABLE) }
 }
 
-/// When the first step after the stop is made whose distance to the next one is longer than those before the stop. The last step of
-/// all has no next one.
+/// When the first step after the stop is made whose distance to the next one is longer than those before the
+/// stop. The last step of all has no next one.
 fn brake(steps: &[StepEdge], since: u64) -> u64 {
     let motor = steps[0].actuator;
     let steps: Vec<u64> = steps.iter().filter(|edge| edge.actuator == motor).map(|edge| edge.time_ns).collect();

@@ -1,4 +1,5 @@
-//! `?` is answered within 10 ms, whatever the machine does: from the arrival of its byte to the arrival of the answer's first.
+//! `?` is answered within 10 ms, whatever the machine does: from the arrival of its byte to the arrival of
+//! the answer's first.
 
 use sim::models::surface::{Bed, Surface};
 

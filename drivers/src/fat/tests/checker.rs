@@ -1,4 +1,5 @@
-//! Reads a whole volume and checks that it makes sense. It shares nothing with the code under test: bytes in, a tree out.
+//! Reads a whole volume and checks that it makes sense. It shares nothing with the code under test: bytes in,
+//! a tree out.
 
 use std::collections::BTreeMap;
 use std::format;

@@ -1,4 +1,5 @@
-//! Damaged volumes: whatever is on them, every call ends, with an error if need be, and touches nothing outside the volume.
+//! Damaged volumes: whatever is on them, every call ends, with an error if need be, and touches nothing
+//! outside the volume.
 
 use std::string::String;
 use std::vec::Vec;

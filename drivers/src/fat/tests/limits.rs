@@ -140,7 +140,8 @@ fn a_file_is_trimmed_to_its_size() {
     }
 }
 
-/// Slots behind the end of a directory are not always zero. What comes to light when the end moves is nobody's file.
+/// Slots behind the end of a directory are not always zero. What comes to light when the end moves is
+/// nobody's file.
 #[test]
 fn what_lies_behind_the_end_of_a_directory_stays_there() {
     let mut card = Card::new(Format::FAT16);

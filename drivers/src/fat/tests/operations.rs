@@ -29,7 +29,8 @@ pub enum Operation {
     Rename(String, String),
 }
 
-/// Names that differ late, in case, in blanks, or in nothing; that fill slots exactly; that short names cannot have.
+/// Names that differ late, in case, in blanks, or in nothing; that fill slots exactly; that short names
+/// cannot have.
 fn name() -> impl Strategy<Value = String> {
     let named = [
         "a",

@@ -11,7 +11,8 @@ const DRAFT_FILE: &str = "/sd/draft-settings of a machine.ini";
 const NEW_FILE: &str = "/sd/new-settings of a machine.ini";
 const PREVIOUS_FILE: &str = "/sd/previous-settings of a machine.ini";
 
-/// Files in memory. Every change of the card costs a write; after the last one nothing reaches the card any more.
+/// Files in memory. Every change of the card costs a write; after the last one nothing reaches the card any
+/// more.
 #[derive(Clone, Default)]
 struct Card {
     read_only: Option<&'static str>,

@@ -1,9 +1,10 @@
 //! Another board's step edges against the plan of the same job.
 //!
-//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so when it begins is the
-//! board's own business; what follows is not. For each motion from rest, the moment at which it began is measured once, from its
-//! first steps; every step is then compared with the oracle shifted by that. The measure is a median: no single wrong edge
-//! moves it. What it takes out is a delay that all steps of a motion share, such as the entry of the step interrupt.
+//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so when it
+//! begins is the board's own business; what follows is not. For each motion from rest, the moment at which it
+//! began is measured once, from its first steps; every step is then compared with the oracle shifted by that.
+//! The measure is a median: no single wrong edge moves it. What it takes out is a delay that all steps of a
+//! motion share, such as the entry of the step interrupt.
 
 use motion::oracle::{self, Ideal};
 use units::{Actuator, Direction, PerActuator, StepCount};
@@ -16,8 +17,8 @@ use crate::trace::StepEdge;
 /// The beginning of a motion is measured from as many steps.
 const MEASURED: usize = 31;
 
-/// In a motion that ends at a switch, an edge this far from where it belongs, nanoseconds, is taken for a brake that began a
-/// segment sooner or later than planned, before it is taken for an error.
+/// In a motion that ends at a switch, an edge this far from where it belongs, nanoseconds, is taken for a
+/// brake that began a segment sooner or later than planned, before it is taken for an error.
 const DOUBT_NS: f64 = 5_000.0;
 
 /// Where a board did something else than what was planned.
@@ -44,7 +45,8 @@ impl Plan {
     /// Compares these edges, which another board made of the same job.
     ///
     /// # Errors
-    /// The first place where the board did something else than what was planned, or what reading the edges says.
+    /// The first place where the board did something else than what was planned, or what reading the edges
+    /// says.
     pub fn compare(
         &self,
         edges: impl Iterator<Item = Result<StepEdge, String>>,

@@ -1,4 +1,5 @@
-//! The ideal motion of a job, recorded from a native run: pieces of trajectory, and how many steps belong to them.
+//! The ideal motion of a job, recorded from a native run: pieces of trajectory, and how many steps belong to
+//! them.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! Converts a thermistor input and the motor supply, modulates a timer output, and switches a heater on and off.
+//! Converts a thermistor input and the motor supply, modulates a timer output, and switches a heater on and
+//! off.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,6 @@
-//! Reads block 5 of every card that comes into the slot and prints its first word. A card that is gone answers no
-//! status; for the next one the controller is reset by RCC, since POWER can be switched on only once (RM0399, 58.10.1).
+//! Reads block 5 of every card that comes into the slot and prints its first word. A card that is gone
+//! answers no status; for the next one the controller is reset by RCC, since POWER can be switched on only
+//! once (RM0399, 58.10.1).
 #![no_std]
 #![no_main]
 

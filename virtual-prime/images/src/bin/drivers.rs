@@ -1,5 +1,5 @@
-//! Sets up the alpha driver over SPI4 and turns its motor by both edges of STEP until its switch closes, which arrives
-//! as an EXTI pending bit.
+//! Sets up the alpha driver over SPI4 and turns its motor by both edges of STEP until its switch closes,
+//! which arrives as an EXTI pending bit.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Brings the Ethernet controller as far up as its PHY: the software reset, with and without the PHY's clock, then the
-//! management frames to the PHY and to an address where nobody is.
+//! Brings the Ethernet controller as far up as its PHY: the software reset, with and without the PHY's clock,
+//! then the management frames to the PHY and to an address where nobody is.
 #![no_std]
 #![no_main]
 

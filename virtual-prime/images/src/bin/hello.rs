@@ -1,4 +1,5 @@
-//! Starts the board and talks on the debug console: greets, then echoes bytes in upper case until a full stop.
+//! Starts the board and talks on the debug console: greets, then echoes bytes in upper case until a full
+//! stop.
 #![no_std]
 #![no_main]
 

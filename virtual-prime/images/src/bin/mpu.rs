@@ -1,6 +1,6 @@
-//! Switches the MPU on with one region and the default map behind it, as firmware does that keeps its DMA buffers out of the
-//! cache, then polls a timer; and finds that the region and the map still guard: a store into what is read only faults, and
-//! so does an unprivileged load from memory that no region opens.
+//! Switches the MPU on with one region and the default map behind it, as firmware does that keeps its DMA
+//! buffers out of the cache, then polls a timer; and finds that the region and the map still guard: a store
+//! into what is read only faults, and so does an unprivileged load from memory that no region opens.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Moves blocks through the FIFO and through the internal DMA, as RM0399 chapter 58 and the SD specification describe it.
+//! Moves blocks through the FIFO and through the internal DMA, as RM0399 chapter 58 and the SD specification
+//! describe it.
 #![no_std]
 #![no_main]
 

@@ -1,6 +1,7 @@
-//! Reads and writes the SD card through the FIFO alone, by polling: a word at a time as RXFIFOE and TXFIFOF say, and by
-//! halves of the FIFO as RXFIFOHF and TXFIFOHE say; with hardware flow control and without; with one data line and with
-//! four; single blocks and several. Then the two errors of a FIFO that is not served, and how a transfer is stopped.
+//! Reads and writes the SD card through the FIFO alone, by polling: a word at a time as RXFIFOE and TXFIFOF
+//! say, and by halves of the FIFO as RXFIFOHF and TXFIFOHE say; with hardware flow control and without; with
+//! one data line and with four; single blocks and several. Then the two errors of a FIFO that is not served,
+//! and how a transfer is stopped.
 #![no_std]
 #![no_main]
 
@@ -115,7 +116,8 @@ fn main() -> ! {
     let host = Host(&dp.SDMMC1);
     let address = host.identify();
 
-    // ACMD51, the eight bytes of the SCR, at 400 kHz over one line: the second word comes 80 us after the first.
+    // ACMD51, the eight bytes of the SCR, at 400 kHz over one line: the second word comes 80 us after the
+    // first.
     host.command(16, 8, SHORT);
     host.command(55, address, SHORT);
     host.expect(8, DTDIR, 3 << 4);

@@ -1,5 +1,6 @@
-//! The debug console's port in the three ways firmware uses one, each echoing a line in upper case: polled, after an overrun;
-//! by interrupts; by DMA in both directions, where the idle line ends a message of unknown length.
+//! The debug console's port in the three ways firmware uses one, each echoing a line in upper case: polled,
+//! after an overrun; by interrupts; by DMA in both directions, where the idle line ends a message of unknown
+//! length.
 #![no_std]
 #![no_main]
 
@@ -63,7 +64,8 @@ fn USART2() {
     }
 }
 
-/// Two characters with nobody to take the first: the second is lost, the first is kept (RM0399, "Overrun error").
+/// Two characters with nobody to take the first: the second is lost, the first is kept (RM0399, "Overrun
+/// error").
 fn overrun(console: &Console<'_>, port: &pac::USART2) {
     wait_for("an overrun", || port.isr.read().ore().bit());
     assert_eq!(console.get(), Some(b'1'));

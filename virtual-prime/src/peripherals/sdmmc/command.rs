@@ -1,4 +1,5 @@
-//! The command path: a command, its response or the wait for one, and the busy signal after it, RM0399 section 58.5.4.
+//! The command path: a command, its response or the wait for one, and the busy signal after it, RM0399
+//! section 58.5.4.
 
 use rigless::device::{DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::sdmmc1::Register;
@@ -56,8 +57,8 @@ impl Sdmmc {
             return;
         }
         if file.get(Register::Dctrl) & DTEN != 0 {
-            // Section 58.10.4 says that no command goes out then. On silicon it does: the vendor's driver reads the SCR,
-            // the SD status and CMD6's answer this way.
+            // Section 58.10.4 says that no command goes out then. On silicon it does: the vendor's driver
+            // reads the SCR, the SD status and CMD6's answer this way.
             context.tell("DCTRL", "RM0399 SDMMC: DTEN is not for transfers that a command begins");
         }
         let now_ns = context.now().0;

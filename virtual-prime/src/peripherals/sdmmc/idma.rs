@@ -11,8 +11,8 @@ use super::{Sdmmc, flag};
 const IDMAEN: u64 = 1;
 const IDMABMODE: u64 = 1 << 1;
 const IDMABACT: u64 = 1 << 2;
-/// What the internal DMA of SDMMC1 reaches, RM0399 table 3: the flash, AXI SRAM and the external memories, but neither
-/// the TCMs nor the second domain's SRAM.
+/// What the internal DMA of SDMMC1 reaches, RM0399 table 3: the flash, AXI SRAM and the external memories,
+/// but neither the TCMs nor the second domain's SRAM.
 const REACH: [Range<u64>; 3] = [0x0800_0000..0x0820_0000, 0x2400_0000..0x2408_0000, 0x6000_0000..0xA000_0000];
 /// Tokens of the accesses the DMA makes.
 pub(super) const FETCH: u64 = 1;
@@ -28,7 +28,8 @@ impl Sdmmc {
         file.get(Register::Idmactrlr) & IDMAEN != 0
     }
 
-    /// Where the DMA goes next; in double-buffer mode it changes buffers and says so. `None` when it does not get there.
+    /// Where the DMA goes next; in double-buffer mode it changes buffers and says so. `None` when it does not
+    /// get there.
     pub(super) fn next_dma_address(&mut self, file: &mut RegisterFile) -> Option<u64> {
         let control = file.get(Register::Idmactrlr);
         if control & IDMABMODE != 0 && self.dma_room == 0 {

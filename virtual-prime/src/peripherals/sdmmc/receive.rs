@@ -9,8 +9,8 @@ use sim::models::sd_card::Transfer;
 
 use super::{Data, FIFO_WORDS, Sdmmc, flag, idma};
 
-/// Access time of the card before the first and between further blocks, in nanoseconds: SD cards allow up to 100 ms,
-/// good ones take some hundred microseconds for the first.
+/// Access time of the card before the first and between further blocks, in nanoseconds: SD cards allow up to
+/// 100 ms, good ones take some hundred microseconds for the first.
 const FIRST_BLOCK_NS: u64 = 200_000;
 const NEXT_BLOCK_NS: u64 = 5_000;
 /// Clocks of a block beside its data: a start bit before them, the checksum and an end bit after them.
@@ -153,9 +153,9 @@ impl Sdmmc {
         });
     }
 
-    /// Firmware takes a word. The manual does not say what a read of the empty FIFO does. On silicon DATAEND waits until
-    /// the FIFO is empty, and a driver that reads both words of the SCR as soon as the first is there still sees it: so
-    /// the word that comes next counts as read.
+    /// Firmware takes a word. The manual does not say what a read of the empty FIFO does. On silicon DATAEND
+    /// waits until the FIFO is empty, and a driver that reads both words of the SCR as soon as the first is
+    /// there still sees it: so the word that comes next counts as read.
     pub(super) fn read_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> u64 {
         let word = self.fifo.pop_front();
         if word.is_none() && self.remaining > 0 {

@@ -9,7 +9,8 @@ use super::{Data, Sdmmc, flag, idma};
 
 /// Clocks before a block: N_WR of the SD specification, at least two, and the start bit.
 const START_CLOCKS: u64 = 3;
-/// Clocks after a block's data: checksum, end bit, two clocks of turn-round and the card's five bits of CRC status.
+/// Clocks after a block's data: checksum, end bit, two clocks of turn-round and the card's five bits of CRC
+/// status.
 const END_CLOCKS: u64 = 16 + 1 + 2 + 5;
 
 /// A block that goes out.
