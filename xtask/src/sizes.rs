@@ -74,7 +74,10 @@ mod tests {
     fn a_symbol_belongs_to_the_crate_it_names_first() {
         for (symbol, owner) in [
             ("_ZN7machine8executor3run17h0123456789abcdefE", "machine"),
-            ("_ZN72_$LT$gcode..scanner..Blocks$u20$as$u20$core..iter..Iterator$GT$4next17h580ad284d6ddc38fE", "gcode"),
+            (
+                "_ZN81_$LT$gcode..scanner..Blocks$u20$as$u20$core..iter..traits..iterator..Iterator$GT$4next17h580ad284d6ddc38fE",
+                "gcode",
+            ),
             (".Lanon.88b94e7312261267de5bd5db2f6d1e4d.214", CONSTANTS),
             ("memcpy", "without a crate"),
         ] {
