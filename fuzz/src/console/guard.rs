@@ -10,8 +10,6 @@ use sim::runner::Runner;
 use sim::world::ON_BOARD_DRIVERS;
 use units::{Actuator, Axis, Direction, MAX_ACTUATORS};
 
-/// Whether moves out of the travel are refused, so that a carriage never meets the frame.
-const TRAVEL_IS_ENFORCED: bool = false;
 /// What step times are off by, as a share of a speed: the grid of 5 ns, and the solver.
 const SPEED_ALLOWED: f64 = 1.01;
 /// The same of an acceleration; and corners so flat that they count as straight.
@@ -22,9 +20,10 @@ const WINDOW_NS: u64 = 10_000_000;
 const SAMPLE_NS: u64 = 1_000_000;
 /// How far the machine may think it is from where it is, mm.
 const KNOWN_MM: f64 = 0.1;
-/// Codes that say where the machine is, or what its travel is: then nobody knows from outside.
+/// Codes that say where the machine is, or what its travel is, or that it does not count: then nobody knows
+/// from outside.
 const REDEFINES: &[&[u8]] =
-    &[b"28", b"206", b"306", b"665", b"666", b"92", b"load", b"501", b"play", b"M24", b"M32", b"reset"];
+    &[b"28", b"206", b"306", b"665", b"666", b"92", b"211", b"load", b"501", b"play", b"M24", b"M32", b"reset"];
 
 /// What is remembered of a motor.
 #[derive(Clone, Debug, Default)]
@@ -155,7 +154,7 @@ impl Guard {
     }
 
     fn look_at_travel(&mut self, runner: &Runner) {
-        let Some(before) = self.homed.filter(|_| TRAVEL_IS_ENFORCED) else { return };
+        let Some(before) = self.homed else { return };
         let place = runner.motion(|motion| motion.live_position());
         for (index, actuator) in Actuator::ALL.into_iter().take(before.len()).enumerate() {
             let (there, lost, on) = runner.world(|world| {
