@@ -19,11 +19,11 @@
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
 
 use defmt_rtt as _;
-use machine::sessions::Inbox;
 use machine::tasks::ReachedMark;
 use machine::watchdog::Reports;
 use motion::Latch;
 
+mod consoles;
 mod dispatcher;
 mod drivers;
 mod fault;
@@ -36,8 +36,6 @@ mod wiring;
 
 /// Where inputs that stop motion leave their tick.
 static LATCH: Latch = Latch::new();
-/// Received bytes of the debug console, UART 0 and UART 1.
-static INBOXES: [Inbox; 3] = [const { Inbox::new() }; 3];
 /// How far the motors have come, from the feed to the heat task.
 static REACHED: ReachedMark = ReachedMark::new();
 /// Who has shown to be alive since the watchdog was fed.
@@ -57,11 +55,12 @@ mod app {
     use machine::watchdog::Reporter;
     use motion::{BlockRing, Motion, Store};
 
+    use crate::consoles::Console;
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{INBOXES, LATCH, REACHED, REPORTS, dispatcher, fault};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault};
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
     /// the step interrupt, the feed and the planner touch all the time.
@@ -182,8 +181,7 @@ mod app {
 
     #[task(binds = USART2, priority = 6, local = [debug, intake: Intake = Intake::new()])]
     fn debug_bytes(cx: debug_bytes::Context) {
-        let [inbox, _, _] = &INBOXES;
-        let intake = cx.local.intake;
+        let (inbox, intake) = (Console::Debug.inbox(), cx.local.intake);
         cx.local.debug.on_interrupt(|byte| {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
@@ -193,8 +191,7 @@ mod app {
 
     #[task(binds = USART3, priority = 6, local = [uart0, intake: Intake = Intake::new()])]
     fn uart0_bytes(cx: uart0_bytes::Context) {
-        let [_, inbox, _] = &INBOXES;
-        let intake = cx.local.intake;
+        let (inbox, intake) = (Console::Uart0.inbox(), cx.local.intake);
         cx.local.uart0.on_interrupt(|byte| {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
@@ -204,8 +201,7 @@ mod app {
 
     #[task(binds = UART4, priority = 6, local = [uart1, intake: Intake = Intake::new()])]
     fn uart1_bytes(cx: uart1_bytes::Context) {
-        let [_, _, inbox] = &INBOXES;
-        let intake = cx.local.intake;
+        let (inbox, intake) = (Console::Uart1.inbox(), cx.local.intake);
         cx.local.uart1.on_interrupt(|byte| {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);

@@ -20,13 +20,14 @@ use motion::{Latch, Motion};
 use rtic::Mutex;
 use units::{Celsius, Micros, Ticks, Volts};
 
+use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{INBOXES, LATCH, REPORTS};
+use crate::{LATCH, REPORTS};
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe both ways, kill button.
 const MAX_INPUTS: usize = 31;
@@ -59,8 +60,7 @@ pub struct BoardPorts<M, H, S, T> {
     owned: &'static mut Owned,
     storage: CardStorage,
     shared: Shared<M, H, S, T>,
-    /// Which of the two auxiliary ports are consoles: ids 1 and 2. One that is not swallows what is written
-    /// to it.
+    /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
     reset_at: Option<Micros>,
@@ -80,12 +80,14 @@ where
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
 
-    fn port(&mut self, session: SessionId) -> Option<&mut UartPort> {
-        match (session.0, self.open) {
-            (0, _) => Some(&mut self.owned.debug),
-            (1, [true, _]) => self.owned.uarts.first_mut(),
-            (2, [_, true]) => self.owned.uarts.last_mut(),
-            _ => None,
+    /// None for a port that is no console.
+    fn port(&mut self, console: Console) -> Option<&mut UartPort> {
+        let [uart0, uart1] = &mut self.owned.uarts;
+        let [uart0_open, uart1_open] = self.open;
+        match console {
+            Console::Debug => Some(&mut self.owned.debug),
+            Console::Uart0 => uart0_open.then_some(uart0),
+            Console::Uart1 => uart1_open.then_some(uart1),
         }
     }
 
@@ -242,24 +244,20 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     fn sessions(&self) -> u8 {
-        INBOXES.len() as u8
+        Console::ALL.len() as u8
     }
 
     fn inbox(&self, session: SessionId) -> &Inbox {
-        let [debug, uart0, uart1] = &INBOXES;
-        match session.0 {
-            1 => uart0,
-            2 => uart1,
-            _ => debug,
-        }
+        Console::of(session).unwrap_or(Console::Debug).inbox()
     }
 
-    fn profile(&self, _: SessionId) -> SessionProfile {
-        SessionProfile::SERIAL
+    fn profile(&self, session: SessionId) -> SessionProfile {
+        Console::of(session).unwrap_or(Console::Debug).profile()
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        self.port(session).map_or(bytes.len(), |port| port.write(bytes))
+        let port = Console::of(session).and_then(|console| self.port(console));
+        port.map_or(bytes.len(), |port| port.write(bytes))
     }
 }
 

@@ -74,8 +74,7 @@ pub struct Block<'a> {
     pub code: Option<Code>,
     /// Column of the first word, from 1.
     pub column: u16,
-    /// Raw text after a code that takes text (M23 M28 M30 M32 M117 M501 M504), trimmed, without comment and
-    /// checksum.
+    /// Raw text after a code of `TEXT_M_CODES` (`scanner.rs`), trimmed, without comment and checksum.
     pub text: Option<&'a str>,
     /// Bit n: the n-th letter is written.
     present: u32,

@@ -1,9 +1,10 @@
 //! G-code text: bytes to lines ([`LineBuffer`]), lines to blocks ([`Decoder`], [`Blocks`]), blocks to words
 //! ([`Block`]).
 //!
-//! Understood: RepRap (`N` and `*` checksums, resends, several commands on a line, text after M23 M28 M30 M32
-//! M117 M501 M504) and NIST RS-274 line syntax (blanks anywhere, lower case, `( )` and `;` comments, block
-//! delete, `%`). Lines of a console command (`ls`, `$H`) are told apart from lower-case G-code (`g1 x10`).
+//! Understood: RepRap (`N` and `*` checksums, resends, several commands on a line, text after the codes of
+//! `TEXT_M_CODES` in `scanner.rs`) and NIST RS-274 line syntax (blanks anywhere, lower case, `( )` and `;`
+//! comments, block delete, `%`). Lines of a console command (`ls`, `$H`) are told apart from lower-case G-code
+//! (`g1 x10`).
 //!
 //! This crate knows no positions, modal state or units: a number is a number, with the column it stood in.
 #![cfg_attr(not(test), no_std)]

@@ -165,34 +165,37 @@ fn report<P: Ports>(
     let Machine { ports, program, sessions, axes, tuning, config, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let code = words.code();
-    match function {
-        Function::ReportTemperatures => heat_codes::report_temperatures(ports, config, code.number, reply),
-        Function::ReportPosition => return Some(reports::position(ports, config, program, code.subcode, reply)),
+    Some(match function {
+        Function::ReportTemperatures => {
+            // The line begins with its `ok`.
+            heat_codes::report_temperatures(ports, config, code.number, reply);
+            Ok(Answer::Said)
+        }
+        Function::ReportPosition => reports::position(ports, config, program, code.subcode, reply),
         Function::ReportFirmware => {
             reports::firmware(ports, config, dialect, reply);
-            return Some(Ok(Answer::Ok));
+            Ok(Answer::Ok)
         }
         Function::ReportSwitches => {
             reports::end_switches(ports, config, tuning, reply);
-            return Some(Ok(Answer::Ok));
+            Ok(Answer::Ok)
         }
         Function::ReportHoming => {
             arms::report_homing(config, axes, reply);
-            return Some(Ok(Answer::Ok));
+            Ok(Answer::Ok)
         }
-        Function::FilamentDiameter => return Some(reports::filament_diameter(config, program.tools(), words, reply)),
-        Function::FlowFactor => return Some(reports::flow_factor(config, program.tools(), words, reply)),
-        Function::RetractSettings | Function::RecoverSettings => return Some(Ok(Answer::Ok)),
-        Function::DriverStatus => return Some(describe_drivers(machine, words, to)),
-        Function::ShowGrid => return Some(begin_listing(machine, Listing::Grid { row: 0 }, to)),
+        Function::FilamentDiameter => reports::filament_diameter(config, program.tools(), words, reply),
+        Function::FlowFactor => reports::flow_factor(config, program.tools(), words, reply),
+        Function::RetractSettings | Function::RecoverSettings => Ok(Answer::Ok),
+        Function::DriverStatus => describe_drivers(machine, words, to),
+        Function::ShowGrid => begin_listing(machine, Listing::Grid { row: 0 }, to),
         Function::ShowSettings => {
             let loaded = if machine.settings_loaded { "config override loaded" } else { "No config override loaded" };
             machine.say(to, format_args!("// NOTE: {loaded}\n"));
-            return Some(begin_listing(machine, Listing::Settings { part: 0 }, to));
+            begin_listing(machine, Listing::Settings { part: 0 }, to)
         }
         _ => return None,
-    }
-    Some(Ok(Answer::Said))
+    })
 }
 
 fn file_or_job<P: Ports>(

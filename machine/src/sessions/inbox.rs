@@ -92,20 +92,10 @@ impl Default for Inbox {
 }
 
 impl Inbox {
-    /// An empty inbox of a line that is always open. All zero, so that it lies in memory that start-up
-    /// clears.
+    /// An empty inbox, open: a transport whose peers come and go closes it before the first one. All zero, so
+    /// that it lies in memory that start-up clears.
     #[must_use]
     pub const fn new() -> Self {
-        Self::visited(0)
-    }
-
-    /// An empty inbox of a transport whose peers come and go; nobody is there yet.
-    #[must_use]
-    pub const fn closed() -> Self {
-        Self::visited(1)
-    }
-
-    const fn visited(visits: u32) -> Self {
         Self {
             bytes: [const { AtomicU8::new(0) }; INBOX_BYTES],
             received: AtomicU32::new(0),
@@ -113,7 +103,7 @@ impl Inbox {
             requests: AtomicU32::new(0),
             queries: AtomicU32::new(0),
             extended: AtomicBool::new(false),
-            visits: AtomicU32::new(visits),
+            visits: AtomicU32::new(0),
             lost: AtomicU32::new(0),
         }
     }

@@ -222,8 +222,10 @@ mod tests {
 
     impl Desk {
         fn new() -> Self {
+            let visited = Inbox::new();
+            visited.set_open(false);
             Self {
-                inboxes: [Inbox::new(), Inbox::closed()],
+                inboxes: [Inbox::new(), visited],
                 intakes: [Intake::new(); 2],
                 output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
             }

@@ -71,7 +71,12 @@ impl Shared {
     pub fn new(world: World, setup: &Setup, board_id: BoardId) -> Self {
         let consoles = [SessionProfile::SERIAL; CONSOLES];
         let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
-        let inbox = |place: usize| if place < CONSOLES { Inbox::new() } else { Inbox::closed() };
+        let inbox = |place: usize| {
+            let inbox = Inbox::new();
+            // Visitors come later.
+            inbox.set_open(place < CONSOLES);
+            inbox
+        };
         Self {
             now_ns: Flag::new(0),
             world: Turns::new(world),

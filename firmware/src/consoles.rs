@@ -1,0 +1,45 @@
+//! The consoles of the board: one variant each, and the compiler names every place that another one needs.
+
+use machine::ports::SessionProfile;
+use machine::sessions::{Inbox, SessionId};
+
+static DEBUG: Inbox = Inbox::new();
+static UART0: Inbox = Inbox::new();
+static UART1: Inbox = Inbox::new();
+
+/// A console, in the order of the session ids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Console {
+    /// USART2, the debug UART.
+    Debug,
+    /// USART3, UART 0 of the configuration.
+    Uart0,
+    /// UART4, UART 1 of the configuration.
+    Uart1,
+}
+
+impl Console {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Debug, Self::Uart0, Self::Uart1];
+
+    /// The console of a session.
+    pub fn of(session: SessionId) -> Option<Self> {
+        Self::ALL.get(usize::from(session.0)).copied()
+    }
+
+    /// What it has received.
+    pub const fn inbox(self) -> &'static Inbox {
+        match self {
+            Self::Debug => &DEBUG,
+            Self::Uart0 => &UART0,
+            Self::Uart1 => &UART1,
+        }
+    }
+
+    /// Who is at its other end.
+    pub const fn profile(self) -> SessionProfile {
+        match self {
+            Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,
+        }
+    }
+}
