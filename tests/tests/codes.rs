@@ -1,11 +1,12 @@
 //! The table of codes, row by row, on a whole machine.
 
-use program::codes;
-use scenarios::{Bench, CARTESIAN, Plan};
 use std::collections::BTreeSet;
 
-/// Codes that do what the configuration says, and it says nothing here; and what GRBL's dialect alone lists.
-const NOBODY_S: [&str; 2] = ["M80", "M81", "M9"];
+use program::codes;
+use scenarios::{Bench, CARTESIAN, Plan};
+
+/// Codes that do what the configuration says, and it says nothing here.
+const NOBODY_S: [&str; 3] = ["M80", "M81", "M9"];
 
 fn start() -> Bench {
     Plan::new(CARTESIAN)

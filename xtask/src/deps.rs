@@ -30,7 +30,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("bsp-prime", &["units", "motion"]),
     ("firmware", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "storage", "bsp-prime"]),
     ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
-    ("scenarios", &["units", "gcode", "config", "motion", "drivers", "machine", "sim"]),
+    ("scenarios", &["units", "program", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
