@@ -7,6 +7,8 @@ use gcode::{Code, Letter};
 use heapless::Vec;
 use units::{HeaterId, SwitchId};
 
+/// Claims of one code: every switch listens to it, and every heater.
+pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS;
 /// Three codes of each heater, two of each switch.
 const MOST: usize = 3 * units::MAX_HEATERS + 2 * 16;
 

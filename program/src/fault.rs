@@ -5,8 +5,6 @@ use core::fmt;
 use gcode::Code;
 use units::{Axis, HeaterId, SwitchId, ToolId};
 
-use crate::splines::ORDERS;
-
 /// A part of the machine that an error in the configuration keeps off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
@@ -63,7 +61,7 @@ pub enum Problem {
     QuadraticPoint,
     NurbsWord(char),
     Weight,
-    Order,
+    Order(u8, u8),
     ControlPoints,
     TooFewPoints(u8),
     SavedTooOften,
@@ -118,7 +116,7 @@ impl fmt::Display for Problem {
             Self::MustSupply(letter) => return write!(f, "Must supply {letter}"),
             Self::BelongTogether(one, other) => return write!(f, "{one} and {other} belong together"),
             Self::NurbsWord(letter) => return write!(f, "G5.2 takes X Y P L only, not {letter}"),
-            Self::Order => return write!(f, "L is the order, {} to {}", ORDERS.start(), ORDERS.end()),
+            Self::Order(least, most) => return write!(f, "L is the order, {least} to {most}"),
             Self::ControlPoints => {
                 return write!(f, "G5.2 takes {} control points at most", crate::action::MOST_POINTS);
             }

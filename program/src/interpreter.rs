@@ -1,76 +1,21 @@
-//! The interpreter: it holds what a program has set and says what each block means.
+//! What a program has set, and what it has done: the state that each block is read in. What blocks mean is in
+//! [`crate::meaning`], which block means what in [`crate::codes`].
 
-use gcode::{Block, Code, Letter};
 use heapless::{Deque, Vec};
-use units::{AxisSet, PerAxis};
+use units::{Axis, MmPerSecond, PerAxis};
 
-use crate::action::{Action, ControlPoint, Effect, Function};
-use crate::claims::Claim;
-use crate::codes::{self, CodeInfo, Handler};
-use crate::dialect::Dialect;
-use crate::fault::Fault;
-use crate::modal::{Modal, Saved};
+use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
+use crate::claims::MOST_CLAIMS;
+use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
 use crate::setup::{HeaterSetup, Setup};
 use crate::splines::Splines;
 use crate::tools::Tools;
-use crate::words::Words;
 
 /// How deep M120 saves.
 const SAVED_STATES: usize = 8;
 /// Actions that can wait behind the first one of a block.
 const FOLLOWING: usize = 4;
-/// Claims of one code: every switch listens to it, and every heater.
-pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS;
-
-/// What must be known of the machine to say what a block means.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Facts {
-    /// Axes that are homed.
-    pub homed: AxisSet,
-    /// Axes that have a switch to home with.
-    pub can_home: AxisSet,
-}
-
-impl Facts {
-    /// Every axis that can be homed is.
-    #[must_use]
-    pub const fn all_homed(self) -> bool {
-        self.homed.has_all(self.can_home)
-    }
-}
-
-/// What a block means.
-#[derive(Clone, Copy, Debug)]
-pub enum Meaning<'b> {
-    /// It changed how later words are read; the machine has nothing to do.
-    Nothing,
-    /// This is to be done, then what [`Interpreter::next_action`] gives.
-    Action(Action<'b>),
-    /// Nobody knows this code.
-    Unknown,
-}
-
-pub(crate) const NOTHING: Result<Meaning<'static>, Fault> = Ok(Meaning::Nothing);
-
-/// What a handler of a code has to go by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Context<'b> {
-    pub words: Words<'b>,
-    pub facts: Facts,
-    pub dialect: Dialect,
-    function: Option<Function>,
-}
-
-impl<'b> Context<'b> {
-    /// The machine does it, as the row of the table says.
-    pub const fn function(&self) -> Meaning<'b> {
-        match self.function {
-            Some(function) => Meaning::Action(Action::Function(function, self.words)),
-            None => Meaning::Unknown,
-        }
-    }
-}
 
 /// The state of a program.
 #[derive(Clone, Debug)]
@@ -86,7 +31,7 @@ pub struct Interpreter {
     pub(crate) heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
     /// X Y Z of the last G38, machine position in mm, and whether its contact was found.
     pub(crate) last_probe: ([f64; 3], bool),
-    setup: Setup,
+    pub(crate) setup: Setup,
     effects: Deque<Effect, MOST_CLAIMS>,
     following: Deque<Action<'static>, FOLLOWING>,
     before: Before,
@@ -126,83 +71,12 @@ impl Interpreter {
         }
     }
 
-    /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its
-    /// code.
-    #[must_use]
-    pub fn row(&self, block: &Block<'_>) -> Option<&'static CodeInfo> {
-        let code = block.code.unwrap_or(self.modal.motion.code());
-        if code.letter == Letter::T {
-            return Some(codes::TOOL);
-        }
-        let known = codes::find(code);
-        if known.is_none() && self.setup.claims.may_have(code) {
-            return self.setup.claims.of(code).next().map(codes::claimed);
-        }
-        known
-    }
-
-    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out.
-    /// `None` when the block is no question, or a word of it is wrong.
-    #[must_use]
-    pub fn question<'b>(&self, block: &'b Block<'b>) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
-        let row = self.row(block).filter(|row| row.waits == codes::Waits::Question)?;
-        let (Handler::Function(function) | Handler::Both(_, function)) = row.handler else { return None };
-        let words = Words::new(block, row, self.modal.inches);
-        words.check().is_ok().then_some((row, function, words))
-    }
-
-    /// What a block means, read as its row says.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then, unless the fault halts.
-    pub fn run<'b>(
-        &mut self,
-        block: &'b Block<'b>,
-        row: &'static CodeInfo,
-        facts: Facts,
-        dialect: Dialect,
-    ) -> Result<Meaning<'b>, Fault> {
+    /// A block begins: what the one before left to do is forgotten.
+    pub(crate) fn begin_block(&mut self) {
         self.effects.clear();
         self.following.clear();
         let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
         self.before = Before { position: self.position, tool_offset: self.modal.tool_offset, e, retracted };
-        let words = Words::new(block, row, self.modal.inches);
-        words.check()?;
-        let function = match row.handler {
-            Handler::Function(function) | Handler::Both(_, function) => Some(function),
-            _ => None,
-        };
-        let context = Context { words, facts, dialect, function };
-        let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
-        if let Some(meaning) = claimed.map(|code| self.claimed(code, &context)).transpose()?.flatten() {
-            return Ok(meaning);
-        }
-        match row.handler {
-            Handler::Interpret(interpret) | Handler::Both(interpret, _) => interpret(self, &context),
-            Handler::Function(_) => Ok(context.function()),
-            Handler::Tool => self.select_tool(context.words.code().number, words.column()),
-            Handler::Nothing => NOTHING,
-            Handler::Claimed if claimed.is_some() => NOTHING,
-            Handler::Claimed => Ok(Meaning::Unknown),
-        }
-    }
-
-    /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
-    fn claimed<'b>(&mut self, code: Code, context: &Context<'b>) -> Result<Option<Meaning<'b>>, Fault> {
-        let claims: Vec<Claim, MOST_CLAIMS> = self.setup.claims.of(code).take(MOST_CLAIMS).collect();
-        for claim in &claims {
-            let effect = match *claim {
-                Claim::SwitchOn(switch) => {
-                    let value = context.words.get('S').map(|value| value as f32);
-                    Effect::Switch { switch, on: true, value }
-                }
-                Claim::SwitchOff(switch) => Effect::Switch { switch, on: false, value: None },
-                _ => continue,
-            };
-            self.by_the_way(effect);
-        }
-        let heats = claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_)));
-        heats.map(|claim| self.heat(*claim, &claims, context)).transpose()
     }
 
     /// What is to be done before the action of the last block.
@@ -238,6 +112,39 @@ impl Interpreter {
     pub(crate) fn then(&mut self, action: Action<'static>) {
         let fits = self.following.push_back(action).is_ok();
         debug_assert!(fits, "a block has {FOLLOWING} more actions at most");
+    }
+
+    /// The move there, which the program has then made.
+    pub(crate) fn draw<'b>(&mut self, target: PerAxis<f64>, shape: Shape, names_z: bool) -> Action<'b> {
+        let rate = match self.modal.motion {
+            MotionMode::Rapid => Rate::Rapid(self.modal.seek_rate),
+            _ => Rate::Feed(self.modal.feed_rate),
+        };
+        self.position = target;
+        self.tools.moved(names_z);
+        Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
+    }
+
+    /// A rapid move in a straight line, which the program has then made.
+    pub(crate) fn rapid_to<'b>(&mut self, target: PerAxis<f64>) -> Action<'b> {
+        self.position = target;
+        let rate = Rate::Rapid(self.modal.seek_rate);
+        let shape = Shape::Line { names_xy: true };
+        Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
+    }
+
+    /// A move of one axis at a rate of its own, which the program has then made.
+    pub(crate) fn move_by<'b>(&mut self, axis: Axis, by: f64, rate: MmPerSecond) -> Action<'b> {
+        let mut target: PerAxis<f64> = self.position;
+        target[axis] += by;
+        self.position = target;
+        Action::Move(Move {
+            target,
+            shape: Shape::Line { names_xy: false },
+            rate: Rate::Feed(rate),
+            power: self.modal.power,
+            corner: Corner::Sharp,
+        })
     }
 
     /// The last block's action was refused: the program is where it was before.
@@ -328,13 +235,13 @@ impl Interpreter {
     }
 
     /// M203 S: the rate of G0.
-    pub const fn set_seek_rate(&mut self, rate: units::MmPerSecond) {
+    pub const fn set_seek_rate(&mut self, rate: MmPerSecond) {
         self.modal.seek_rate = rate;
     }
 
     /// G30 Z: a contact at this height of the machine reads as given, both in mm.
     pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
-        self.modal.set_g92(units::Axis::Z, reads, machine_z);
+        self.modal.set_g92(Axis::Z, reads, machine_z);
     }
 
     /// Where a G38 ended, and whether it found its contact.

@@ -12,24 +12,22 @@
 #![forbid(unsafe_code)]
 
 mod action;
-mod arcs;
 mod claims;
 pub mod codes;
 pub mod commands;
+mod context;
 mod dialect;
+mod dispatch;
 mod fault;
-mod heat;
 mod interpreter;
+mod meaning;
 mod modal;
-mod moves;
-mod offsets;
 mod park;
-mod probing;
-mod program;
 mod setup;
 mod splines;
 mod state;
 mod tools;
+mod word;
 mod words;
 
 pub use action::{
@@ -38,9 +36,10 @@ pub use action::{
 };
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
+pub use context::{Facts, Meaning};
 pub use dialect::Dialect;
 pub use fault::{Fault, Part, Problem};
-pub use interpreter::{Facts, Interpreter, Kept, Meaning};
+pub use interpreter::{Interpreter, Kept};
 pub use modal::{COORDINATE_SYSTEMS, Modal, MotionMode, write_system_name};
 pub use park::ParkPosition;
 pub use setup::{HeaterSetup, Setup, ToolSettings};

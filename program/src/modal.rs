@@ -7,9 +7,8 @@ use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
 
 use crate::action::Corner;
+use crate::words::MM_PER_INCH;
 
-/// Millimetres in an inch (exact since 1959).
-pub const MM_PER_INCH: f64 = 25.4;
 /// Coordinate systems G54 to G59.3.
 pub const COORDINATE_SYSTEMS: usize = 9;
 

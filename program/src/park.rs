@@ -1,11 +1,6 @@
-//! G28 and its subcodes: homing, and the park position.
+//! The park position of G28.
 
-use units::{Axis, AxisSet, PerAxis};
-
-use crate::action::Action;
-use crate::fault::{Fault, Problem};
-use crate::interpreter::{Context, Facts, Interpreter, Meaning, NOTHING};
-use crate::words::Words;
+use units::Axis;
 
 /// A place in machine coordinates, mm. Z takes part only where it was stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,84 +15,12 @@ pub struct ParkPosition {
 
 impl ParkPosition {
     /// What was stored for an axis.
-    fn of(&self, axis: Axis) -> Option<f64> {
+    pub(crate) fn of(&self, axis: Axis) -> Option<f64> {
         match axis {
             Axis::X => Some(self.x),
             Axis::Y => Some(self.y),
             Axis::Z => self.z,
             _ => None,
         }
-    }
-}
-
-impl Interpreter {
-    /// G28 and G28.2: of the two, one homes and one parks, as the dialect says.
-    pub(crate) fn home_or_park<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let words = &context.words;
-        if context.dialect.parks(words.code().subcode) {
-            return self.go_to_park(words, context.facts);
-        }
-        if let Some(letter) = words.other_than("XYZABC") {
-            return Err(Problem::NotHomable(letter).refused(words.column_of(letter)));
-        }
-        Ok(Meaning::Action(Action::Home(words.axes())))
-    }
-
-    /// G28.1: stores where the machine is, or with X and Y (and Z) that place.
-    pub(crate) fn store_park<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let (words, homes_z) = (&context.words, context.facts.can_home.has(Axis::Z));
-        if words.is_bare() {
-            if !context.facts.all_homed() {
-                return Err(Problem::NotHomed.refused(0));
-            }
-            let z = homes_z.then_some(self.position[Axis::Z]);
-            self.park = ParkPosition { x: self.position[Axis::X], y: self.position[Axis::Y], z };
-            return Ok(Meaning::Action(Action::Note("position saved, use M500 to make permanent")));
-        }
-        let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
-        let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
-        let z = words.axis(Axis::Z).filter(|_| homes_z);
-        self.park = ParkPosition { x, y, z };
-        if words.has('Z') && z.is_none() {
-            return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
-        }
-        NOTHING
-    }
-
-    /// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,
-    /// then X and Y. With words only the axes they name take part.
-    fn go_to_park<'b>(&mut self, words: &Words<'b>, facts: Facts) -> Result<Meaning<'b>, Fault> {
-        if let Some(letter) = words.other_than("XYZ") {
-            return Err(Problem::NotParkable(letter).refused(words.column_of(letter)));
-        }
-        if !facts.all_homed() {
-            return Err(Problem::ParkUnknown.refused(0));
-        }
-        let mut by = self.position;
-        for axis in Axis::PRIMARY {
-            by[axis] += words.axis(axis).unwrap_or(0.0);
-        }
-        let (place, bare) = (self.park, words.is_bare());
-        let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
-            for axis in axes.iter().filter(|axis| bare || words.has(axis.letter())) {
-                target[*axis] = place.of(*axis).unwrap_or(target[*axis]);
-            }
-            target
-        };
-        let lifted = parked(by, &[Axis::Z]);
-        for target in [by, lifted, parked(lifted, &[Axis::X, Axis::Y])] {
-            if target != self.position {
-                let rapid = self.rapid_to(target);
-                self.then(rapid);
-            }
-        }
-        Ok(self.next_action().map_or(Meaning::Nothing, Meaning::Action))
-    }
-
-    /// G28.5.
-    pub(crate) fn forget_homing<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let words = &context.words;
-        let axes = if words.is_bare() { AxisSet::ALL } else { words.axes() };
-        Ok(Meaning::Action(Action::ForgetHoming(axes)))
     }
 }

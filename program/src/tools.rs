@@ -1,11 +1,9 @@
-//! Extruders: which one is active, how far it has fed, firmware retraction.
+//! Extruders: which one is active, how far it has fed.
 
 use heapless::Vec;
-use units::{Axis, MmPerSecond, PerAxis, ToolId};
+use units::{Axis, ToolId};
 
-use crate::action::{Action, Corner, Move, Rate, Shape};
-use crate::fault::{Fault, Part, Problem};
-use crate::interpreter::{Context, Interpreter, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
 use crate::setup::ToolSettings;
 use crate::words::Words;
 
@@ -43,8 +41,8 @@ impl Tool {
 /// All extruders.
 #[derive(Clone, Debug, Default)]
 pub struct Tools {
-    tools: Vec<Tool, MAX_TOOLS>,
-    active: usize,
+    pub(crate) tools: Vec<Tool, MAX_TOOLS>,
+    pub(crate) active: usize,
 }
 
 impl Tools {
@@ -93,7 +91,7 @@ impl Tools {
         self.tools.get(place).ok_or(Problem::NoExtruder.refused(0))
     }
 
-    fn selected_mut(&mut self, words: &Words<'_>) -> Result<&mut Tool, Fault> {
+    pub(crate) fn selected_mut(&mut self, words: &Words<'_>) -> Result<&mut Tool, Fault> {
         let place = self.place(words)?;
         self.tools.get_mut(place).ok_or(Problem::NoExtruder.refused(0))
     }
@@ -103,7 +101,7 @@ impl Tools {
         self.numbered(word).ok_or(Problem::NoSuchTool(word).refused(words.column_of('P')))
     }
 
-    fn numbered(&self, word: f64) -> Option<usize> {
+    pub(crate) fn numbered(&self, word: f64) -> Option<usize> {
         let id = ToolId::from_word(word)?;
         self.tools.iter().position(|tool| tool.settings.id == id)
     }
@@ -113,121 +111,5 @@ impl Tools {
         if let Some(lift) = self.active_mut().filter(|_| along_z).and_then(|tool| tool.retracted.as_mut()) {
             *lift = 0.0;
         }
-    }
-}
-
-impl Interpreter {
-    /// Tn.
-    pub(crate) fn select_tool<'b>(&mut self, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
-        let place = self.tools.numbered(f64::from(number));
-        let place = place.or((number == 0 && self.tools.all().is_empty()).then_some(0));
-        self.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
-        if let Some(tool) = self.tools.active() {
-            self.modal.tool_offset = tool.settings.offset;
-        }
-        NOTHING
-    }
-
-    /// G10 without L: pull the filament back, then lift.
-    pub(crate) fn retract<'b>(&mut self) -> Result<Meaning<'b>, Fault> {
-        self.needs_extruder()?;
-        let Some(tool) = self.tools.active_mut() else { return Ok(Meaning::Unknown) };
-        if tool.retracted.is_some() {
-            return NOTHING;
-        }
-        tool.retracted = Some(tool.settings.z_lift);
-        let settings = tool.settings.clone();
-        let pull = self.move_by(settings.axis, -settings.retract_length, settings.retract_rate);
-        if settings.z_lift > 0.0 {
-            let lift = self.move_by(Axis::Z, settings.z_lift, settings.z_lift_rate);
-            self.then(lift);
-        }
-        Ok(Meaning::Action(pull))
-    }
-
-    /// G11: down again, then push the filament forward.
-    pub(crate) fn recover<'b>(&mut self, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        self.needs_extruder()?;
-        let Some(tool) = self.tools.active_mut() else { return Ok(Meaning::Unknown) };
-        let Some(lift) = tool.retracted.take() else { return NOTHING };
-        let settings = tool.settings.clone();
-        let length = settings.retract_length + settings.recover_length;
-        if lift > 0.0 {
-            let down = self.move_by(Axis::Z, -lift, settings.z_lift_rate);
-            let push = self.move_by(settings.axis, length, settings.recover_rate);
-            self.then(push);
-            return Ok(Meaning::Action(down));
-        }
-        Ok(Meaning::Action(self.move_by(settings.axis, length, settings.recover_rate)))
-    }
-
-    fn needs_extruder(&self) -> Result<(), Fault> {
-        let off = self.tools.active().filter(|tool| tool.settings.is_off);
-        off.map_or(Ok(()), |tool| Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(0)))
-    }
-
-    fn move_by<'b>(&mut self, axis: Axis, by: f64, rate: MmPerSecond) -> Action<'b> {
-        let mut target: PerAxis<f64> = self.position;
-        target[axis] += by;
-        self.position = target;
-        Action::Move(Move {
-            target,
-            shape: Shape::Line { names_xy: false },
-            rate: Rate::Feed(rate),
-            power: self.modal.power,
-            corner: Corner::Sharp,
-        })
-    }
-
-    /// G10 L1 Pn: offset of tool n - 1.
-    pub(crate) fn set_tool_offset<'b>(&mut self, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
-        let active = self.tools.active_id();
-        let place = words.get('P').and_then(|p| self.tools.numbered(p - 1.0));
-        let tool = place.and_then(|place| self.tools.tools.get_mut(place));
-        let tool = tool.ok_or(Problem::ToolOfOffset.refused(words.column_of('P')))?;
-        for (offset, axis) in tool.settings.offset.iter_mut().zip(Axis::PRIMARY) {
-            *offset = words.axis(axis).unwrap_or(*offset);
-        }
-        if tool.settings.id == active {
-            self.modal.tool_offset = tool.settings.offset;
-        }
-        NOTHING
-    }
-
-    /// M200.
-    pub(crate) fn filament_diameter<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let tool = self.tools.selected_mut(&context.words)?;
-        let Some(diameter) = context.words.get('D') else { return Ok(context.function()) };
-        tool.settings.filament_diameter = (diameter > 0.01).then_some(diameter);
-        NOTHING
-    }
-
-    /// M207.
-    pub(crate) fn retraction<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let words = &context.words;
-        let settings = &mut self.tools.selected_mut(words)?.settings;
-        let word = |letter: char, now: f64| words.get(letter).unwrap_or(now);
-        settings.retract_length = word('S', settings.retract_length);
-        settings.retract_rate.0 = word('F', settings.retract_rate.0);
-        settings.z_lift = word('Z', settings.z_lift);
-        settings.z_lift_rate.0 = word('Q', settings.z_lift_rate.0);
-        NOTHING
-    }
-
-    /// M208.
-    pub(crate) fn recovery<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let words = &context.words;
-        let settings = &mut self.tools.selected_mut(words)?.settings;
-        settings.recover_length = words.get('S').unwrap_or(settings.recover_length);
-        settings.recover_rate.0 = words.get('F').unwrap_or(settings.recover_rate.0);
-        NOTHING
-    }
-
-    /// M221.
-    pub(crate) fn flow<'b>(&mut self, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-        let tool = self.tools.selected_mut(&context.words)?;
-        let Some(factor) = context.words.get('S') else { return Ok(context.function()) };
-        tool.flow = factor;
-        NOTHING
     }
 }

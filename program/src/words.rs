@@ -5,22 +5,26 @@ use core::fmt;
 use gcode::{Block, Code};
 use units::{Axis, AxisSet};
 
-use crate::codes::{Bounds, CodeInfo, Unit, WordInfo};
 use crate::fault::{Fault, Problem};
-use crate::modal::MM_PER_INCH;
+use crate::word::{Bounds, Unit, WordInfo};
+
+/// Millimetres in an inch (exact since 1959).
+pub(crate) const MM_PER_INCH: f64 = 25.4;
 
 /// The words of one code.
 #[derive(Clone, Copy, Debug)]
 pub struct Words<'b> {
     block: &'b Block<'b>,
-    info: &'static CodeInfo,
+    /// How they are read.
+    known: &'static [WordInfo],
+    code: Code,
     inches: bool,
 }
 
 impl<'b> Words<'b> {
-    /// The words of a block as this row reads them.
-    pub(crate) const fn new(block: &'b Block<'b>, info: &'static CodeInfo, inches: bool) -> Self {
-        Self { block, info, inches }
+    /// The words of a block as the row of this code reads them.
+    pub(crate) const fn new(block: &'b Block<'b>, code: Code, known: &'static [WordInfo], inches: bool) -> Self {
+        Self { block, known, code, inches }
     }
 
     /// The code they belong to.
@@ -28,7 +32,7 @@ impl<'b> Words<'b> {
     pub const fn code(&self) -> Code {
         match self.block.code {
             Some(code) => code,
-            None => self.info.code,
+            None => self.code,
         }
     }
 
@@ -37,7 +41,7 @@ impl<'b> Words<'b> {
     #[must_use]
     pub fn get(&self, letter: char) -> Option<f64> {
         let value = self.block.get(letter)?;
-        let unit = self.info.word(letter).map_or(Unit::Number, |word| word.unit);
+        let unit = self.known(letter).map_or(Unit::Number, |word| word.unit);
         Some(self.converted(value, unit))
     }
 
@@ -45,7 +49,7 @@ impl<'b> Words<'b> {
     /// program has some.
     #[must_use]
     pub(crate) fn length(&self, letter: char) -> Option<f64> {
-        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
+        debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
         let value = self.block.get(letter)?;
         Some(if self.inches { value * MM_PER_INCH } else { value })
     }
@@ -53,16 +57,21 @@ impl<'b> Words<'b> {
     /// A plain number, where the row says that it is one.
     #[must_use]
     pub(crate) fn number(&self, letter: char) -> Option<f64> {
-        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Number), "{letter}");
+        debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Number), "{letter}");
         self.block.get(letter)
     }
 
     /// A feed rate in mm/s, where the row says that it is one.
     #[must_use]
     pub(crate) fn feed(&self, letter: char) -> Option<f64> {
-        debug_assert!(self.info.word(letter).is_none_or(|word| word.unit == Unit::Feed), "{letter}");
+        debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Feed), "{letter}");
         let value = self.block.get(letter)?;
         Some(self.converted(value, Unit::Feed))
+    }
+
+    /// How a letter is read here.
+    fn known(&self, letter: char) -> Option<&'static WordInfo> {
+        self.known.iter().find(|word| word.letter == letter.to_ascii_uppercase())
     }
 
     fn converted(&self, value: f64, unit: Unit) -> f64 {
@@ -143,10 +152,7 @@ impl<'b> Words<'b> {
     /// # Errors
     /// The first word that is out of them.
     pub(crate) fn check(&self) -> Result<(), Fault> {
-        if !self.info.is_bounded {
-            return Ok(());
-        }
-        for word in self.info.words {
+        for word in self.known {
             if let Some(value) = self.block.get(word.letter).filter(|_| word.bounds != Bounds::Any) {
                 self.check_word(word, value)?;
             }

@@ -74,6 +74,7 @@ pub fn check(root: &Path) -> Result<()> {
     faults.extend(sources::faults(root, PURE)?);
     faults.extend(sources::waiting(root, SYNCHRONOUS)?);
     faults.extend(structure::faults(root, "machine", Some(("Machine", "executor")))?);
+    faults.extend(structure::faults(root, "program", None)?);
     if faults.is_empty() {
         println!("deps: {} crates keep the rules", packages.len());
         for package in ["machine", "program"] {

@@ -2,9 +2,10 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Group, Unit, Waits, WordInfo, word};
+use super::row::{CodeInfo, Group, Waits};
 use crate::action::Function;
-use crate::interpreter::Interpreter;
+use crate::meaning::{extruders, offsets};
+use crate::word::{Unit, WordInfo, word};
 
 const TOOL_WORD: WordInfo = word('P', Unit::Number, "of this tool; of the one in use where it is left out");
 
@@ -12,33 +13,33 @@ const TOOL_WORD: WordInfo = word('P', Unit::Number, "of this tool; of the one in
 pub const TOOL: CodeInfo = CodeInfo::tool("select an extruder, and its offset").waits(Waits::Path);
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::means(Code::g(11), Interpreter::recover, "push retracted filament forward again").waits(Waits::Path),
-    CodeInfo::means(Code::m(82), Interpreter::extruder_distance_mode, "coordinates of the extruder are places")
+    CodeInfo::means(Code::g(11), extruders::recover, "push retracted filament forward again").waits(Waits::Path),
+    CodeInfo::means(Code::m(82), offsets::extruder_distance_mode, "coordinates of the extruder are places")
         .group(Group::ExtruderDistance),
-    CodeInfo::means(Code::m(83), Interpreter::extruder_distance_mode, "coordinates of the extruder are distances")
+    CodeInfo::means(Code::m(83), offsets::extruder_distance_mode, "coordinates of the extruder are distances")
         .group(Group::ExtruderDistance),
     CodeInfo::either(
         Code::m(200),
-        Interpreter::filament_diameter,
+        extruders::filament_diameter,
         Function::FilamentDiameter,
         "count E in mm3 of filament this thick; 0: in mm",
     )
     .takes(&[word('D', Unit::Mm, "its diameter"), TOOL_WORD]),
-    CodeInfo::means(Code::m(207), Interpreter::retraction, "how G10 retracts").takes(&[
+    CodeInfo::means(Code::m(207), extruders::retraction, "how G10 retracts").takes(&[
         word('S', Unit::Mm, "length"),
         word('F', Unit::MmPerMinute, "speed").above(0.0),
         word('Z', Unit::Mm, "lift"),
         word('Q', Unit::MmPerMinute, "speed of the lift").above(0.0),
         TOOL_WORD,
     ]),
-    CodeInfo::means(Code::m(208), Interpreter::recovery, "how G11 recovers").takes(&[
+    CodeInfo::means(Code::m(208), extruders::recovery, "how G11 recovers").takes(&[
         word('S', Unit::Mm, "length beyond the retraction"),
         word('F', Unit::MmPerMinute, "speed").above(0.0),
         TOOL_WORD,
     ]),
     CodeInfo::either(
         Code::m(221),
-        Interpreter::flow,
+        extruders::flow,
         Function::FlowFactor,
         "scale the flow of what is extruded from now on",
     )

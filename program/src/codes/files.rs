@@ -5,10 +5,10 @@ use gcode::Code;
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, FILES, Waits};
 use crate::action::Function;
 use crate::fault::Part;
-use crate::interpreter::Interpreter;
+use crate::meaning::program;
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::either(Code::m(20), Interpreter::list_files, Function::ListFiles, "list the card").states(FILES),
+    CodeInfo::either(Code::m(20), program::list_files, Function::ListFiles, "list the card").states(FILES),
     CodeInfo::asks(Code::m(21), Function::Mount, "look for the card").states(FILES),
     CodeInfo::asks(Code::m(23), Function::SelectFile, "select a file to play").part(Part::Player),
     CodeInfo::asks(Code::m(24), Function::StartJob, "play the selected file, or go on with it").part(Part::Player),
@@ -25,7 +25,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(29), Function::EndUpload, "the file is complete").states(FILES),
     CodeInfo::either(
         Code::m(30),
-        Interpreter::m30,
+        program::m30,
         Function::RemoveFile,
         "remove a file; in GRBL's dialect, end of program",
     )
@@ -38,15 +38,15 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(502), Function::ForgetSettings, "delete the saved settings"),
     CodeInfo::asks(Code::m(503), Function::ShowSettings, "show what M500 would save").states(EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(504), Function::SaveSettings, "save a set of settings under a name"),
-    CodeInfo::means(Code::m(600), Interpreter::suspend, "suspend the job: pause, heaters off, after_suspend_gcode")
+    CodeInfo::means(Code::m(600), program::suspend, "suspend the job: pause, heaters off, after_suspend_gcode")
         .waits(Waits::Result)
         .part(Part::Player),
-    CodeInfo::means(Code::m(600).sub(1), Interpreter::suspend, "suspend the job; heaters stay on")
+    CodeInfo::means(Code::m(600).sub(1), program::suspend, "suspend the job; heaters stay on")
         .waits(Waits::Result)
         .part(Part::Player),
     CodeInfo::means(
         Code::m(601),
-        Interpreter::resume,
+        program::resume,
         "resume the job: heat up, before_resume_gcode, back to where it was",
     )
     .waits(Waits::Result)

@@ -3,9 +3,10 @@
 
 use gcode::Code;
 
-use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Unit, Waits, WordInfo, word};
+use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
-use crate::interpreter::Interpreter;
+use crate::meaning::moves;
+use crate::word::{Unit, WordInfo, word};
 
 const TARGET_WORDS: &[WordInfo] = &[
     word('S', Unit::Celsius, "the target; 1 and 2 stand for the presets"),
@@ -62,14 +63,10 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Result)
         .differs("the swing's amplitude is counted twice: its gains are double"),
-    CodeInfo::means(
-        Code::m(3),
-        Interpreter::power,
-        "spindle or laser on, where [switch] says so; S of moves that follow",
-    )
-    .takes(&[word('S', Unit::Number, "power")])
-    .waits(Waits::Path),
-    CodeInfo::means(Code::m(5), Interpreter::power, "spindle or laser off, where [switch] says so; S is 0")
+    CodeInfo::means(Code::m(3), moves::power, "spindle or laser on, where [switch] says so; S of moves that follow")
+        .takes(&[word('S', Unit::Number, "power")])
+        .waits(Waits::Path),
+    CodeInfo::means(Code::m(5), moves::power, "spindle or laser off, where [switch] says so; S is 0")
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::claimed(Code::m(9), "coolant off, where [switch] says so")

@@ -2,10 +2,11 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Unit, Waits, WordInfo, word};
+use super::row::{CodeInfo, Waits};
 use crate::action::Function;
 use crate::fault::Part;
-use crate::interpreter::Interpreter;
+use crate::meaning::{homing, offsets, probing};
+use crate::word::{Unit, WordInfo, word};
 
 const AXES: &[WordInfo] = &[
     word('X', Unit::Length, "this axis; when parking, a distance to go first"),
@@ -47,25 +48,25 @@ const SEARCHES: &str = "the contact is looked for each millisecond, and the plac
 pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(
         Code::g(28),
-        Interpreter::home_or_park,
+        homing::home_or_park,
         "home all axes with a homing switch, or those named; in GRBL's dialect, park",
     )
     .takes(AXES)
     .waits(Waits::Result)
     .differs("switches are looked at each 10 ms; words that are no axes are ignored"),
-    CodeInfo::means(Code::g(28).sub(1), Interpreter::store_park, "store the park position: here, or X Y and Z")
+    CodeInfo::means(Code::g(28).sub(1), homing::store_park, "store the park position: here, or X Y and Z")
         .takes(PLACES),
-    CodeInfo::means(Code::g(28).sub(2), Interpreter::home_or_park, "park; in GRBL's dialect, home")
+    CodeInfo::means(Code::g(28).sub(2), homing::home_or_park, "park; in GRBL's dialect, home")
         .takes(AXES)
         .waits(Waits::Result),
-    CodeInfo::means(Code::g(28).sub(3), Interpreter::declare_position, "the machine is here, and counts as homed")
+    CodeInfo::means(Code::g(28).sub(3), offsets::declare_position, "the machine is here, and counts as homed")
         .takes(PLACES)
         .waits(Waits::Standstill),
-    CodeInfo::means(Code::g(28).sub(5), Interpreter::forget_homing, "forget that axes are homed").takes(AXES),
+    CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
     strategy(Code::g(29), "measure the bed as the leveling strategy does"),
     strategy(Code::g(29).sub(1), "measure the bed on a spiral").waits(Waits::Result),
-    CodeInfo::means(Code::g(30), Interpreter::probe_down, "search for the bed and say the way there")
+    CodeInfo::means(Code::g(30), probing::probe_down, "search for the bed and say the way there")
         .takes(&[
             word('F', Unit::Feed, "speed of this search"),
             word('Z', Unit::Length, "stay there; it reads as this from now on"),
@@ -155,7 +156,7 @@ const fn strategy(code: Code, help: &'static str) -> CodeInfo {
 }
 
 const fn along(subcode: u8, help: &'static str) -> CodeInfo {
-    CodeInfo::means(Code::g(38).sub(subcode), Interpreter::probe_along, help)
+    CodeInfo::means(Code::g(38).sub(subcode), probing::probe_along, help)
         .takes(ALONG)
         .waits(Waits::Result)
         .part(Part::Probe)

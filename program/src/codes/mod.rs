@@ -19,10 +19,11 @@ mod row;
 use gcode::{Code, Letter};
 
 use crate::claims::Claim;
+pub use crate::word::{Bounds, Doc, Unit, WordInfo};
 #[cfg(feature = "docs")]
 pub use markdown::{write_codes, write_commands};
 pub(crate) use row::Handler;
-pub use row::{Bounds, CodeInfo, Doc, Group, Unit, Waits, WordInfo};
+pub use row::{CodeInfo, Group, Waits};
 
 /// The rows by topic, each with its title.
 pub const TOPICS: [(&str, &[CodeInfo]); 8] = [

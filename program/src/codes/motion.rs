@@ -2,8 +2,9 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Group, Unit, Waits, WordInfo, word};
-use crate::interpreter::Interpreter;
+use super::row::{CodeInfo, Group, Waits};
+use crate::meaning::{moves, splines};
+use crate::word::{Unit, WordInfo, word};
 
 /// Where a move ends, and how fast it goes.
 macro_rules! target_words {
@@ -38,7 +39,7 @@ pub const ROWS: &[CodeInfo] = &[
     moves(Code::g(1), "working move").takes(LINE),
     moves(Code::g(2), "arc or helix, clockwise in the plane of G17 to G19").takes(ARC).differs(ARCS),
     moves(Code::g(3), "arc or helix, counter-clockwise").takes(ARC).differs(ARCS),
-    CodeInfo::means(Code::g(4), Interpreter::dwell, "dwell: P and S together")
+    CodeInfo::means(Code::g(4), moves::dwell, "dwell: P and S together")
         .takes(&[word('P', Unit::Dwell, "time"), word('S', Unit::Seconds, "time")])
         .waits(Waits::Standstill),
     moves(Code::g(5), "cubic Bezier curve in X and Y")
@@ -65,7 +66,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('S', Unit::Number, "laser or spindle power from now on"),
         ])
         .differs("not known"),
-    CodeInfo::means(Code::g(5).sub(3), Interpreter::close_nurbs, "draw the NURBS")
+    CodeInfo::means(Code::g(5).sub(3), splines::close_nurbs, "draw the NURBS")
         .group(Group::Motion)
         .waits(Waits::Path)
         .differs("not known"),
@@ -74,5 +75,5 @@ pub const ROWS: &[CodeInfo] = &[
 const ARCS: &str = "chords; R and P turns are not known; no E";
 
 const fn moves(code: Code, help: &'static str) -> CodeInfo {
-    CodeInfo::means(code, Interpreter::motion, help).group(Group::Motion).waits(Waits::Path)
+    CodeInfo::means(code, moves::motion, help).group(Group::Motion).waits(Waits::Path)
 }

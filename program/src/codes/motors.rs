@@ -2,8 +2,9 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Unit, Waits, WordInfo, word};
+use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
+use crate::word::{Unit, WordInfo, word};
 
 /// A word for each axis, of one unit.
 macro_rules! by_axis {

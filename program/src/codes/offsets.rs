@@ -3,8 +3,9 @@
 use gcode::Code;
 
 use super::motion::target_words;
-use super::row::{CodeInfo, Group, Unit, Waits, WordInfo, word};
-use crate::interpreter::Interpreter;
+use super::row::{CodeInfo, Group, Waits};
+use crate::meaning::{moves, offsets};
+use crate::word::{Unit, WordInfo, word};
 
 const LENGTHS: &[WordInfo] =
     &[word('X', Unit::Length, "by axis"), word('Y', Unit::Length, "by axis"), word('Z', Unit::Length, "by axis")];
@@ -19,36 +20,36 @@ const POSITION: &[WordInfo] = &[
 ];
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::means(
-        Code::g(10),
-        Interpreter::set_offsets,
-        "set a work (L2, L20) or tool offset (L1); without L, retract",
-    )
-    .takes(&[
-        word('L', Unit::Number, "1: of a tool; 2: of a coordinate system; 20: so that the position reads as given"),
-        word('P', Unit::Number, "coordinate system 1 to 9, 0 for the active one; with L1 the tool's number plus one"),
-        word('X', Unit::Length, "by axis"),
-        word('Y', Unit::Length, "by axis"),
-        word('Z', Unit::Length, "by axis"),
-    ])
-    .waits(Waits::Path),
+    CodeInfo::means(Code::g(10), offsets::set_offsets, "set a work (L2, L20) or tool offset (L1); without L, retract")
+        .takes(&[
+            word('L', Unit::Number, "1: of a tool; 2: of a coordinate system; 20: so that the position reads as given"),
+            word(
+                'P',
+                Unit::Number,
+                "coordinate system 1 to 9, 0 for the active one; with L1 the tool's number plus one",
+            ),
+            word('X', Unit::Length, "by axis"),
+            word('Y', Unit::Length, "by axis"),
+            word('Z', Unit::Length, "by axis"),
+        ])
+        .waits(Waits::Path),
     plane(17, "plane of X and Y"),
     plane(18, "plane of X and Z"),
     plane(19, "plane of Y and Z"),
-    CodeInfo::means(Code::g(20), Interpreter::length_unit, "lengths are inches").group(Group::Units),
-    CodeInfo::means(Code::g(21), Interpreter::length_unit, "lengths are mm").group(Group::Units),
+    CodeInfo::means(Code::g(20), offsets::length_unit, "lengths are inches").group(Group::Units),
+    CodeInfo::means(Code::g(21), offsets::length_unit, "lengths are mm").group(Group::Units),
     CodeInfo::accepted(Code::g(43), "accepted; tool offsets are in force always").group(Group::ToolLength),
-    CodeInfo::means(Code::g(43).sub(1), Interpreter::tool_length, "add to the tool offset")
+    CodeInfo::means(Code::g(43).sub(1), offsets::tool_length, "add to the tool offset")
         .group(Group::ToolLength)
         .takes(LENGTHS),
-    CodeInfo::means(Code::g(43).sub(2), Interpreter::tool_length, "add to the tool offset, and move by as much")
+    CodeInfo::means(Code::g(43).sub(2), offsets::tool_length, "add to the tool offset, and move by as much")
         .group(Group::ToolLength)
         .takes(LENGTHS)
         .waits(Waits::Path),
-    CodeInfo::means(Code::g(49), Interpreter::no_tool_length, "no tool offset").group(Group::ToolLength),
+    CodeInfo::means(Code::g(49), offsets::no_tool_length, "no tool offset").group(Group::ToolLength),
     CodeInfo::means(
         Code::g(53),
-        Interpreter::machine_coordinates,
+        moves::machine_coordinates,
         "machine coordinates, for this line or for the next move when alone",
     )
     .takes(target_words!(
@@ -76,37 +77,37 @@ pub const ROWS: &[CodeInfo] = &[
             word('Q', Unit::Length, "has nothing to do: short lines are kept"),
         ])
         .differs("not known"),
-    CodeInfo::means(Code::g(90), Interpreter::distance_mode, "coordinates are places").group(Group::Distance),
-    CodeInfo::means(Code::g(91), Interpreter::distance_mode, "coordinates are distances").group(Group::Distance),
-    CodeInfo::means(Code::g(92), Interpreter::g92, "make the position read as given; without words, drop that")
+    CodeInfo::means(Code::g(90), offsets::distance_mode, "coordinates are places").group(Group::Distance),
+    CodeInfo::means(Code::g(91), offsets::distance_mode, "coordinates are distances").group(Group::Distance),
+    CodeInfo::means(Code::g(92), offsets::g92, "make the position read as given; without words, drop that")
         .takes(POSITION)
         .waits(Waits::Standstill),
-    CodeInfo::means(Code::g(92).sub(1), Interpreter::g92, "drop the offset of G92"),
-    CodeInfo::means(Code::g(92).sub(2), Interpreter::g92, "drop the offset of G92"),
-    CodeInfo::means(Code::g(92).sub(3), Interpreter::g92_offset, "set the offset of G92 itself").takes(&[
+    CodeInfo::means(Code::g(92).sub(1), offsets::g92, "drop the offset of G92"),
+    CodeInfo::means(Code::g(92).sub(2), offsets::g92, "drop the offset of G92"),
+    CodeInfo::means(Code::g(92).sub(3), offsets::g92_offset, "set the offset of G92 itself").takes(&[
         word('X', Unit::Mm, "by axis"),
         word('Y', Unit::Mm, "by axis"),
         word('Z', Unit::Mm, "by axis"),
     ]),
-    CodeInfo::means(Code::g(92).sub(4), Interpreter::declare_position, "the machine is at these machine coordinates")
+    CodeInfo::means(Code::g(92).sub(4), offsets::declare_position, "the machine is at these machine coordinates")
         .takes(POSITION)
         .waits(Waits::Standstill),
     CodeInfo::means(
         Code::m(120),
-        Interpreter::save_or_restore,
+        offsets::save_or_restore,
         "keep units, distance modes, rates and the coordinate system",
     ),
-    CodeInfo::means(Code::m(121), Interpreter::save_or_restore, "come back to what M120 kept"),
+    CodeInfo::means(Code::m(121), offsets::save_or_restore, "come back to what M120 kept"),
 ];
 
 const fn plane(number: u16, help: &'static str) -> CodeInfo {
-    CodeInfo::means(Code::g(number), Interpreter::plane, help).group(Group::Plane)
+    CodeInfo::means(Code::g(number), offsets::plane, help).group(Group::Plane)
 }
 
 const fn system(code: Code) -> CodeInfo {
-    CodeInfo::means(code, Interpreter::coordinate_system, "work coordinate system").group(Group::CoordinateSystem)
+    CodeInfo::means(code, offsets::coordinate_system, "work coordinate system").group(Group::CoordinateSystem)
 }
 
 const fn corner(code: Code, help: &'static str) -> CodeInfo {
-    CodeInfo::means(code, Interpreter::path_mode, help).group(Group::PathControl)
+    CodeInfo::means(code, offsets::path_mode, help).group(Group::PathControl)
 }

@@ -4,15 +4,15 @@ use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
-use crate::interpreter::Interpreter;
+use crate::meaning::program;
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::means(Code::m(2), Interpreter::end, "end of program: G54, G61, G90, speed factor 100 %")
+    CodeInfo::means(Code::m(2), program::end, "end of program: G54, G61, G90, speed factor 100 %")
         .group(Group::Stopping)
         .waits(Waits::Standstill)
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::accepted(Code::m(110), "count lines from N on").states(ANYWHERE),
-    CodeInfo::means(Code::m(112), Interpreter::halt_now, "emergency stop, at once, whatever waits")
+    CodeInfo::means(Code::m(112), program::halt_now, "emergency stop, at once, whatever waits")
         .states(ANYWHERE)
         .differs("not known"),
     CodeInfo::asks(Code::m(114), Function::ReportPosition, "where the program is")
@@ -23,9 +23,9 @@ pub const ROWS: &[CodeInfo] = &[
     position(3, "the motors' own positions"),
     position(4, "where the program is, machine coordinates"),
     position(5, "where the program is, leveling and skew added"),
-    CodeInfo::means(Code::m(117), Interpreter::message, "show a text to the operator"),
-    CodeInfo::means(Code::m(400), Interpreter::finish, "wait until nothing moves").waits(Waits::Standstill),
-    CodeInfo::means(Code::m(999), Interpreter::release, "clear a halt").states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::means(Code::m(117), program::message, "show a text to the operator"),
+    CodeInfo::means(Code::m(400), program::finish, "wait until nothing moves").waits(Waits::Standstill),
+    CodeInfo::means(Code::m(999), program::release, "clear a halt").states(EVERYWHERE_BUT_INVALID),
 ];
 
 const fn position(subcode: u8, help: &'static str) -> CodeInfo {

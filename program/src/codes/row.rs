@@ -1,11 +1,14 @@
 //! What a row of the table says of a code.
 
-use gcode::Code;
+use gcode::{Block, Code};
 
 use crate::action::Function;
+use crate::context::{Context, Meaning};
 use crate::fault::{Fault, Part};
-use crate::interpreter::{Context, Interpreter, Meaning};
+use crate::interpreter::Interpreter;
 use crate::state::States;
+use crate::word::{Bounds, Doc, WordInfo, doc};
+use crate::words::Words;
 
 /// A part of the interpreter that says what a code means.
 pub(crate) type Interpret = for<'b> fn(&mut Interpreter, &Context<'b>) -> Result<Meaning<'b>, Fault>;
@@ -100,159 +103,12 @@ impl Waits {
     }
 }
 
-/// A word that a code takes.
-#[derive(Clone, Copy, Debug)]
-pub struct WordInfo {
-    /// Its letter.
-    pub letter: char,
-    /// What its number is.
-    pub unit: Unit,
-    /// What numbers are allowed.
-    pub bounds: Bounds,
-    /// What it is for.
-    pub text: Doc,
-}
-
-/// What the number of a word is, as it is written; [`crate::Words`] gives it in mm, s, mm/s and A.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// mm, or inches where the program counts in them.
-    Length,
-    /// The same, a minute.
-    Feed,
-    /// Steps for each mm or inch.
-    StepsPerLength,
-    /// mm, whatever the program counts in.
-    Mm,
-    /// mm/min.
-    MmPerMinute,
-    /// mm/s.
-    MmPerSecond,
-    /// mm/s2.
-    MmPerSecond2,
-    /// s.
-    Seconds,
-    /// ms.
-    Milliseconds,
-    /// The dialect's unit of time.
-    Dwell,
-    /// Degrees Celsius.
-    Celsius,
-    /// Percent.
-    Percent,
-    /// A.
-    Amps,
-    /// mA.
-    Milliamps,
-    /// A plain number.
-    Number,
-    /// The number of a tool or heater.
-    Id,
-    /// Nothing: that it is there is enough.
-    Flag,
-}
-
-impl Unit {
-    /// As a reader knows it; empty for plain numbers.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Length => "length",
-            Self::Feed => "length/min",
-            Self::StepsPerLength => "steps/length",
-            Self::Mm => "mm",
-            Self::MmPerMinute => "mm/min",
-            Self::MmPerSecond => "mm/s",
-            Self::MmPerSecond2 => "mm/s2",
-            Self::Seconds => "s",
-            Self::Milliseconds => "ms",
-            Self::Dwell => "ms, in GRBL's dialect s",
-            Self::Celsius => "C",
-            Self::Percent => "%",
-            Self::Amps => "A",
-            Self::Milliamps => "mA",
-            Self::Number | Self::Id | Self::Flag => "",
-        }
-    }
-}
-
-/// What numbers a word may have, as written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bounds {
-    /// Any.
-    Any,
-    /// This or more.
-    AtLeast(f64),
-    /// More than this.
-    Above(f64),
-    /// From this to that.
-    Within(f64, f64),
-    /// Whole, from this to that.
-    Whole(f64, f64),
-}
-
-/// Text that only documentation needs. The image does not carry it.
-#[derive(Clone, Copy, Debug)]
-pub struct Doc {
-    #[cfg(feature = "docs")]
-    text: &'static str,
-}
-
-/// Text for the documentation.
-#[cfg_attr(not(feature = "docs"), allow(unused_variables, reason = "then nobody reads it"))]
-pub(crate) const fn doc(text: &'static str) -> Doc {
-    Doc {
-        #[cfg(feature = "docs")]
-        text,
-    }
-}
-
-#[cfg(feature = "docs")]
-impl Doc {
-    /// The text.
-    #[must_use]
-    pub const fn text(self) -> &'static str {
-        self.text
-    }
-}
-
 /// Runs in every state but with a configuration that cannot be used: ends, power, reports.
 pub(crate) const EVERYWHERE_BUT_INVALID: States = States::WORKING_OR_ALARM;
 /// Runs in every state.
 pub(crate) const ANYWHERE: States = States::ALL;
 /// Needs the card alone.
 pub(crate) const FILES: States = States::WORKING_OR_INVALID;
-
-/// A word of any value.
-pub(crate) const fn word(letter: char, unit: Unit, text: &'static str) -> WordInfo {
-    WordInfo { letter, unit, bounds: Bounds::Any, text: doc(text) }
-}
-
-impl WordInfo {
-    /// This or more.
-    pub const fn least(mut self, least: f64) -> Self {
-        self.bounds = Bounds::AtLeast(least);
-        self
-    }
-
-    /// More than this.
-    pub const fn above(mut self, bound: f64) -> Self {
-        self.bounds = Bounds::Above(bound);
-        self
-    }
-
-    /// From this to that.
-    pub const fn within(mut self, least: f64, most: f64) -> Self {
-        self.bounds = Bounds::Within(least, most);
-        self
-    }
-
-    /// Whole, from this to that.
-    pub const fn whole(mut self, least: f64, most: f64) -> Self {
-        self.bounds = Bounds::Whole(least, most);
-        self
-    }
-}
 
 impl CodeInfo {
     const fn new(code: Code, handler: Handler, help: &'static str) -> Self {
@@ -341,9 +197,8 @@ impl CodeInfo {
         self
     }
 
-    /// What a letter means here.
-    #[must_use]
-    pub fn word(&self, letter: char) -> Option<&'static WordInfo> {
-        self.words.iter().find(|word| word.letter == letter.to_ascii_uppercase())
+    /// The words of a block as this row reads them.
+    pub(crate) const fn words_of<'b>(&self, block: &'b Block<'b>, inches: bool) -> Words<'b> {
+        Words::new(block, self.code, self.words, inches)
     }
 }

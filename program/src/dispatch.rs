@@ -1,0 +1,94 @@
+//! From a block to what it means: its row of the table, its words, the function that the row names.
+
+use gcode::{Block, Code, Letter};
+use heapless::Vec;
+
+use crate::action::{Effect, Function};
+use crate::claims::{Claim, MOST_CLAIMS};
+use crate::codes::{self, CodeInfo, Handler};
+use crate::context::{Context, Facts, Meaning, NOTHING};
+use crate::dialect::Dialect;
+use crate::fault::Fault;
+use crate::interpreter::Interpreter;
+use crate::meaning::{extruders, heat};
+use crate::words::Words;
+
+impl Interpreter {
+    /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its
+    /// code.
+    #[must_use]
+    pub fn row(&self, block: &Block<'_>) -> Option<&'static CodeInfo> {
+        let code = block.code.unwrap_or(self.modal.motion.code());
+        if code.letter == Letter::T {
+            return Some(codes::TOOL);
+        }
+        let known = codes::find(code);
+        if known.is_none() && self.setup.claims.may_have(code) {
+            return self.setup.claims.of(code).next().map(codes::claimed);
+        }
+        known
+    }
+
+    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out.
+    /// `None` when the block is no question, or a word of it is wrong.
+    #[must_use]
+    pub fn question<'b>(&self, block: &'b Block<'b>) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
+        let row = self.row(block).filter(|row| row.waits == codes::Waits::Question)?;
+        let (Handler::Function(function) | Handler::Both(_, function)) = row.handler else { return None };
+        let words = row.words_of(block, self.modal.inches);
+        words.check().is_ok().then_some((row, function, words))
+    }
+
+    /// What a block means, read as its row says.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then, unless the fault halts.
+    pub fn run<'b>(
+        &mut self,
+        block: &'b Block<'b>,
+        row: &'static CodeInfo,
+        facts: Facts,
+        dialect: Dialect,
+    ) -> Result<Meaning<'b>, Fault> {
+        self.begin_block();
+        let words = row.words_of(block, self.modal.inches);
+        if row.is_bounded {
+            words.check()?;
+        }
+        let function = match row.handler {
+            Handler::Function(function) | Handler::Both(_, function) => Some(function),
+            _ => None,
+        };
+        let context = Context { words, facts, dialect, function };
+        let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
+        if let Some(meaning) = claimed.map(|code| self.claimed(code, &context)).transpose()?.flatten() {
+            return Ok(meaning);
+        }
+        match row.handler {
+            Handler::Interpret(interpret) | Handler::Both(interpret, _) => interpret(self, &context),
+            Handler::Function(_) => Ok(context.function()),
+            Handler::Tool => extruders::select_tool(self, context.words.code().number, words.column()),
+            Handler::Nothing => NOTHING,
+            Handler::Claimed if claimed.is_some() => NOTHING,
+            Handler::Claimed => Ok(Meaning::Unknown),
+        }
+    }
+
+    /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
+    fn claimed<'b>(&mut self, code: Code, context: &Context<'b>) -> Result<Option<Meaning<'b>>, Fault> {
+        let claims: Vec<Claim, MOST_CLAIMS> = self.setup.claims.of(code).take(MOST_CLAIMS).collect();
+        for claim in &claims {
+            let effect = match *claim {
+                Claim::SwitchOn(switch) => {
+                    let value = context.words.get('S').map(|value| value as f32);
+                    Effect::Switch { switch, on: true, value }
+                }
+                Claim::SwitchOff(switch) => Effect::Switch { switch, on: false, value: None },
+                _ => continue,
+            };
+            self.by_the_way(effect);
+        }
+        let heats = claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_)));
+        heats.map(|claim| heat::heat(self, *claim, &claims, context)).transpose()
+    }
+}

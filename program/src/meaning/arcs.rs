@@ -1,0 +1,38 @@
+//! G2 and G3: from words to the shape of an arc.
+
+use units::Axis;
+
+use crate::action::{Centre, Shape};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::words::Words;
+
+/// No program has more turns.
+const MOST_TURNS: f64 = 10_000.0;
+
+/// The word of the centre's distance along an axis.
+const fn centre_word(axis: Axis) -> char {
+    match axis {
+        Axis::X => 'I',
+        Axis::Y => 'J',
+        _ => 'K',
+    }
+}
+
+/// I J K (from the start) or R, and P.
+pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> Result<Shape, Fault> {
+    let plane = program.modal.plane;
+    let (first, second) = plane.axes();
+    let (centre, word) = match words.length('R') {
+        Some(radius) => (Centre::Radius(radius), 'R'),
+        None => {
+            let along = |axis: Axis| words.length(centre_word(axis)).unwrap_or(0.0);
+            (Centre::At(along(first), along(second)), centre_word(first))
+        }
+    };
+    let turns = words.number('P').unwrap_or(1.0);
+    if !(1.0..=MOST_TURNS).contains(&turns) || libm::floor(turns) != turns {
+        return Err(Problem::Turns.alarm(words.column_of('P')));
+    }
+    Ok(Shape::Arc { plane, centre, clockwise, turns: turns as u32, column: words.column_of(word) })
+}

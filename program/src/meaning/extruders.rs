@@ -1,0 +1,109 @@
+//! Extruders: T, firmware retraction, their settings.
+
+use units::Axis;
+
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Part, Problem};
+use crate::interpreter::Interpreter;
+use crate::words::Words;
+
+/// Tn.
+pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
+    let place = program.tools.numbered(f64::from(number));
+    let place = place.or((number == 0 && program.tools.all().is_empty()).then_some(0));
+    program.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
+    if let Some(tool) = program.tools.active() {
+        program.modal.tool_offset = tool.settings.offset;
+    }
+    NOTHING
+}
+
+/// G10 without L: pull the filament back, then lift.
+pub(crate) fn retract<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Fault> {
+    needs_extruder(program)?;
+    let Some(tool) = program.tools.active_mut() else { return Ok(Meaning::Unknown) };
+    if tool.retracted.is_some() {
+        return NOTHING;
+    }
+    tool.retracted = Some(tool.settings.z_lift);
+    let settings = tool.settings.clone();
+    let pull = program.move_by(settings.axis, -settings.retract_length, settings.retract_rate);
+    if settings.z_lift > 0.0 {
+        let lift = program.move_by(Axis::Z, settings.z_lift, settings.z_lift_rate);
+        program.then(lift);
+    }
+    Ok(Meaning::Action(pull))
+}
+
+/// G11: down again, then push the filament forward.
+pub(crate) fn recover<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    needs_extruder(program)?;
+    let Some(tool) = program.tools.active_mut() else { return Ok(Meaning::Unknown) };
+    let Some(lift) = tool.retracted.take() else { return NOTHING };
+    let settings = tool.settings.clone();
+    let length = settings.retract_length + settings.recover_length;
+    if lift > 0.0 {
+        let down = program.move_by(Axis::Z, -lift, settings.z_lift_rate);
+        let push = program.move_by(settings.axis, length, settings.recover_rate);
+        program.then(push);
+        return Ok(Meaning::Action(down));
+    }
+    Ok(Meaning::Action(program.move_by(settings.axis, length, settings.recover_rate)))
+}
+
+fn needs_extruder(program: &Interpreter) -> Result<(), Fault> {
+    let off = program.tools.active().filter(|tool| tool.settings.is_off);
+    off.map_or(Ok(()), |tool| Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(0)))
+}
+
+/// G10 L1 Pn: offset of tool n - 1.
+pub(crate) fn set_tool_offset<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+    let active = program.tools.active_id();
+    let place = words.get('P').and_then(|p| program.tools.numbered(p - 1.0));
+    let tool = place.and_then(|place| program.tools.tools.get_mut(place));
+    let tool = tool.ok_or(Problem::ToolOfOffset.refused(words.column_of('P')))?;
+    for (offset, axis) in tool.settings.offset.iter_mut().zip(Axis::PRIMARY) {
+        *offset = words.axis(axis).unwrap_or(*offset);
+    }
+    if tool.settings.id == active {
+        program.modal.tool_offset = tool.settings.offset;
+    }
+    NOTHING
+}
+
+/// M200.
+pub(crate) fn filament_diameter<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let tool = program.tools.selected_mut(&context.words)?;
+    let Some(diameter) = context.words.get('D') else { return Ok(context.function()) };
+    tool.settings.filament_diameter = (diameter > 0.01).then_some(diameter);
+    NOTHING
+}
+
+/// M207.
+pub(crate) fn retraction<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let settings = &mut program.tools.selected_mut(words)?.settings;
+    let word = |letter: char, now: f64| words.get(letter).unwrap_or(now);
+    settings.retract_length = word('S', settings.retract_length);
+    settings.retract_rate.0 = word('F', settings.retract_rate.0);
+    settings.z_lift = word('Z', settings.z_lift);
+    settings.z_lift_rate.0 = word('Q', settings.z_lift_rate.0);
+    NOTHING
+}
+
+/// M208.
+pub(crate) fn recovery<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let settings = &mut program.tools.selected_mut(words)?.settings;
+    settings.recover_length = words.get('S').unwrap_or(settings.recover_length);
+    settings.recover_rate.0 = words.get('F').unwrap_or(settings.recover_rate.0);
+    NOTHING
+}
+
+/// M221.
+pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let tool = program.tools.selected_mut(&context.words)?;
+    let Some(factor) = context.words.get('S') else { return Ok(context.function()) };
+    tool.flow = factor;
+    NOTHING
+}

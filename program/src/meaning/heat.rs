@@ -1,0 +1,65 @@
+//! Codes that heaters listen to: which heater is meant, and which temperature.
+
+use units::{Celsius, HeaterId, ToolId};
+
+use crate::action::{Action, Effect, Function};
+use crate::claims::Claim;
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+
+/// Temperature controls numbered from here are always addressed, whatever tool is selected.
+const ALWAYS_ACTIVE: ToolId = ToolId(250);
+
+/// A code that heaters claim.
+pub(crate) fn heat<'b>(
+    program: &mut Interpreter,
+    claim: Claim,
+    claims: &[Claim],
+    context: &Context<'b>,
+) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    if matches!(claim, Claim::Temperature(_)) {
+        return Ok(Meaning::Action(Action::Function(Function::ReportTemperatures, *words)));
+    }
+    let Some(celsius) = words.get('S') else { return NOTHING };
+    let (heater, waits) = addressed(program, claims, context)?;
+    let target = meant(program, heater, celsius);
+    if waits {
+        return Ok(Meaning::Action(Action::HeatAndWait { heater, target }));
+    }
+    program.by_the_way(Effect::Target { heater, target });
+    NOTHING
+}
+
+/// The heater that a code addresses, and whether it waits: by T, else that of the active tool, else one
+/// that is always active.
+fn addressed(program: &Interpreter, claims: &[Claim], context: &Context<'_>) -> Result<(HeaterId, bool), Fault> {
+    let active = program.tools.active_id();
+    let word = context.words.get('T');
+    let wanted = word.and_then(ToolId::from_word);
+    let is_meant = |id: ToolId| match word {
+        Some(_) => wanted == Some(id),
+        None => id == active || id >= ALWAYS_ACTIVE,
+    };
+    let listening = claims.iter().filter_map(|claim| match *claim {
+        Claim::Target(heater) => Some((heater, false)),
+        Claim::TargetAndWait(heater) => Some((heater, true)),
+        _ => None,
+    });
+    let mut meant = listening.filter(|(heater, _)| program.heaters.get(heater.index()).is_some_and(|h| is_meant(h.id)));
+    let number = context.words.code().number;
+    meant.next().ok_or_else(|| match word {
+        Some(word) => Problem::NoHeaterOf(number, word).refused(context.words.column_of('T')),
+        None => Problem::ToolWithoutHeater(number, active).refused(0),
+    })
+}
+
+/// What a target means: 1 and 2 stand for the presets.
+fn meant(program: &Interpreter, heater: HeaterId, celsius: f64) -> Celsius {
+    match (celsius, program.heaters.get(heater.index()).map(|heater| heater.presets)) {
+        (1.0, Some([first, _])) => first,
+        (2.0, Some([_, second])) => second,
+        _ => Celsius(celsius as f32),
+    }
+}

@@ -1,0 +1,80 @@
+//! G28 and its subcodes: homing, and the park position.
+
+use units::{Axis, AxisSet, PerAxis};
+
+use crate::action::Action;
+use crate::context::{Context, Facts, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::park::ParkPosition;
+use crate::words::Words;
+
+/// G28 and G28.2: of the two, one homes and one parks, as the dialect says.
+pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    if context.dialect.parks(words.code().subcode) {
+        return go_to_park(program, words, context.facts);
+    }
+    if let Some(letter) = words.other_than("XYZABC") {
+        return Err(Problem::NotHomable(letter).refused(words.column_of(letter)));
+    }
+    Ok(Meaning::Action(Action::Home(words.axes())))
+}
+
+/// G28.1: stores where the machine is, or with X and Y (and Z) that place.
+pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let (words, homes_z) = (&context.words, context.facts.can_home.has(Axis::Z));
+    if words.is_bare() {
+        if !context.facts.all_homed() {
+            return Err(Problem::NotHomed.refused(0));
+        }
+        let z = homes_z.then_some(program.position[Axis::Z]);
+        program.park = ParkPosition { x: program.position[Axis::X], y: program.position[Axis::Y], z };
+        return Ok(Meaning::Action(Action::Note("position saved, use M500 to make permanent")));
+    }
+    let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
+    let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
+    let z = words.axis(Axis::Z).filter(|_| homes_z);
+    program.park = ParkPosition { x, y, z };
+    if words.has('Z') && z.is_none() {
+        return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
+    }
+    NOTHING
+}
+
+/// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,
+/// then X and Y. With words only the axes they name take part.
+fn go_to_park<'b>(program: &mut Interpreter, words: &Words<'b>, facts: Facts) -> Result<Meaning<'b>, Fault> {
+    if let Some(letter) = words.other_than("XYZ") {
+        return Err(Problem::NotParkable(letter).refused(words.column_of(letter)));
+    }
+    if !facts.all_homed() {
+        return Err(Problem::ParkUnknown.refused(0));
+    }
+    let mut by = program.position;
+    for axis in Axis::PRIMARY {
+        by[axis] += words.axis(axis).unwrap_or(0.0);
+    }
+    let (place, bare) = (program.park, words.is_bare());
+    let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
+        for axis in axes.iter().filter(|axis| bare || words.has(axis.letter())) {
+            target[*axis] = place.of(*axis).unwrap_or(target[*axis]);
+        }
+        target
+    };
+    let lifted = parked(by, &[Axis::Z]);
+    for target in [by, lifted, parked(lifted, &[Axis::X, Axis::Y])] {
+        if target != program.position {
+            let rapid = program.rapid_to(target);
+            program.then(rapid);
+        }
+    }
+    Ok(program.next_action().map_or(Meaning::Nothing, Meaning::Action))
+}
+
+/// G28.5.
+pub(crate) fn forget_homing<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let axes = if words.is_bare() { AxisSet::ALL } else { words.axes() };
+    Ok(Meaning::Action(Action::ForgetHoming(axes)))
+}

@@ -1,0 +1,11 @@
+//! What blocks mean, by topic: from words, read in the program's state, to actions and a changed state.
+
+pub(crate) mod arcs;
+pub(crate) mod extruders;
+pub(crate) mod heat;
+pub(crate) mod homing;
+pub(crate) mod moves;
+pub(crate) mod offsets;
+pub(crate) mod probing;
+pub(crate) mod program;
+pub(crate) mod splines;

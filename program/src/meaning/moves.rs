@@ -1,0 +1,126 @@
+//! G0, G1 and G4, and what all motion codes share: from words to places in machine space.
+
+use units::{Axis, Micros, MmPerSecond, PerAxis};
+
+use crate::action::{Action, Shape};
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Part, Problem};
+use crate::interpreter::Interpreter;
+use crate::meaning::{arcs, splines};
+use crate::modal::MotionMode;
+use crate::words::Words;
+
+/// Longest dwell, s: a day.
+const LONGEST_DWELL: f64 = 86_400.0;
+
+/// G0 to G3, G5 to G5.2, and words without a code.
+pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let code = context.words.code();
+    if let Some(mode) = MotionMode::from_g(code.number, code.subcode) {
+        program.modal.motion = mode;
+    }
+    let done = motion_block(program, &context.words);
+    program.modal.machine_next = false;
+    done
+}
+
+/// A move by the motion code in force.
+pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+    take_rates(program, words)?;
+    let mode = program.modal.motion;
+    splines::begin_motion(program, mode, words.column())?;
+    if mode == MotionMode::Nurbs {
+        return splines::control_point(program, words);
+    }
+    let (target, e) = target_of(program, words)?;
+    let shape = match mode {
+        MotionMode::Rapid | MotionMode::Linear => Shape::Line { names_xy: words.has('X') || words.has('Y') },
+        MotionMode::Cubic => splines::cubic(program, words)?,
+        MotionMode::Quadratic => splines::quadratic(words)?,
+        MotionMode::ArcClockwise => arcs::arc(program, words, true)?,
+        MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
+        MotionMode::Nurbs => return NOTHING,
+    };
+    if let (Some(e), Some(tool)) = (e, program.tools.active_mut()) {
+        tool.e = e;
+    }
+    if matches!(shape, Shape::Line { .. }) && target == program.position {
+        return NOTHING;
+    }
+    Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))
+}
+
+/// F and S words.
+fn take_rates(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
+    if let Some(power) = words.number('S') {
+        program.modal.power = power as f32;
+    }
+    let Some(rate) = words.feed('F') else { return Ok(()) };
+    if rate < 0.0 {
+        return Err(Problem::NegativeFeedRate.alarm(words.column_of('F')));
+    }
+    if program.modal.motion == MotionMode::Rapid && !program.compliant_seek_rate {
+        program.modal.seek_rate = MmPerSecond(rate);
+    } else {
+        program.modal.feed_rate = MmPerSecond(rate);
+    }
+    Ok(())
+}
+
+/// Where a motion block leads, in machine space, and where E then is.
+fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
+    let mut target = program.position;
+    for axis in Axis::PRIMARY {
+        if let Some(mm) = words.length(axis.letter()) {
+            target[axis] = program.modal.machine(axis, mm, program.position[axis]);
+        }
+    }
+    for axis in [Axis::A, Axis::B, Axis::C] {
+        let Some(word) = words.number(axis.letter()) else { continue };
+        if program.tools.uses(axis) {
+            return Err(Problem::ExtruderAxis(axis).refused(words.column_of(axis.letter())));
+        }
+        target[axis] = if program.modal.absolute { word } else { target[axis] + word };
+    }
+    let Some(word) = words.number('E') else { return Ok((target, None)) };
+    let tool = program.tools.active().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
+    if tool.settings.is_off {
+        return Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(words.column_of('E')));
+    }
+    let to = if program.modal.e_absolute { word } else { tool.e + word };
+    target[tool.settings.axis] += (to - tool.e) * tool.scale();
+    Ok((target, Some(to)))
+}
+
+/// G4: P in the dialect's unit, S in seconds; both add.
+pub(crate) fn dwell<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let unit = context.dialect.dwell_unit();
+    let seconds = words.get('P').unwrap_or(0.0) * unit + words.get('S').unwrap_or(0.0);
+    if !(0.0..=LONGEST_DWELL).contains(&seconds) {
+        return Err(Problem::DwellRange.refused(words.column()));
+    }
+    Ok(Meaning::Action(Action::Dwell(Micros((seconds * 1e6) as u64))))
+}
+
+/// M3 and M5: the S of moves that follow.
+pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    match (context.words.code().number, context.words.get('S')) {
+        (5, _) => program.modal.power = 0.0,
+        (_, Some(power)) => program.modal.power = power as f32,
+        _ => {}
+    }
+    NOTHING
+}
+
+/// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in
+/// force.
+pub(crate) fn machine_coordinates<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.machine_next = true;
+    if context.words.is_bare() {
+        return NOTHING;
+    }
+    let done = motion_block(program, &context.words);
+    program.modal.machine_next = false;
+    done
+}

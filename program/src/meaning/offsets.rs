@@ -1,0 +1,181 @@
+//! Codes that change how coordinates are read: planes, units, coordinate systems, G92, tool offsets.
+
+use units::{Axis, PerAxis, Plane};
+
+use crate::action::{Action, Corner};
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::meaning::extruders;
+use crate::modal::COORDINATE_SYSTEMS;
+
+/// G17, G18, G19.
+pub(crate) fn plane<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.plane = match context.words.code().number {
+        17 => Plane::Xy,
+        18 => Plane::Xz,
+        _ => Plane::Yz,
+    };
+    NOTHING
+}
+
+/// G20, G21.
+pub(crate) fn length_unit<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.inches = context.words.code().number == 20;
+    NOTHING
+}
+
+/// G90, G91.
+pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.absolute = context.words.code().number == 90;
+    NOTHING
+}
+
+/// M82, M83.
+pub(crate) fn extruder_distance_mode<'b>(
+    program: &mut Interpreter,
+    context: &Context<'b>,
+) -> Result<Meaning<'b>, Fault> {
+    program.modal.e_absolute = context.words.code().number == 82;
+    NOTHING
+}
+
+/// G54 to G59.3.
+pub(crate) fn coordinate_system<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let code = context.words.code();
+    program.modal.system = usize::from(code.number.saturating_sub(54)) + usize::from(code.subcode);
+    NOTHING
+}
+
+/// G61, G61.1, G64: P is how far the rounding of a corner may leave it.
+pub(crate) fn path_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let code = words.code();
+    program.modal.corner = match (code.number, code.subcode) {
+        (61, 0) => Corner::Sharp,
+        (61, _) => Corner::Stop,
+        _ => {
+            let tolerance = words.get('P');
+            if tolerance.is_some_and(|mm| !(mm.is_finite() && mm >= 0.0)) {
+                return Err(Problem::CornerTolerance.refused(words.column_of('P')));
+            }
+            Corner::Rounded(tolerance)
+        }
+    };
+    if (code.number, words.has('Q')) == (64, true) {
+        return Ok(Meaning::Action(Action::Note("// NOTE: Q is not needed, short lines are kept")));
+    }
+    NOTHING
+}
+
+/// G43.1 and G43.2 add to the tool offset; G43.2 also moves by as much. G43 alone does nothing.
+pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let mut target = program.position;
+    for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.tool_offset) {
+        let mm = words.axis(axis).unwrap_or(0.0);
+        *offset += mm;
+        target[axis] += mm;
+    }
+    if words.code().subcode == 2 && target != program.position {
+        return Ok(Meaning::Action(program.rapid_to(target)));
+    }
+    NOTHING
+}
+
+/// G49.
+pub(crate) fn no_tool_length<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.tool_offset = [0.0; 3];
+    NOTHING
+}
+
+/// G10 L1, L2 and L20; without L firmware retraction.
+pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let here = match words.get('L') {
+        None if !words.has('L') => return extruders::retract(program),
+        Some(1.0) => return extruders::set_tool_offset(program, words),
+        Some(2.0) => false,
+        Some(20.0) => true,
+        _ => return Err(Problem::OffsetKind.refused(words.column_of('L'))),
+    };
+    let system = match words.get('P').unwrap_or(0.0) {
+        0.0 => program.modal.system,
+        p if p >= 1.0 && p <= COORDINATE_SYSTEMS as f64 => p as usize - 1,
+        _ => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
+    };
+    for axis in Axis::PRIMARY {
+        let Some(mm) = words.axis(axis) else { continue };
+        if here {
+            program.modal.set_system_here(system, axis, mm, program.position[axis]);
+        } else if let Some(offset) = program.modal.systems.get_mut(system).and_then(|all| all.get_mut(axis as usize)) {
+            *offset = if program.modal.absolute { mm } else { *offset + mm };
+        }
+    }
+    NOTHING
+}
+
+/// G92: makes the position read as given; without words, and G92.1, G92.2: as the coordinate system says.
+pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let subcode = words.code().subcode;
+    if subcode == 0 && !words.is_bare() {
+        return set_work_position(program, context);
+    }
+    program.modal.g92 = [0.0; 3];
+    if let Some(tool) = program.tools.active_mut().filter(|_| subcode == 0) {
+        tool.e = 0.0;
+    }
+    NOTHING
+}
+
+fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    if let Some(e) = words.get('E') {
+        let tool = program.tools.active_mut().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
+        tool.e = e;
+    }
+    for axis in Axis::PRIMARY {
+        if let Some(mm) = words.axis(axis) {
+            program.modal.set_g92(axis, mm, program.position[axis]);
+        }
+    }
+    let auxiliary = PerAxis(Axis::ALL.map(|axis| words.axis(axis).filter(|_| !axis.is_primary())));
+    if auxiliary.0.iter().any(Option::is_some) {
+        return Ok(Meaning::Action(Action::SetPosition { to: auxiliary, homed: false }));
+    }
+    NOTHING
+}
+
+/// G92.3: the offset itself, mm.
+pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
+        *offset = context.words.axis(axis).unwrap_or(*offset);
+    }
+    NOTHING
+}
+
+/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero.
+pub(crate) fn declare_position<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let homed = words.code().number == 28;
+    let named = if homed && words.is_bare() { units::AxisSet::ALL } else { words.axes() };
+    let to = Axis::ALL.map(|axis| {
+        let place = words.axis(axis).or(homed.then_some(0.0));
+        place.filter(|_| named.has(axis))
+    });
+    Ok(Meaning::Action(Action::SetPosition { to: PerAxis(to), homed }))
+}
+
+/// M120 keeps units, distance modes, rates and the coordinate system; M121 comes back to them.
+pub(crate) fn save_or_restore<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let column = context.words.column();
+    if context.words.code().number == 120 {
+        let saved = program.modal.save();
+        program.saved.push(saved).map_err(|_| Problem::SavedTooOften.refused(column))?;
+    } else {
+        let saved = program.saved.pop().ok_or(Problem::NothingSaved.refused(column))?;
+        program.modal.restore(&saved);
+    }
+    NOTHING
+}

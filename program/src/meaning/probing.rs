@@ -1,0 +1,74 @@
+//! G30 and G38: from words to searches.
+
+use units::{Axis, MmPerSecond, PerAxis};
+
+use crate::action::{Action, Contact, ProbeAlong, ProbeDown};
+use crate::context::{Context, Meaning};
+use crate::dialect::Dialect;
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::words::Words;
+
+/// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was,
+/// and Z makes that height read as given.
+pub(crate) fn probe_down<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    Ok(Meaning::Action(Action::ProbeDown(ProbeDown {
+        rate: probing_rate(words)?,
+        reversed: words.get('R') == Some(1.0),
+        stays: words.has('Z') || words.has('L'),
+        reads: words.get('Z'),
+    })))
+}
+
+/// G38.2 to G38.5: searches along the line that the words describe.
+pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let (until, must_find) = match words.code().subcode {
+        2 => (Contact::Closes, true),
+        3 => (Contact::Closes, false),
+        4 => (Contact::Opens, true),
+        5 => (Contact::Opens, false),
+        _ => return Err(Problem::ProbeSubcode.refused(words.column())),
+    };
+    let rate = probing_rate(words)?;
+    let target = probing_target(program, words, context.dialect);
+    program.modal.machine_next = false;
+    let target = target?;
+    Ok(Meaning::Action(Action::ProbeAlong(ProbeAlong { target, rate, until, must_find })))
+}
+
+/// The words of G38. In GRBL's dialect they are read as those of any move; else they are distances,
+/// whatever the distance mode, as in Smoothieware.
+fn probing_target(program: &Interpreter, words: &Words<'_>, dialect: Dialect) -> Result<PerAxis<f64>, Fault> {
+    let by_mode = dialect.probes_by_distance_mode();
+    let mut target = program.position;
+    for axis in Axis::PRIMARY {
+        if let Some(mm) = words.axis(axis) {
+            let now = program.position[axis];
+            target[axis] = if by_mode { program.modal.machine(axis, mm, now) } else { now + mm };
+        }
+    }
+    let has = |letter: char| words.has(letter);
+    if let Some(letter) = "ABCE".chars().find(|letter| has(*letter)) {
+        return Err(Problem::ProbeAxis.refused(words.column_of(letter)));
+    }
+    if !"XYZ".chars().any(has) {
+        return Err(Problem::ProbeNothing.refused(words.column()));
+    }
+    if !by_mode && has('Z') && (has('X') || has('Y')) {
+        return Err(Problem::ProbeZWithXy.refused(words.column_of('Z')));
+    }
+    if target == program.position {
+        return Err(Problem::ProbeNoWay.refused(words.column()));
+    }
+    Ok(target)
+}
+
+/// F, for this search alone.
+fn probing_rate(words: &Words<'_>) -> Result<Option<MmPerSecond>, Fault> {
+    match words.get('F') {
+        Some(rate) if rate <= 0.0 => Err(Problem::ProbeRate.refused(words.column_of('F'))),
+        rate => Ok(rate.map(MmPerSecond)),
+    }
+}

@@ -1,0 +1,59 @@
+//! The program as a whole: its end, messages, suspending, halting.
+
+use crate::action::Action;
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::Fault;
+use crate::interpreter::Interpreter;
+
+/// M2, and M30 where it ends programs.
+pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.system = 0;
+    program.modal.absolute = true;
+    program.modal.corner = crate::Corner::Sharp;
+    program.splines = crate::splines::Splines::default();
+    Ok(Meaning::Action(Action::EndProgram))
+}
+
+/// M30 ends the program, or removes a file, as the dialect says; without a name it does nothing.
+pub(crate) fn m30<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    match context.words.text() {
+        _ if context.dialect.ends_by_m30() => end(program, context),
+        Some(_) => Ok(context.function()),
+        None => NOTHING,
+    }
+}
+
+/// M20.
+pub(crate) fn list_files<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(if context.dialect.lists_by_m20() { context.function() } else { Meaning::Unknown })
+}
+
+/// M112.
+pub(crate) fn halt_now<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Halt))
+}
+
+/// M999.
+pub(crate) fn release<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Release))
+}
+
+/// M117.
+pub(crate) fn message<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(context.words.text().map_or(Meaning::Nothing, |text| Meaning::Action(Action::Message(text))))
+}
+
+/// M400.
+pub(crate) fn finish<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Finish))
+}
+
+/// M600, M600.1.
+pub(crate) fn suspend<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Suspend { heaters_stay: context.words.code().subcode == 1 }))
+}
+
+/// M601.
+pub(crate) fn resume<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Resume))
+}
