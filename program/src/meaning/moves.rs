@@ -75,7 +75,10 @@ fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, 
             target[axis] = program.modal.machine(axis, mm, program.position[axis]);
         }
     }
-    for axis in [Axis::A, Axis::B, Axis::C] {
+    // Few lines have any of them.
+    let auxiliary: &[Axis] =
+        if words.has('A') || words.has('B') || words.has('C') { &[Axis::A, Axis::B, Axis::C] } else { &[] };
+    for &axis in auxiliary {
         let Some(word) = words.number(axis.letter()) else { continue };
         if program.tools.uses(axis) {
             return Err(Problem::ExtruderAxis(axis).refused(words.column_of(axis.letter())));
