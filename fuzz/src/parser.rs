@@ -57,6 +57,11 @@ fn look(line: &[u8], decoder: &mut Decoder) {
                 assert!(count <= line.len(), "more blocks than bytes");
             }
         }
+        Ok(Line::Flow(flow)) => {
+            assert!(!flow.label.is_empty(), "a subroutine without a name");
+            // Without parameters some have no values.
+            let _ = flow.values(&gcode::NoParameters, |value| assert!(value.is_finite(), "{value}"));
+        }
         Err(Refusal::Resend { expected: wanted }) => {
             assert_eq!((wanted, decoder.expected()), (expected, expected), "a refused line counts");
         }

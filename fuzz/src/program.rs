@@ -1,8 +1,8 @@
 //! Lines to actions, in every dialect: every line has a bounded meaning, a faulty one changes nothing, and
 //! the program always knows where it is.
 
-use gcode::{Block, Blocks, Decoder, Line};
-use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};
+use gcode::{Block, Blocks, Decoder, FlowLine, Line};
+use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings};
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
 /// What an input may direct beside its lines.
@@ -51,6 +51,9 @@ fn setup() -> Setup {
     setup
 }
 
+/// Lines that are carried out: loops may have no end.
+const MOST_TURNS: u32 = 3_000;
+
 struct Session {
     interpreter: Interpreter,
     facts: Facts,
@@ -76,14 +79,22 @@ pub fn run(bytes: &[u8]) {
             kept: None,
             refuses: false,
         };
-        for line in bytes.split(|byte| matches!(byte, b'\n' | b'\r')) {
-            session.line(line.get(..gcode::MAX_LINE_LENGTH).unwrap_or(line));
+        let lines: Vec<&[u8]> = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).collect();
+        let (mut at, mut turns) = (0, 0);
+        while let Some(line) = lines.get(at).filter(|_| turns < MOST_TURNS) {
+            turns += 1;
+            at = session.line(line.get(..gcode::MAX_LINE_LENGTH).unwrap_or(line), at);
         }
+        // What is open is said, and nothing is open then.
+        let _ = session.interpreter.end_file();
+        assert!(session.interpreter.flow().is_at_rest(), "something is open behind the end");
     }
 }
 
 impl Session {
-    fn line(&mut self, line: &[u8]) {
+    /// The place of the next line.
+    fn line(&mut self, line: &[u8], at: usize) -> usize {
+        let after = at + 1;
         match line {
             b"@grbl" => self.dialect = Dialect::Grbl,
             b"@smoothie" => self.dialect = Dialect::Smoothie,
@@ -97,25 +108,49 @@ impl Session {
                 Some(kept) => self.interpreter.come_back_to(kept),
                 None => self.kept = Some(self.interpreter.keep()),
             },
-            line => {
-                if let Ok(Line::Code(blocks)) = self.decoder.decode(line) {
-                    self.blocks(blocks);
-                }
-            }
+            line => match self.decoder.decode(line) {
+                Ok(Line::Flow(flow)) => return self.flow(&flow, at),
+                Ok(Line::Code(blocks)) if !self.interpreter.flow().passes_over() => self.blocks(blocks),
+                _ => {}
+            },
         }
+        after
     }
 
-    fn blocks(&mut self, blocks: Blocks<'_>) {
-        for block in blocks.map_while(Result::ok) {
+    fn flow(&mut self, line: &FlowLine<'_>, at: usize) -> usize {
+        let place = |at: usize| Place { offset: 0, line: at as u32 };
+        match self.interpreter.flow_line(line, place(at), place(at + 1)) {
+            Ok(Next::At(place)) => return place.line as usize,
+            Ok(Next::FirstOf(name)) => {
+                assert!(!name.is_empty(), "a subroutine without a name");
+                self.interpreter.search_sub();
+            }
+            Ok(Next::Following) => {}
+            Ok(Next::Returned) => panic!("back from a file that was never entered"),
+            Err(fault) => assert!(!fault.to_string().is_empty(), "a fault without words"),
+        }
+        at + 1
+    }
+
+    fn blocks(&mut self, mut blocks: Blocks<'_>) {
+        loop {
+            let mut block = Block::new(None, 0);
+            match blocks.read(&mut block, &mut self.interpreter) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(_) => return self.interpreter.drop_line(),
+            }
             if let Some((row, _, _)) = self.interpreter.question(&block) {
                 assert_eq!(row.waits, program::Waits::Question, "{block}: no question");
             }
             if let Some(row) = self.interpreter.row(&block)
                 && !self.block(&block, row)
             {
-                return;
+                return self.interpreter.drop_line();
             }
         }
+        // There may be no room.
+        let _ = self.interpreter.end_line();
     }
 
     /// False when the rest of the line is not read.

@@ -1,6 +1,8 @@
 //! A line: is it a console command or G-code, is it the next one, did it arrive whole?
 
 use crate::error::{Problem, SyntaxError};
+use crate::expression;
+use crate::flow::{self, FlowLine};
 use crate::number;
 use crate::scanner::{Blocks, column};
 use core::fmt;
@@ -14,6 +16,8 @@ pub enum Line<'a> {
     Console(&'a str),
     /// G-code. A bad word shows up in turn, after the commands before it.
     Code(Blocks<'a>),
+    /// An O word: a subroutine, a condition, a loop.
+    Flow(FlowLine<'a>),
 }
 
 /// A line that is not to be executed.
@@ -93,6 +97,9 @@ impl Decoder {
             }
             self.last = number;
         }
+        if flow::begins(body.get(at..).unwrap_or(&[])) {
+            return FlowLine::read(body, at).map(Line::Flow).map_err(Refusal::Syntax);
+        }
         if console { console_line(body, at) } else { Ok(Line::Code(blocks)) }
     }
 
@@ -132,11 +139,14 @@ fn line_number(line: &[u8], at: usize) -> Result<Option<(i32, usize)>, SyntaxErr
     }
 }
 
-/// `$...`, or a lower-case letter that no number follows: `g1` is G-code, `get` is not.
+/// `$...`, or a lower-case letter that no number follows: `g1`, `x#3` and `o<pocket>` are G-code, `get` is
+/// not.
 fn is_console(body: &[u8]) -> bool {
+    let starts_value = |byte: u8| number::starts(byte) || expression::starts(byte);
     match body.first() {
         Some(b'$') => true,
-        Some(b'a'..=b'z') => !body.get(1).is_some_and(|&byte| number::starts(byte)),
+        Some(b'o') if flow::begins(body) => false,
+        Some(b'a'..=b'z') => !body.get(1).is_some_and(|&byte| starts_value(byte)),
         _ => false,
     }
 }

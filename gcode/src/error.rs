@@ -19,8 +19,28 @@ pub enum Problem {
     BadSubcode(char),
     /// A `(` without its `)`.
     UnclosedComment,
-    /// `#` parameters, `[ ]` expressions, assignments and `O` words of RS-274.
-    NotSupported(u8),
+    /// This should stand here.
+    Expected(u8),
+    /// A value should stand here: a number, a parameter, an expression.
+    NoValue,
+    /// A number with two points in an expression.
+    TwoPoints,
+    /// Brackets within brackets without end.
+    NestedTooDeep,
+    /// A result that is no number, such as the root of a negative one.
+    NotFinite,
+    /// A division by zero.
+    DivisionByZero,
+    /// A parameter that does not exist, or has no value.
+    NoParameter,
+    /// A parameter that cannot be written.
+    ReadOnly,
+    /// More parameters than there is room for.
+    TooManyParameters,
+    /// A name that is empty or too long.
+    BadName,
+    /// An O word without a word that is known.
+    BadFlowWord,
     /// A console command or a text argument that is not UTF-8.
     NotText,
     /// Something other than a comment after a checksum, or a `*` without a number up to 255.
@@ -41,10 +61,18 @@ impl fmt::Display for Problem {
             Self::BadCode(letter) => write!(f, "Illegal command word: {letter} needs a whole number up to 65535"),
             Self::BadSubcode(letter) => write!(f, "Illegal command word: {letter} has a subcode that is not 0 to 255"),
             Self::UnclosedComment => f.write_str("Illegal word: a comment is not closed with )"),
-            Self::NotSupported(byte) => write!(
-                f,
-                "Illegal word: '{}' (parameters, expressions and O words) is not supported",
-                byte.escape_ascii()
+            Self::Expected(byte) => write!(f, "Illegal word: '{}' is missing", byte.escape_ascii()),
+            Self::NoValue => f.write_str("Illegal word: a number, a parameter or an expression is missing"),
+            Self::TwoPoints => f.write_str("Illegal word: a number with two points"),
+            Self::NestedTooDeep => f.write_str("Illegal word: more than 10 brackets within each other"),
+            Self::NotFinite => f.write_str("the result is not a number"),
+            Self::DivisionByZero => f.write_str("a division by zero"),
+            Self::NoParameter => f.write_str("there is no such parameter, or it was never set"),
+            Self::ReadOnly => f.write_str("this parameter can only be read"),
+            Self::TooManyParameters => f.write_str("there is no room for another parameter"),
+            Self::BadName => f.write_str("Illegal word: a name has 1 to 32 letters between < and >"),
+            Self::BadFlowWord => f.write_str(
+                "Illegal word: after O and its number there is sub, call, return, if, while, do, repeat, or none",
             ),
             Self::NotText => f.write_str("Illegal word: text that is not UTF-8"),
             Self::BadChecksum => f.write_str("Illegal word: * must end the line with a number up to 255"),

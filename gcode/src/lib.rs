@@ -12,6 +12,8 @@
 mod block;
 mod decoder;
 mod error;
+pub mod expression;
+mod flow;
 mod line_buffer;
 mod number;
 pub mod realtime;
@@ -20,5 +22,7 @@ mod scanner;
 pub use block::{Block, Code, Letter};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
 pub use error::{Problem, SyntaxError};
+pub use expression::{NoParameters, Parameter, Parameters};
+pub use flow::{FlowLine, FlowWord};
 pub use line_buffer::{Gathered, LineBuffer, MAX_LINE_LENGTH};
 pub use scanner::Blocks;

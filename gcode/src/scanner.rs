@@ -2,6 +2,7 @@
 
 use crate::block::{Block, Code, Letter};
 use crate::error::{Problem, SyntaxError};
+use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
 
 /// M-codes whose argument is text, kept as it stands.
@@ -14,19 +15,21 @@ const NUMBERED_G_CODES: [u16; 16] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 81, 8
 pub struct Blocks<'a> {
     line: &'a [u8],
     at: usize,
+    /// A comment that says something, `(MSG, hello)`.
+    remark: Option<&'a [u8]>,
 }
 
 impl<'a> Blocks<'a> {
     /// The commands of a line that has neither number nor checksum. [`crate::Decoder`] takes those off.
     #[must_use]
     pub const fn new(line: &'a [u8]) -> Self {
-        Self { line, at: 0 }
+        Self { line, at: 0, remark: None }
     }
 
     /// The same, from a place of the line on: see [`Self::place`].
     #[must_use]
     pub const fn starting_at(line: &'a [u8], at: usize) -> Self {
-        Self { line, at }
+        Self { line, at, remark: None }
     }
 
     /// The line, and where in it the next command is looked for: enough to go on later.
@@ -53,8 +56,41 @@ impl<'a> Blocks<'a> {
         }
     }
 
+    /// The comment that says something, `(MSG, hello)`, when there was one since the last call: its text
+    /// between the brackets.
+    pub const fn take_remark(&mut self) -> Option<&'a [u8]> {
+        self.remark.take()
+    }
+
+    /// Passes a comment over, and keeps one that says something.
+    fn pass_comment(&mut self) -> Result<(), SyntaxError> {
+        let Some(length) = self.rest().iter().position(|&byte| byte == b')') else {
+            return Err(self.error(self.at, Problem::UnclosedComment));
+        };
+        let text = self.line.get(self.at + 1..self.at + length).unwrap_or(&[]);
+        if is_remark(text) {
+            self.remark = Some(text);
+        }
+        self.at += length + 1;
+        Ok(())
+    }
+
+    /// `#5 = [1 + 2]`, the `#` being at hand.
+    fn assign(&mut self, parameters: &mut dyn Parameters) -> Result<(), SyntaxError> {
+        let begin = self.at;
+        let mut reader = Reader::new(self.line, begin, parameters);
+        let parameter = reader.parameter()?;
+        if reader.peek() != Some(b'=') {
+            return Err(self.error(reader.at, Problem::Expected(b'=')));
+        }
+        reader.at += 1;
+        let value = reader.value()?;
+        self.at = reader.at;
+        parameters.set(parameter, value).map_err(|problem| self.error(begin, problem))
+    }
+
     /// To the next word; none at the end of the line.
-    fn next_word(&mut self) -> Result<Option<u8>, SyntaxError> {
+    fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {
             match self.peek() {
                 Some(b' ' | b'\t') => self.at += 1,
@@ -62,38 +98,35 @@ impl<'a> Blocks<'a> {
                     self.at = self.line.len();
                     return Ok(None);
                 }
-                Some(b'(') => match self.rest().iter().position(|&byte| byte == b')') {
-                    Some(length) => self.at += length + 1,
-                    None => return Err(self.error(self.at, Problem::UnclosedComment)),
-                },
+                Some(b'(') => self.pass_comment()?,
                 Some(byte) if byte.is_ascii_alphabetic() => return Ok(Some(byte.to_ascii_uppercase())),
-                Some(byte @ (b'#' | b'[' | b']' | b'=')) => {
-                    return Err(self.error(self.at, Problem::NotSupported(byte)));
-                }
+                Some(b'#') => self.assign(parameters)?,
                 Some(b'*') => return Err(self.error(self.at, Problem::BadChecksum)),
                 Some(byte) => return Err(self.error(self.at, Problem::NotALetter(byte))),
             }
         }
     }
 
-    /// Reads the next command into a block; false at the end of the line. As the iterator, without moving the
-    /// block about.
-    pub fn read(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
-        let read = self.read_next(block);
+    /// Reads the next command into a block; false at the end of the line. Values may come from parameters,
+    /// and what the line assigns is set there.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with the command; the line has ended then.
+    pub fn read(&mut self, block: &mut Block<'a>, parameters: &mut dyn Parameters) -> Result<bool, SyntaxError> {
+        let read = self.read_next(block, parameters);
         if read.is_err() {
             self.at = self.line.len();
         }
         read
     }
 
-    fn read_next(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
-        let Some(first) = self.next_word()? else { return Ok(false) };
+    fn read_next(&mut self, block: &mut Block<'a>, parameters: &mut dyn Parameters) -> Result<bool, SyntaxError> {
+        let Some(first) = self.next_word(parameters)? else { return Ok(false) };
         let begin = self.at;
         let code = match first {
             b'G' => Some(self.code(Letter::G, 'G')?),
             b'M' => Some(self.code(Letter::M, 'M')?),
             b'T' => Some(self.code(Letter::T, 'T')?),
-            b'O' => return Err(self.error(begin, Problem::NotSupported(b'O'))),
             _ => None,
         };
         block.begin(code, column(begin));
@@ -102,12 +135,12 @@ impl<'a> Blocks<'a> {
             return Ok(true);
         }
         let flags_allowed = code.is_some_and(allows_flags);
-        while let Some(letter) = self.next_word()? {
+        while let Some(letter) = self.next_word(parameters)? {
             if matches!(letter, b'G' | b'M') {
                 break;
             }
             let begin = self.at;
-            let value = self.value(letter, flags_allowed)?;
+            let value = self.value(letter, flags_allowed, parameters)?;
             block.set(letter, value, begin.saturating_add(1).min(usize::from(u8::MAX)) as u8);
         }
         Ok(true)
@@ -137,7 +170,12 @@ impl<'a> Blocks<'a> {
     }
 
     /// The number of a word, the letter being at hand; none for a flag.
-    fn value(&mut self, letter: u8, flags_allowed: bool) -> Result<Option<f64>, SyntaxError> {
+    fn value(
+        &mut self,
+        letter: u8,
+        flags_allowed: bool,
+        parameters: &dyn Parameters,
+    ) -> Result<Option<f64>, SyntaxError> {
         let begin = self.at;
         let letter = char::from(letter);
         self.at += 1;
@@ -145,15 +183,39 @@ impl<'a> Blocks<'a> {
             self.skip_blanks();
         }
         if !self.peek().is_some_and(number::starts) {
-            return if flags_allowed { Ok(None) } else { Err(self.error(begin, Problem::MissingNumber(letter))) };
+            return self.worked_out(begin, letter, flags_allowed, parameters);
         }
         match number::parse(self.rest()) {
             Ok((value, length)) => {
                 self.at += length;
                 Ok(Some(value))
             }
+            Err(Flaw::NoDigits) if self.rest().get(1).is_some_and(|&byte| expression::starts(byte)) => {
+                self.worked_out(begin, letter, flags_allowed, parameters)
+            }
             Err(Flaw::NoDigits) => Err(self.error(begin, Problem::NoDigits(letter))),
             Err(Flaw::SecondPoint) => Err(self.error(begin, Problem::SecondPoint(letter))),
+        }
+    }
+
+    /// A word's value that is no plain number; none for a flag.
+    #[cold]
+    fn worked_out(
+        &mut self,
+        begin: usize,
+        letter: char,
+        flags_allowed: bool,
+        parameters: &dyn Parameters,
+    ) -> Result<Option<f64>, SyntaxError> {
+        let mut reader = Reader::new(self.line, self.at, parameters);
+        match reader.peek() {
+            Some(byte) if expression::starts(byte) || matches!(byte, b'+' | b'-') || reader.is_function() => {
+                let value = reader.value()?;
+                self.at = reader.at;
+                Ok(Some(value))
+            }
+            _ if flags_allowed => Ok(None),
+            _ => Err(self.error(begin, Problem::MissingNumber(letter))),
         }
     }
 
@@ -174,12 +236,20 @@ impl<'a> Iterator for Blocks<'a> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let mut block = Block::new(None, 0);
-        match self.read(&mut block) {
+        match self.read(&mut block, &mut NoParameters) {
             Ok(true) => Some(Ok(block)),
             Ok(false) => None,
             Err(error) => Some(Err(error)),
         }
     }
+}
+
+/// Comments that say something, or write it down (LinuxCNC's G-code overview).
+fn is_remark(comment: &[u8]) -> bool {
+    const WORDS: [&str; 10] =
+        ["MSG,", "DEBUG,", "PRINT,", "LOG,", "LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE", "STOP"];
+    let comment = comment.trim_ascii_start();
+    WORDS.iter().any(|word| comment.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes())))
 }
 
 pub(crate) fn column(at: usize) -> u16 {
@@ -202,6 +272,7 @@ fn allows_flags(code: Code) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expression::Parameter;
     use proptest::prelude::*;
 
     fn blocks(line: &str) -> Vec<Block<'_>> {
@@ -300,6 +371,47 @@ mod tests {
         );
     }
 
+    /// Keeps #1 to #9; what is written is there at once.
+    #[derive(Default)]
+    struct Few([f64; 10]);
+
+    impl Parameters for Few {
+        fn get(&self, parameter: &Parameter) -> Option<f64> {
+            let Parameter::Numbered(number) = parameter else { return None };
+            self.0.get(usize::from(*number)).copied()
+        }
+
+        fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem> {
+            let Parameter::Numbered(number) = parameter else { return Err(Problem::ReadOnly) };
+            *self.0.get_mut(usize::from(number)).ok_or(Problem::NoParameter)? = value;
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn values_are_worked_out_and_parameters_set() {
+        let mut few = Few::default();
+        let mut read = |line: &'static str| {
+            let mut block = Block::new(None, 0);
+            assert!(Blocks::new(line.as_bytes()).read(&mut block, &mut few).unwrap(), "{line}");
+            block
+        };
+        let wanted = g(1).with('X', 3.0).with('Y', -7.0).with('Z', 0.5);
+        assert_eq!(read("#1 = [2+5] #2=3 G1 X#2 Y-#1 Z SQRT[.25] (after)"), wanted);
+        assert_eq!(read("G1 X[#1 - 4]Y-[#1]Zsqrt[0.25]"), wanted);
+        assert_eq!(read("x#2 y2"), Block::new(None, 1).with('X', 3.0).with('Y', 2.0));
+        assert_eq!(few.0[1], 7.0);
+    }
+
+    #[test]
+    fn comments_that_say_something_are_kept() {
+        let mut blocks = Blocks::new(b"(plain) (MSG, hello there) M0 (PRINT, #1)");
+        let mut block = Block::new(None, 0);
+        assert!(blocks.read(&mut block, &mut NoParameters).unwrap());
+        assert_eq!(blocks.take_remark(), Some(&b"PRINT, #1"[..]), "of two, the last");
+        assert_eq!(blocks.take_remark(), None);
+    }
+
     #[test]
     fn comments_may_hold_anything() {
         assert!(Blocks::new(b"; \xff\xfe *12 (").next().is_none());
@@ -319,9 +431,8 @@ mod tests {
         assert_eq!(failing("G38.300"), (0, 1, Problem::BadSubcode('G')));
         assert_eq!(failing("T1.5"), (0, 1, Problem::BadSubcode('T')));
         assert_eq!(failing("G1 X1 (open"), (0, 7, Problem::UnclosedComment));
-        assert_eq!(failing("#1=5"), (0, 1, Problem::NotSupported(b'#')));
-        assert_eq!(failing("G1 X[1+2]"), (0, 4, Problem::MissingNumber('X')));
-        assert_eq!(failing("O100 sub"), (0, 1, Problem::NotSupported(b'O')));
+        assert_eq!(failing("#1=5"), (0, 1, Problem::ReadOnly));
+        assert_eq!(failing("G1 X[1+2"), (0, 9, Problem::Expected(b']')));
         assert_eq!(failing("G1 X1*"), (0, 6, Problem::BadChecksum));
     }
 

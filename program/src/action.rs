@@ -54,6 +54,19 @@ pub enum Action<'b> {
     Resume,
     /// Show the operator a text of the program.
     Message(&'b str),
+    /// Wait for the operator.
+    Pause(Pause),
+    /// Call a subroutine by its number, so many times (M98).
+    Call {
+        /// The number.
+        number: u32,
+        /// How often.
+        times: u32,
+    },
+    /// The subroutine ends; the main program begins anew (M99).
+    Return,
+    /// Have the operator put in this tool.
+    ChangeTool(u32),
     /// Tell whoever sent the line something about it.
     Note(&'static str),
     /// Everything else, with its words.
@@ -286,6 +299,17 @@ pub enum Function {
     ShowSettings,
 }
 
+/// Why a program waits for the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pause {
+    /// M0.
+    Program,
+    /// M1.
+    Optional,
+    /// M60.
+    Pallet,
+}
+
 /// Its name in words: `axis speeds`.
 impl fmt::Display for Function {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -360,6 +384,10 @@ impl fmt::Display for Described<'_, '_> {
             }
             Action::Resume => f.write_str("resume"),
             Action::Message(text) => write!(f, "message: {text}"),
+            Action::Pause(_) => f.write_str("wait for the operator"),
+            Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
+            Action::Return => f.write_str("end of subroutine"),
+            Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),
             Action::Note(text) => write!(f, "note: {text}"),
             Action::Function(function, words) => write!(f, "{function}{words}"),
         }

@@ -81,6 +81,8 @@ pub enum Problem {
     MustExceed(Code, char, f64),
     NotWhole(Code, char),
     NoName,
+    /// A parameter cannot be set.
+    Parameter(gcode::Problem),
 }
 
 impl Problem {
@@ -127,6 +129,7 @@ impl fmt::Display for Problem {
             Self::TooMuch(code, letter, most) => return write!(f, "{code}: {letter} is {most} at most"),
             Self::MustExceed(code, letter, bound) => return write!(f, "{code}: {letter} must be above {bound}"),
             Self::NotWhole(code, letter) => return write!(f, "{code}: {letter} must be a whole number"),
+            Self::Parameter(problem) => return problem.fmt(f),
             Self::NegativeFeedRate => "feed rate < 0",
             Self::NoExtruder => "no extruder is configured for E",
             // The machine knows its configuration, and says more.

@@ -6,6 +6,8 @@ use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
 use crate::claims::MOST_CLAIMS;
+use crate::flow::Flow;
+use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
 use crate::setup::{HeaterSetup, Setup};
@@ -31,6 +33,8 @@ pub struct Interpreter {
     pub(crate) heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
     /// X Y Z of the last G38, machine position in mm, and whether its contact was found.
     pub(crate) last_probe: ([f64; 3], bool),
+    pub(crate) memory: Memory,
+    pub(crate) flow: Flow,
     pub(crate) setup: Setup,
     effects: Deque<Effect, MOST_CLAIMS>,
     following: Deque<Action<'static>, FOLLOWING>,
@@ -64,6 +68,8 @@ impl Interpreter {
             compliant_seek_rate: setup.compliant_seek_rate,
             heaters: setup.heaters.clone(),
             last_probe: ([0.0; 3], false),
+            memory: Memory::default(),
+            flow: Flow::default(),
             setup,
             effects: Deque::new(),
             following: Deque::new(),
@@ -167,6 +173,8 @@ impl Interpreter {
     /// The operator's halt, or a fault: nothing of the program goes on.
     pub fn halt(&mut self) {
         self.following.clear();
+        self.flow.reset();
+        self.memory.end();
         self.modal.power = 0.0;
         self.modal.machine_next = false;
         self.splines = Splines::default();

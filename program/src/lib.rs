@@ -19,10 +19,14 @@ mod context;
 mod dialect;
 mod dispatch;
 mod fault;
+mod flow;
 mod interpreter;
 mod meaning;
+mod memory;
 mod modal;
+mod parameters;
 mod park;
+mod remark;
 mod setup;
 mod splines;
 mod state;
@@ -31,17 +35,19 @@ mod word;
 mod words;
 
 pub use action::{
-    Action, Centre, Contact, ControlPoint, Corner, Effect, Function, MOST_POINTS, Move, ProbeAlong, ProbeDown, Rate,
-    Shape,
+    Action, Centre, Contact, ControlPoint, Corner, Effect, Function, MOST_POINTS, Move, Pause, ProbeAlong, ProbeDown,
+    Rate, Shape,
 };
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
 pub use dialect::Dialect;
 pub use fault::{Fault, Part, Problem};
+pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use interpreter::{Interpreter, Kept};
 pub use modal::{COORDINATE_SYSTEMS, Modal, MotionMode, write_system_name};
 pub use park::ParkPosition;
+pub use remark::{Remark, write_values};
 pub use setup::{HeaterSetup, Setup, ToolSettings};
 pub use state::{State, States};
 pub use tools::{MAX_TOOLS, Tool, Tools};

@@ -43,6 +43,10 @@ impl Tool {
 pub struct Tools {
     pub(crate) tools: Vec<Tool, MAX_TOOLS>,
     pub(crate) active: usize,
+    /// T on a machine without extruders: the tool that M6 puts in.
+    pub(crate) selected: u16,
+    /// The one that it has put in.
+    pub(crate) in_spindle: u16,
 }
 
 impl Tools {
@@ -51,7 +55,7 @@ impl Tools {
         let new = |settings: &ToolSettings| Tool { settings: settings.clone(), e: 0.0, flow: 1.0, retracted: None };
         let mut tools: Vec<Tool, MAX_TOOLS> = settings.iter().take(MAX_TOOLS).map(new).collect();
         tools.sort_unstable_by_key(|tool| tool.settings.id);
-        Self { tools, active: 0 }
+        Self { tools, active: 0, selected: 0, in_spindle: 0 }
     }
 
     /// All extruders, in order of their numbers.
@@ -70,7 +74,25 @@ impl Tools {
         self.tools.get_mut(self.active)
     }
 
-    /// Number of the active tool; 0 when there is none.
+    /// Whether tools are extruders.
+    #[must_use]
+    pub fn has_extruders(&self) -> bool {
+        !self.tools.is_empty()
+    }
+
+    /// Number of the tool in the spindle, 0 when there is none; of the active extruder.
+    #[must_use]
+    pub fn number(&self) -> u32 {
+        if self.has_extruders() { u32::from(self.active_id().0) } else { u32::from(self.in_spindle) }
+    }
+
+    /// M6: the selected tool is in the spindle.
+    pub(crate) fn change(&mut self) -> u32 {
+        self.in_spindle = self.selected;
+        u32::from(self.in_spindle)
+    }
+
+    /// Number of the active extruder; 0 when there is none.
     #[must_use]
     pub fn active_id(&self) -> ToolId {
         self.active().map_or(ToolId(0), |tool| tool.settings.id)

@@ -6,8 +6,8 @@
 //! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
 //! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
 
-use gcode::{Blocks, Decoder, Line};
-use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Setup, ToolSettings};
+use gcode::{Block, Blocks, Decoder, Line};
+use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings};
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
 fn tool(id: u8, axis: Axis) -> ToolSettings {
@@ -89,24 +89,65 @@ impl Session {
         }
     }
 
-    /// What the machine is asked for by a line of the program.
-    fn run(&mut self, line: &str) -> Vec<String> {
-        let mut asked = Vec::new();
-        match Decoder::new().decode(line.as_bytes()) {
-            Ok(Line::Code(blocks)) => self.run_blocks(blocks, &mut asked),
-            Ok(Line::Blank) => {}
-            Ok(Line::Console(_)) => asked.push("a console command".into()),
-            Err(refusal) => asked.push(format!("error: {refusal}")),
+    /// Runs the lines of a program, from the first to the last one or as its O words say; what the machine is
+    /// asked for by each.
+    fn run_program(&mut self, lines: &[&str]) -> Vec<Vec<String>> {
+        let mut asked = vec![Vec::new(); lines.len()];
+        let mut at = 0;
+        while let Some(line) = lines.get(at) {
+            let (here, after) = (place(at), place(at + 1));
+            at += 1;
+            if let Some(words) = line.strip_prefix("@ ") {
+                self.told(words);
+                continue;
+            }
+            let next = self.run(line, here, after, &mut asked[at - 1]);
+            assert!(asked.iter().map(Vec::len).sum::<usize>() < 1_000, "it does not end");
+            match next {
+                Next::Following => {}
+                Next::At(place) => at = place.line as usize,
+                Next::FirstOf(name) => {
+                    asked[at - 1].push(format!("file of {name}?"));
+                    self.interpreter.search_sub();
+                }
+                Next::Returned => unreachable!("there are no other files"),
+            }
+        }
+        if let Err(fault) = self.interpreter.end_file()
+            && let Some(last) = asked.last_mut()
+        {
+            last.push(format!("at the end: {fault}"));
         }
         asked
     }
 
-    fn run_blocks(&mut self, blocks: Blocks<'_>, asked: &mut Vec<String>) {
-        for block in blocks {
-            let block = match block {
-                Ok(block) => block,
-                Err(error) => return asked.push(format!("error: {error}")),
-            };
+    /// What the machine is asked for by a line of the program, and which line comes next.
+    fn run(&mut self, line: &str, here: Place, after: Place, asked: &mut Vec<String>) -> Next {
+        match Decoder::new().decode(line.as_bytes()) {
+            Ok(Line::Flow(line)) => match self.interpreter.flow_line(&line, here, after) {
+                Ok(next) => return next,
+                Err(fault) => asked.push(format!("alarm: {fault}")),
+            },
+            _ if self.interpreter.flow().passes_over() => {}
+            Ok(Line::Code(blocks)) => self.run_blocks(blocks, asked),
+            Ok(Line::Blank) => {}
+            Ok(Line::Console(_)) => asked.push("a console command".into()),
+            Err(refusal) => asked.push(format!("error: {refusal}")),
+        }
+        Next::Following
+    }
+
+    fn run_blocks(&mut self, mut blocks: Blocks<'_>, asked: &mut Vec<String>) {
+        let mut block = Block::new(None, 0);
+        loop {
+            match blocks.read(&mut block, &mut self.interpreter) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    self.interpreter.drop_line();
+                    return asked.push(format!("error: {error}"));
+                }
+            }
             let Some(row) = self.interpreter.row(&block) else {
                 asked.push("unknown".into());
                 continue;
@@ -137,31 +178,38 @@ impl Session {
                 say(asked, action);
             }
         }
+        if let Err(fault) = self.interpreter.end_line() {
+            asked.push(format!("error: {fault}"));
+        }
     }
 }
 
 /// Runs a page; the page as it is, beside the page as it should be written.
 fn run_page(text: &str) -> String {
-    let (mut session, mut page) = (Session::new(), String::new());
-    for line in text.lines() {
-        if line.starts_with("    ") {
-            continue;
-        }
-        page.push_str(line);
-        page.push('\n');
-        if line.starts_with('#') {
-            session = Session::new();
-        } else if let Some(words) = line.strip_prefix("@ ") {
-            session.told(words);
-        } else if !line.is_empty() {
-            for action in session.run(line) {
-                page.push_str("    ");
-                page.push_str(&action);
-                page.push('\n');
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("    ")).collect();
+    let mut page = String::new();
+    let mut begin = 0;
+    while begin < lines.len() {
+        // A program is what stands below its title.
+        let length = lines[begin + 1..].iter().take_while(|line| !line.starts_with("# ")).count() + 1;
+        let program = &lines[begin..begin + length];
+        let first = usize::from(program[0].starts_with("# "));
+        let mut asked = vec![Vec::new(); first];
+        asked.extend(Session::new().run_program(&program[first..]));
+        for (line, asked) in program.iter().zip(asked) {
+            page.push_str(line);
+            page.push('\n');
+            for action in asked {
+                page.push_str(&format!("    {action}\n"));
             }
         }
+        begin += length;
     }
     page
+}
+
+fn place(line: usize) -> Place {
+    Place { offset: 0, line: line as u32 }
 }
 
 #[test]

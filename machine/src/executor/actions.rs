@@ -4,7 +4,7 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, functions, halt, shapes, suspend};
+use super::{Hands, Machine, flow, functions, halt, operator, parameters, shapes, suspend};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::heat::{Full, Output};
 use crate::heat_codes;
@@ -34,7 +34,15 @@ pub(super) async fn carry_out_all<P: Ports>(
 
 async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check
-        && !matches!(action, Action::Halt | Action::Note(_) | Action::Function(..))
+        && !matches!(
+            action,
+            Action::Halt
+                | Action::Note(_)
+                | Action::Function(..)
+                | Action::Call { .. }
+                | Action::Return
+                | Action::EndProgram
+        )
     {
         return Ok(Answer::Ok);
     }
@@ -49,6 +57,8 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
         Action::Halt => machine.halt(format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to).await,
         Action::Message(_) => {}
+        Action::Call { number, times } => return flow::call(machine, number, times),
+        Action::Return => return flow::end_call(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
         _ => return stand_and_do(machine, action, to).await,
     }
@@ -68,6 +78,8 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::ProbeAlong(ref probe) => crate::probing::probe_along(&mut Hands::new(machine, to), probe).await,
         Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
         Action::EndProgram => end_program(machine).await,
+        Action::Pause(why) => operator::pause(machine, why).await,
+        Action::ChangeTool(tool) => operator::change_tool(machine, tool).await,
         Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
         Action::Resume => suspend::resume(machine, to).await,
         Action::Function(function, words) => functions::run(machine, function, words, to).await,
@@ -112,6 +124,8 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
         machine.standstill().await?;
         machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     }
+    flow::end(machine);
+    parameters::save(machine).await;
     Ok(Answer::Ok)
 }
 

@@ -8,7 +8,7 @@ use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use heapless::Vec;
 use units::Micros;
 
-use super::{Machine, suspend};
+use super::{Machine, parameters, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -237,6 +237,7 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Saved settings are replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
+    parameters::load(machine);
     if !machine.config.general.config_override {
         return;
     }

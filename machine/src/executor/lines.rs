@@ -5,7 +5,7 @@ use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Machine, actions, commands, shapes, stack};
+use super::{Machine, actions, commands, flow, operator, parameters, shapes, stack};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::jobs::Next;
 use crate::needs::needs;
@@ -104,16 +104,28 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             if to != Recipient::Nobody {
                 echo(machine, &line, to);
             }
-            run_own_line(machine, &line, to, Origin::Job).await;
+            if machine.program.flow().passes_over() {
+                run_passed_over(machine, &line, to);
+            } else {
+                run_own_line(machine, &line, to, Origin::Job).await;
+            }
         }
         Next::TooLong => pause_job(machine, "is too long"),
-        Next::End => return end_job(machine),
+        Next::End => return end_job(machine).await,
         Next::Failed(why) => {
             let text = message(format_args!("reading the file being played failed: {why}"));
             alarm(machine, &text, Recipient::Nobody);
         }
     }
     true
+}
+
+/// A line that is passed over: only an O word counts in it.
+fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
+    if let Ok(Line::Flow(line)) = decoder_expecting(line).decode(line) {
+        let outcome = flow::run_line(machine, &line, to, Origin::Job);
+        finish(machine, outcome, None, to, Origin::Job);
+    }
 }
 
 fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
@@ -124,11 +136,15 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
 
 /// The file has been read; it is done when its last moves are. False while they go on, so that sessions are
 /// heard.
-fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.ports.motion(motion::Motion::flush);
     if !machine.ports.motion(|motion| motion.is_idle()) {
         return false;
     }
+    if let Err(fault) = machine.program.end_file() {
+        machine.announce(format_args!("error:the file has ended, and {fault}\n"));
+    }
+    parameters::save(machine).await;
     let to = machine.jobs.tells_end();
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
@@ -171,6 +187,10 @@ async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, 
         Line::Blank => finish(machine, Ok(Answer::Ok), None, to, origin),
         Line::Console(command) => commands::run_line(machine, command, to, origin).await,
         Line::Code(blocks) => run_blocks(machine, blocks, None, to, origin).await,
+        Line::Flow(line) => {
+            let outcome = flow::run_line(machine, &line, to, origin);
+            finish(machine, outcome, None, to, origin);
+        }
     }
 }
 
@@ -186,10 +206,15 @@ pub(super) async fn run_blocks<P: Ports>(
     let mut answer = Answer::Ok;
     let mut block = Block::new(None, 0);
     let failed = loop {
-        match blocks.read(&mut block) {
+        let read = blocks.read(&mut block, &mut machine.program);
+        if let Some(comment) = blocks.take_remark() {
+            operator::remark(machine, comment);
+        }
+        match read {
             Ok(true) => {}
-            Ok(false) => break None,
+            Ok(false) => break machine.program.end_line().err().map(|fault| actions::failed_by(machine, &fault)),
             Err(error) => {
+                machine.program.drop_line();
                 let (line, _) = blocks.place();
                 return bad_line(machine, Refusal::Syntax(error), line, to, origin);
             }

@@ -8,12 +8,15 @@
 mod actions;
 mod boot;
 mod commands;
+mod flow;
 mod frames;
 mod functions;
 mod halt;
 mod hands;
 mod lines;
 mod machine;
+mod operator;
+mod parameters;
 mod polls;
 mod serve;
 mod shapes;

@@ -134,6 +134,10 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn feed_resume(&mut self) {
+        let is_held = matches!(self.safety.state(), State::Hold | State::Door);
+        if !is_held && self.jobs.operator_is_done() {
+            return;
+        }
         let was_door = self.safety.state() == State::Door;
         if !self.safety.apply(Event::Resume) {
             return;

@@ -2,6 +2,7 @@
 
 use gcode::{Gathered, LineBuffer};
 use heapless::Vec;
+use program::Place;
 
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::LineBytes;
@@ -27,6 +28,8 @@ pub enum Next {
 pub(super) struct FileLines {
     file: FileHandle,
     chunk: Vec<u8, CHUNK>,
+    /// Where the chunk stands in the file.
+    chunk_at: u32,
     next: usize,
     gathering: LineBuffer,
     /// Bytes handed to lines so far.
@@ -41,7 +44,7 @@ impl FileLines {
     /// From the file's beginning.
     pub const fn new(file: FileHandle) -> Self {
         let gathering = LineBuffer::new();
-        Self { file, chunk: Vec::new(), next: 0, gathering, read: 0, ends: 0, at_end: false }
+        Self { file, chunk: Vec::new(), chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
     }
 
     pub const fn file(&self) -> FileHandle {
@@ -90,11 +93,37 @@ impl FileLines {
     fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
         let mut bytes = [0; CHUNK];
         let count = storage.read(self.file, &mut bytes)?;
+        self.chunk_at = self.chunk_at.saturating_add(self.chunk.len() as u32);
         self.next = 0;
         self.chunk.clear();
         // A chunk fits a chunk.
         let _ = self.chunk.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
         Ok(count > 0)
+    }
+
+    /// Between the line that was given last and the next one.
+    pub const fn place(&self) -> Place {
+        Place { offset: self.read, line: self.ends }
+    }
+
+    /// Goes on from a place between two lines. What is at hand is not read again: loops are mostly short.
+    pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let in_chunk = place.offset.checked_sub(self.chunk_at).map(|offset| offset as usize);
+        if let Some(next) = in_chunk.filter(|next| *next < self.chunk.len()) {
+            self.next = next;
+        } else {
+            storage.seek(self.file, place.offset)?;
+            self.chunk.clear();
+            (self.chunk_at, self.next) = (place.offset, 0);
+        }
+        self.gathering = LineBuffer::new();
+        (self.read, self.ends, self.at_end) = (place.offset, place.line, false);
+        Ok(())
+    }
+
+    /// Nothing more is read.
+    pub const fn end(&mut self) {
+        self.at_end = true;
     }
 
     /// From the file's beginning again.
@@ -159,6 +188,30 @@ mod tests {
         let kinds: std::vec::Vec<_> = all.iter().map(|(text, ..)| text.len()).collect();
         assert_eq!(kinds, [255, 8, 3, 255, 8, 3, 255, 8, 3]);
         assert_eq!((all[7].1, lines.read()), (8, text.len() as u32));
+    }
+
+    #[test]
+    fn a_place_is_come_back_to_from_anywhere() {
+        let text: String = (0..200).map(|line| format!("G1 X{line}\n")).collect();
+        let mut card = Card::default();
+        let mut lines = open(&mut card, &text);
+        let (mut line, mut places) = (LineBytes::new(), std::vec::Vec::new());
+        for _ in 0..200 {
+            places.push(lines.place());
+            assert_eq!(lines.next(&mut card, &mut line), Next::Line);
+        }
+        for number in [0, 1, 199, 30, 31, 120, 0, 198] {
+            lines.go_to(places[number], &mut card).unwrap();
+            assert_eq!(lines.next(&mut card, &mut line), Next::Line);
+            assert_eq!(line, format!("G1 X{number}").as_bytes());
+            assert_eq!(lines.number(), number as u32 + 1);
+        }
+        assert_eq!(lines.next(&mut card, &mut line), Next::Line);
+        assert_eq!(lines.next(&mut card, &mut line), Next::End);
+        lines.go_to(places[199], &mut card).unwrap();
+        assert_eq!(lines.next(&mut card, &mut line), Next::Line);
+        lines.end();
+        assert_eq!(lines.next(&mut card, &mut line), Next::End);
     }
 
     #[test]

@@ -11,8 +11,12 @@ mod progress;
 mod suspended;
 mod tags;
 
+use core::fmt::Write as _;
+
 use config::MachineConfig;
+use heapless::Vec;
 use motion::Tag;
+use program::Place;
 use units::Micros;
 
 use crate::failure::{Failure, about_file};
@@ -25,6 +29,9 @@ pub use suspended::Suspended;
 use tags::Tags;
 
 const PRINTING: &str = "Currently printing, abort print first";
+
+/// Files that wait for each other's subroutines, at most.
+const MOST_CALLERS: usize = 3;
 
 /// Who listens to a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,8 +51,14 @@ struct Job {
     started: Micros,
     listeners: Listeners,
     paused: bool,
+    /// It is paused until the operator has done something (M0, M6).
+    waits_for_operator: bool,
     /// The line that was read last is a comment.
     in_comment: bool,
+    /// Where it begins.
+    here: Place,
+    /// Files that have called subroutines in files of their own, and wait for their ends.
+    callers: Vec<FileLines, MOST_CALLERS>,
 }
 
 /// The job, and what a suspended one goes on with.
@@ -89,7 +102,26 @@ impl Jobs {
 
     /// Pauses or goes on; false when there is no job.
     pub fn set_paused(&mut self, paused: bool) -> bool {
-        self.job.as_mut().map(|job| job.paused = paused).is_some()
+        let Some(job) = &mut self.job else { return false };
+        (job.paused, job.waits_for_operator) = (paused, false);
+        true
+    }
+
+    /// The job is paused until the operator has done something.
+    pub const fn wait_for_operator(&mut self) {
+        if let Some(job) = &mut self.job {
+            (job.paused, job.waits_for_operator) = (true, true);
+        }
+    }
+
+    /// The operator has done what the job waited for: it goes on. False when it did not wait.
+    pub const fn operator_is_done(&mut self) -> bool {
+        let Some(job) = &mut self.job else { return false };
+        let waited = job.waits_for_operator;
+        if waited {
+            (job.paused, job.waits_for_operator) = (false, false);
+        }
+        waited
     }
 
     /// Nobody is at the other end of this session any more: whoever comes next has not asked for this job.
@@ -128,7 +160,18 @@ impl Jobs {
         // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
         let lines = FileLines::new(file);
-        self.job = Some(Job { path, size, lines, started: now, listeners, paused: false, in_comment: false });
+        self.job = Some(Job {
+            path,
+            size,
+            lines,
+            started: now,
+            listeners,
+            paused: false,
+            waits_for_operator: false,
+            in_comment: false,
+            here: Place::default(),
+            callers: Vec::new(),
+        });
         self.is_heating = false;
         self.forget_places();
         Ok(size)
@@ -144,8 +187,10 @@ impl Jobs {
     /// Closes the file being played; false when there is none.
     pub fn close(&mut self, storage: &mut impl Storage) -> bool {
         let Some(job) = self.job.take() else { return false };
-        // It was only read: a failing close loses nothing.
-        let _ = storage.close(job.lines.file());
+        for lines in job.callers.iter().chain([&job.lines]) {
+            // It was only read: a failing close loses nothing.
+            let _ = storage.close(lines.file());
+        }
         true
     }
 
@@ -168,6 +213,7 @@ impl Jobs {
     /// The next line of the file. After its end it says so again and again, until [`Self::close`].
     pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let Some(job) = &mut self.job else { return Next::End };
+        job.here = job.lines.place();
         let next = job.lines.next(storage, line);
         job.in_comment = next == Next::Line && is_comment(line);
         next
@@ -191,6 +237,60 @@ impl Jobs {
         reply.say(format_args!(
             "error:paused, line {number} of {path} {why}: M24 goes on with the next line, abort ends the job\n"
         ));
+    }
+
+    // --- subroutines and loops ---
+
+    /// Where the line that was read last begins, and where the next one does.
+    #[must_use]
+    pub fn places(&self) -> (Place, Place) {
+        self.job.as_ref().map_or_else(Default::default, |job| (job.here, job.lines.place()))
+    }
+
+    /// Goes on from a place of the file that is read.
+    ///
+    /// # Errors
+    /// When the card does not answer.
+    pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
+        self.job.as_mut().map_or(Ok(()), |job| job.lines.go_to(place, storage))
+    }
+
+    /// Goes on with the file of a subroutine, which stands beside the job's own file: `name.ngc`. False when
+    /// there is none.
+    ///
+    /// # Errors
+    /// When files call each other too deep.
+    pub fn call_file(&mut self, name: &str, storage: &mut impl Storage) -> Result<bool, Failure> {
+        let Some(job) = &mut self.job else { return Ok(false) };
+        let folder = job.path.rfind('/').and_then(|end| job.path.get(..end)).unwrap_or_default();
+        let Ok(file) = storage.open(&sub_path(folder, name), OpenMode::Read) else { return Ok(false) };
+        if job.callers.is_full() {
+            // It was only opened: a failing close loses nothing.
+            let _ = storage.close(file);
+            return Err(Failure::refused("files call each other more than 3 deep"));
+        }
+        let caller = core::mem::replace(&mut job.lines, FileLines::new(file));
+        // There is room.
+        let _ = job.callers.push(caller);
+        Ok(true)
+    }
+
+    /// The subroutine has ended: goes on with the file that called it. False when none did.
+    pub fn return_from_file(&mut self, storage: &mut impl Storage) -> bool {
+        let Some(job) = &mut self.job else { return false };
+        let Some(caller) = job.callers.pop() else { return false };
+        let done = core::mem::replace(&mut job.lines, caller);
+        // It was only read: a failing close loses nothing.
+        let _ = storage.close(done.file());
+        true
+    }
+
+    /// The program has ended: nothing more is read.
+    pub fn end_program(&mut self, storage: &mut impl Storage) {
+        while self.return_from_file(storage) {}
+        if let Some(job) = &mut self.job {
+            job.lines.end();
+        }
     }
 
     // --- suspending it ---
@@ -222,6 +322,15 @@ impl Jobs {
     pub fn cancel_suspend(&mut self) -> bool {
         self.suspended.take().is_some()
     }
+}
+
+/// Where the file of a subroutine is; empty, which no file is, when that does not fit.
+fn sub_path(folder: &str, name: &str) -> Path {
+    let mut path = Path::new();
+    if write!(path, "{folder}/{name}.ngc").is_err() {
+        path.clear();
+    }
+    path
 }
 
 fn is_comment(line: &[u8]) -> bool {

@@ -5,12 +5,29 @@ use gcode::Code;
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::meaning::program;
+use crate::word::{Unit, word};
+
+const NOT_KNOWN: &str = "not known";
 
 pub const ROWS: &[CodeInfo] = &[
+    pause(0, "wait until the operator goes on (~ or M24)"),
+    pause(1, "wait until the operator goes on (~ or M24)"),
     CodeInfo::means(Code::m(2), program::end, "end of program: G54, G61, G90, speed factor 100 %")
         .group(Group::Stopping)
         .waits(Waits::Standstill)
         .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::means(Code::m(6), program::change_tool, "have the operator put in the tool of T")
+        .takes(&[word('T', Unit::Id, "the tool")])
+        .waits(Waits::Standstill)
+        .differs("selects a heater's tool"),
+    pause(60, "wait until the operator goes on (~ or M24)"),
+    CodeInfo::means(Code::m(98), program::call, "call the subroutine O P, L times")
+        .takes(&[
+            word('P', Unit::Number, "its number").whole(0.0, 99_999_999.0),
+            word('L', Unit::Number, "how often, 1 where it is left out").whole(1.0, 9_999.0),
+        ])
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::m(99), program::end_call, "end a subroutine; begin a main program anew").differs(NOT_KNOWN),
     CodeInfo::accepted(Code::m(110), "count lines from N on").states(ANYWHERE),
     CodeInfo::means(Code::m(112), program::halt_now, "emergency stop, at once, whatever waits")
         .states(ANYWHERE)
@@ -27,6 +44,13 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(400), program::finish, "wait until nothing moves").waits(Waits::Standstill),
     CodeInfo::means(Code::m(999), program::release, "clear a halt").states(EVERYWHERE_BUT_INVALID),
 ];
+
+const fn pause(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::m(number), program::pause, help)
+        .group(Group::Stopping)
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN)
+}
 
 const fn position(subcode: u8, help: &'static str) -> CodeInfo {
     CodeInfo::asks(Code::m(114).sub(subcode), Function::ReportPosition, help)

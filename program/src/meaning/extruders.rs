@@ -9,8 +9,11 @@ use crate::words::Words;
 
 /// Tn.
 pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
+    if !program.tools.has_extruders() {
+        program.tools.selected = number;
+        return NOTHING;
+    }
     let place = program.tools.numbered(f64::from(number));
-    let place = place.or((number == 0 && program.tools.all().is_empty()).then_some(0));
     program.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
     if let Some(tool) = program.tools.active() {
         program.modal.tool_offset = tool.settings.offset;

@@ -1,9 +1,10 @@
 //! The program as a whole: its end, messages, suspending, halting.
 
-use crate::action::Action;
+use crate::action::{Action, Pause};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::fault::Fault;
+use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::meaning::extruders;
 
 /// M2, and M30 where it ends programs.
 pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
@@ -14,12 +15,46 @@ pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Mean
     Ok(Meaning::Action(Action::EndProgram))
 }
 
-/// M30 ends the program, or removes a file, as the dialect says; without a name it does nothing.
+/// M0, M1, M60.
+pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Pause(match context.words.code().number {
+        0 => Pause::Program,
+        1 => Pause::Optional,
+        _ => Pause::Pallet,
+    })))
+}
+
+/// M6. A machine with extruders changes them by T alone.
+pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    if let Some(tool) = words.get('T') {
+        extruders::select_tool(program, tool as u16, words.column_of('T'))?;
+    }
+    if program.tools.has_extruders() {
+        return NOTHING;
+    }
+    Ok(Meaning::Action(Action::ChangeTool(program.tools.change())))
+}
+
+/// M98.
+pub(crate) fn call<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let number = words.get('P').ok_or(Problem::MustSupply('P').refused(words.column()))?;
+    let times = words.get('L').unwrap_or(1.0);
+    Ok(Meaning::Action(Action::Call { number: number as u32, times: times as u32 }))
+}
+
+/// M99.
+pub(crate) fn end_call<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Return))
+}
+
+/// M30 ends the program, or removes a file, as the dialect says; without a name it ends the program.
 pub(crate) fn m30<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     match context.words.text() {
         _ if context.dialect.ends_by_m30() => end(program, context),
         Some(_) => Ok(context.function()),
-        None => NOTHING,
+        None => end(program, context),
     }
 }
 

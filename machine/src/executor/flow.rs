@@ -1,0 +1,100 @@
+//! O words, M98 and M99: which line of a file is read next. The program knows what was called and opened; the
+//! job knows its files.
+
+use core::fmt::Write as _;
+
+use gcode::{FlowLine, FlowWord};
+use program::Next;
+
+use super::Machine;
+use super::frames::Origin;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::files::Path;
+use crate::jobs::Listeners;
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// A line with an O word.
+pub(super) fn run_line<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    line: &FlowLine<'_>,
+    to: Recipient,
+    origin: Origin,
+) -> Outcome {
+    if origin != Origin::Job {
+        return run_elsewhere(machine, line, to, origin);
+    }
+    let (here, after) = machine.jobs.places();
+    match machine.program.flow_line(line, here, after) {
+        Ok(next) => go_on(machine, next),
+        Err(fault) => Err(Failure::Refused(message(format_args!("{fault}")))),
+    }
+}
+
+/// Outside of files only a subroutine can be called that is a file. It is a job then.
+fn run_elsewhere<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    line: &FlowLine<'_>,
+    to: Recipient,
+    origin: Origin,
+) -> Outcome {
+    if line.word != FlowWord::Call || origin != Origin::Session {
+        return Err(Failure::refused("here only O<name> call works; other O words belong in a file that is played"));
+    }
+    let mut name = Path::new();
+    if write!(name, "{}.ngc", line.label).is_err() {
+        return Err(Failure::refused("the name is too long"));
+    }
+    let path = machine.files.absolute(&name);
+    let now = machine.ports.now();
+    machine.jobs.open(&path, Listeners { echo: Recipient::Nobody, tells_end: to }, &mut machine.ports, now)?;
+    let called = machine.program.flow_line(line, Default::default(), Default::default());
+    if let Err(fault) = called {
+        end(machine);
+        machine.jobs.close(&mut machine.ports);
+        return Err(Failure::Refused(message(format_args!("{fault}"))));
+    }
+    machine.program.enter_file();
+    Ok(Answer::Ok)
+}
+
+/// M98.
+pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
+    if !machine.jobs.is_playing() {
+        return Err(Failure::refused("M98 works in files that are played"));
+    }
+    let (_, after) = machine.jobs.places();
+    match machine.program.call(number, times, after) {
+        Ok(next) => go_on(machine, next),
+        Err(fault) => Err(Failure::Refused(message(format_args!("{fault}")))),
+    }
+}
+
+/// M99.
+pub(super) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+    if !machine.jobs.is_playing() {
+        return Err(Failure::refused("M99 works in files that are played"));
+    }
+    let next = machine.program.end_call().unwrap_or(Next::At(program::Place::default()));
+    go_on(machine, next)
+}
+
+fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
+    let Machine { jobs, ports, program, .. } = machine;
+    match next {
+        Next::Following => {}
+        Next::At(place) => jobs.go_to(place, ports).map_err(|error| Failure::refused(error.text()))?,
+        Next::FirstOf(name) if jobs.call_file(&name, ports)? => program.enter_file(),
+        Next::FirstOf(_) => program.search_sub(),
+        Next::Returned if jobs.return_from_file(ports) => {}
+        // It was called from a session, and there is no more to do.
+        Next::Returned => jobs.end_program(ports),
+    }
+    Ok(Answer::Ok)
+}
+
+/// M2 and M30, or a stop: nothing of the program goes on.
+pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.program.end_program();
+    machine.jobs.end_program(&mut machine.ports);
+}

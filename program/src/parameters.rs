@@ -1,0 +1,167 @@
+//! What a program reads and writes as parameters: its own memory, and what the interpreter knows of itself
+//! (NIST RS-274/NGC, table 2; LinuxCNC's G-code overview, "Numbered parameters" and "Predefined named
+//! parameters").
+
+use gcode::{Parameter, Parameters, Problem};
+use units::{Axis, PerAxis};
+
+use crate::interpreter::Interpreter;
+use crate::modal::{Modal, MotionMode};
+
+/// Between the parameters of two coordinate systems.
+const SYSTEM_STRIDE: u16 = 20;
+/// X of G54.
+const FIRST_SYSTEM: u16 = 5_221;
+
+/// A parameter that is a field of the program's state, and can be written.
+enum Field<'i> {
+    Value(&'i f64),
+    /// The number of the coordinate system in force, 1 for G54.
+    System,
+}
+
+/// Of three numbers, those of X Y Z.
+fn of_axis(first: u16, number: u16) -> Option<usize> {
+    number.checked_sub(first).filter(|axis| *axis < 3).map(usize::from)
+}
+
+fn system_and_axis(number: u16) -> Option<(usize, usize)> {
+    let from = number.checked_sub(FIRST_SYSTEM)?;
+    let (system, axis) = (from / SYSTEM_STRIDE, from % SYSTEM_STRIDE);
+    (axis < 3).then_some((usize::from(system), usize::from(axis)))
+}
+
+fn field(modal: &Modal, number: u16) -> Option<Field<'_>> {
+    if number == 5_220 {
+        return Some(Field::System);
+    }
+    let g92 = of_axis(5_211, number).and_then(|axis| modal.g92.get(axis));
+    let system = || {
+        let (system, axis) = system_and_axis(number)?;
+        modal.systems.get(system)?.get(axis)
+    };
+    g92.or_else(system).map(Field::Value)
+}
+
+/// The nine axes of a table of parameters, as far as the machine has them.
+fn axis_at(first: u16, number: u16) -> Option<Axis> {
+    Axis::ALL.get(usize::from(number.checked_sub(first)?)).copied()
+}
+
+impl Parameters for Interpreter {
+    fn get(&self, parameter: &Parameter) -> Option<f64> {
+        match parameter {
+            Parameter::Numbered(number @ 1..=5_000) => self.memory.get(&Parameter::Numbered(*number)),
+            Parameter::Numbered(number) => system(self, *number),
+            Parameter::Named(name) => predefined(self, name).or_else(|| self.memory.get(parameter)),
+        }
+    }
+
+    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem> {
+        let can_be_written = match &parameter {
+            Parameter::Numbered(number @ 1..=5_000) => *number > 0,
+            Parameter::Numbered(5_220) => value >= 1.0 && value <= crate::COORDINATE_SYSTEMS as f64,
+            Parameter::Numbered(number) => field(&self.modal, *number).is_some(),
+            Parameter::Named(name) => predefined(self, name).is_none(),
+        };
+        if !can_be_written {
+            return Err(Problem::ReadOnly);
+        }
+        self.memory.set_later(parameter, value)
+    }
+}
+
+/// The line has been read: what it sets is set.
+///
+/// # Errors
+/// When there is no room for a parameter.
+pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
+    while let Some((parameter, value)) = program.memory.take_waiting() {
+        match parameter {
+            Parameter::Numbered(5_220) => program.modal.system = value as usize - 1,
+            Parameter::Numbered(number) if number > 5_000 => {
+                let modal = &mut program.modal;
+                if let Some(place) = of_axis(5_211, number).and_then(|axis| modal.g92.get_mut(axis)) {
+                    *place = value;
+                } else if let Some((system, axis)) = system_and_axis(number)
+                    && let Some(place) = modal.systems.get_mut(system).and_then(|offsets| offsets.get_mut(axis))
+                {
+                    *place = value;
+                }
+            }
+            parameter => program.memory.set(&parameter, value)?,
+        }
+    }
+    Ok(())
+}
+
+fn system(program: &Interpreter, number: u16) -> Option<f64> {
+    let modal = &program.modal;
+    let written = |mm: f64| modal.in_program_units(mm);
+    let (probe, found) = program.last_probe;
+    if let Some(axis) = of_axis(5_061, number).and_then(|axis| Axis::PRIMARY.get(axis)) {
+        let mm = probe.get(*axis as usize).copied().unwrap_or(0.0);
+        return Some(written(mm - modal.offset(*axis)));
+    }
+    if let Some(axis) = of_axis(5_401, number) {
+        return modal.tool_offset.get(axis).copied().map(written);
+    }
+    if let Some(axis) = axis_at(5_420, number) {
+        return Some(coordinate(modal, axis, &modal.work(&program.position)));
+    }
+    match (number, field(modal, number)) {
+        (_, Some(Field::Value(value))) => Some(*value),
+        (_, Some(Field::System)) => Some((modal.system + 1) as f64),
+        (5_070, _) => Some(f64::from(u8::from(found))),
+        (5_161, _) => Some(program.park.x),
+        (5_162, _) => Some(program.park.y),
+        (5_163, _) => Some(program.park.z.unwrap_or(0.0)),
+        (5_210, _) => Some(f64::from(u8::from(modal.g92 != [0.0; 3]))),
+        (5_400, _) => Some(f64::from(program.tools.number())),
+        // What nothing here fills: further axes and offsets, as LinuxCNC's file of parameters has them.
+        (5_061..=5_602, _) => Some(0.0),
+        _ => None,
+    }
+}
+
+/// A place as a program writes it.
+fn coordinate(modal: &Modal, axis: Axis, place: &PerAxis<f64>) -> f64 {
+    if axis.is_primary() { modal.in_program_units(place[axis]) } else { place[axis] }
+}
+
+fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
+    let modal = &program.modal;
+    let truth = |is: bool| f64::from(u8::from(is));
+    let tenfold = |code: gcode::Code| f64::from(code.number) * 10.0 + f64::from(code.subcode);
+    Some(match name {
+        "_x" | "_y" | "_z" | "_a" | "_b" | "_c" => {
+            let axis = axis_named(name.strip_prefix('_')?)?;
+            coordinate(modal, axis, &modal.work(&program.position))
+        }
+        "_abs_x" | "_abs_y" | "_abs_z" | "_abs_a" | "_abs_b" | "_abs_c" => {
+            let axis = axis_named(name.strip_prefix("_abs_")?)?;
+            coordinate(modal, axis, &program.position)
+        }
+        "_feed" => modal.in_program_units(modal.feed_rate.0) * 60.0,
+        "_rpm" => f64::from(modal.power),
+        "_metric" => truth(!modal.inches),
+        "_imperial" => truth(modal.inches),
+        "_absolute" => truth(modal.absolute),
+        "_incremental" => truth(!modal.absolute),
+        "_motion_mode" => tenfold(modal.motion.code()),
+        "_plane" => match modal.plane {
+            units::Plane::Xy => 170.0,
+            units::Plane::Xz => 180.0,
+            units::Plane::Yz => 190.0,
+        },
+        "_coord_system" => 540.0 + 10.0 * modal.system.min(5) as f64 + modal.system.saturating_sub(5) as f64,
+        "_current_tool" => f64::from(program.tools.number()),
+        "_selected_tool" => f64::from(program.tools.selected),
+        "_is_rapid" => truth(modal.motion == MotionMode::Rapid),
+        _ => return None,
+    })
+}
+
+fn axis_named(letter: &str) -> Option<Axis> {
+    Axis::ALL.into_iter().find(|axis| letter.eq_ignore_ascii_case(axis.letter().encode_utf8(&mut [0; 4])))
+}
