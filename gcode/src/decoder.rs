@@ -97,7 +97,7 @@ impl Decoder {
             }
             self.last = number;
         }
-        if flow::begins(body.get(at..).unwrap_or(&[])) {
+        if matches!(line.get(at), Some(b'O' | b'o')) && flow::begins(body.get(at..).unwrap_or(&[])) {
             return FlowLine::read(body, at).map(Line::Flow).map_err(Refusal::Syntax);
         }
         if console { console_line(body, at) } else { Ok(Line::Code(blocks)) }

@@ -133,6 +133,7 @@ impl<'l, 'p> Reader<'l, 'p> {
         self.line.get(self.at + 1).is_some_and(|byte| byte.is_ascii_digit() || *byte == b'.')
     }
 
+    #[inline(never)]
     fn plain(&mut self) -> Result<f64, SyntaxError> {
         let (value, length) = number::parse(self.rest()).map_err(|flaw| {
             let problem = if flaw == Flaw::NoDigits { Problem::NoValue } else { Problem::TwoPoints };

@@ -27,7 +27,8 @@ pub(crate) const fn starts(byte: u8) -> bool {
     matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.')
 }
 
-/// The number at the start of `bytes` and its length.
+/// The number at the start of `bytes` and its length. Every word of a move has one.
+#[inline]
 pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
     let negative = bytes.first() == Some(&b'-');
     let sign = usize::from(negative || bytes.first() == Some(&b'+'));

@@ -63,6 +63,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// Passes a comment over, and keeps one that says something.
+    #[cold]
     fn pass_comment(&mut self) -> Result<(), SyntaxError> {
         let Some(length) = self.rest().iter().position(|&byte| byte == b')') else {
             return Err(self.error(self.at, Problem::UnclosedComment));
@@ -76,6 +77,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// `#5 = [1 + 2]`, the `#` being at hand.
+    #[cold]
     fn assign(&mut self, parameters: &mut dyn Parameters) -> Result<(), SyntaxError> {
         let begin = self.at;
         let mut reader = Reader::new(self.line, begin, parameters);
@@ -90,6 +92,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// To the next word; none at the end of the line.
+    #[inline]
     fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {
             match self.peek() {

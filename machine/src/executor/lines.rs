@@ -1,5 +1,7 @@
 //! One line: whose turn is it, is it whole, what does it ask, how is it answered.
 
+use core::pin::pin;
+
 use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal};
 use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
@@ -25,7 +27,7 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     });
     let had_line = run_session(machine, path_is_full).await;
     // Sessions and the file take turns; a file is mostly moves, so it waits for room.
-    if machine.frames.is_empty() && !path_is_full && run_job_line(machine).await {
+    if machine.frames.is_empty() && !path_is_full && pin!(run_job_line(machine)).await {
         return true;
     }
     had_line || run_switch(machine).await
@@ -41,7 +43,7 @@ async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool)
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
     machine.tag = Tag::NONE;
-    run_session_line(machine, id, &line).await;
+    pin!(run_session_line(machine, id, &line)).await;
     true
 }
 
@@ -73,7 +75,7 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
             files.upload_line(line, &decoded, ports, &mut Reply::new(sessions, to));
             answered(machine, id);
         }
-        Ok(decoded) => run_decoded(machine, decoded, to, Origin::Session).await,
+        Ok(decoded) => pin!(run_decoded(machine, decoded, to, Origin::Session)).await,
         Err(refusal) => {
             say_refusal(machine, refusal, line, to);
             answered(machine, id);
@@ -107,7 +109,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             if machine.program.flow().passes_over() {
                 run_passed_over(machine, &line, to);
             } else {
-                run_own_line(machine, &line, to, Origin::Job).await;
+                pin!(run_own_line(machine, &line, to, Origin::Job)).await;
             }
         }
         Next::TooLong => pause_job(machine, "is too long"),
@@ -168,7 +170,7 @@ async fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 /// Runs a line that comes from the machine itself.
 async fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient, origin: Origin) {
     match decoder_expecting(line).decode(line) {
-        Ok(decoded) => return run_decoded(machine, decoded, to, origin).await,
+        Ok(decoded) => return pin!(run_decoded(machine, decoded, to, origin)).await,
         Err(Refusal::Resend { .. }) => {
             // Its checksum is wrong: the file is damaged.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
@@ -186,7 +188,8 @@ async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, 
     match decoded {
         Line::Blank => finish(machine, Ok(Answer::Ok), None, to, origin),
         Line::Console(command) => commands::run_line(machine, command, to, origin).await,
-        Line::Code(blocks) => run_blocks(machine, blocks, None, to, origin).await,
+        // In place: what it waits in is large, and would be copied for every line.
+        Line::Code(blocks) => pin!(run_blocks(machine, blocks, None, to, origin)).await,
         Line::Flow(line) => {
             let outcome = flow::run_line(machine, &line, to, origin);
             finish(machine, outcome, None, to, origin);
@@ -221,7 +224,8 @@ pub(super) async fn run_blocks<P: Ports>(
         }
         last = block.code;
         let height = machine.frames.len();
-        match run_block(machine, &block, to, origin).await {
+        let outcome = pin!(run_block(machine, &block, to, origin)).await;
+        match outcome {
             Ok(now) => answer = now,
             Err(failure) => {
                 machine.frames.drop_down_to(height);

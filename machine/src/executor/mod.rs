@@ -23,6 +23,8 @@ mod shapes;
 mod stack;
 mod suspend;
 
+use core::pin::pin;
+
 use config::MachineConfig;
 
 pub use hands::Hands;
@@ -46,7 +48,7 @@ pub async fn run<P: Ports>(mut ports: P) -> ! {
     loop {
         machine.serve();
         let mut has_run = 0;
-        while has_run < LINES_IN_A_ROW && lines::run_next(&mut machine).await {
+        while has_run < LINES_IN_A_ROW && pin!(lines::run_next(&mut machine)).await {
             has_run += 1;
         }
         if has_run == 0 {
