@@ -27,7 +27,7 @@ pub const ROWS: &[CodeInfo] = &[
         Code::m(30),
         program::m30,
         Function::RemoveFile,
-        "remove a file; in GRBL's dialect, end of program",
+        "remove a file; without a name, and in GRBL's dialect, end of program",
     )
     .states(ANYWHERE),
     CodeInfo::asks(Code::m(32), Function::StartFile, "select a file and play it").part(Part::Player),
