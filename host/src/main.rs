@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
+mod actions;
 mod check;
 mod colour;
 mod flash;
@@ -41,6 +42,11 @@ enum Command {
         /// Which drivers the board has: they decide some defaults
         #[arg(long, value_enum, default_value_t = check::Drivers::Tmc2590)]
         board: check::Drivers,
+    },
+    /// Print what a G-code program asks of a machine, one action a line; exits 2 at a line that cannot be carried out
+    Actions {
+        /// The program
+        file: PathBuf,
     },
     /// Print the JSON Schema of the configuration
     Schema,
@@ -115,6 +121,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Check { file, json, deny_warnings, board } => {
             Ok(success(check::check(&file, json, deny_warnings, board)?))
         }
+        Command::Actions { file } => actions::print(&file).map(|()| ExitCode::SUCCESS),
         Command::Schema => {
             print!("{}", config::schema::json_schema());
             Ok(ExitCode::SUCCESS)

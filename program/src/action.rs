@@ -142,7 +142,7 @@ pub enum Shape {
         plane: Plane,
         /// Where its centre is.
         centre: Centre,
-        /// G2.
+        /// From the plane's second axis towards its first one: G2, in the plane of X and Z G3.
         clockwise: bool,
         /// Turns begun: with 1 the end is reached at once.
         turns: u32,

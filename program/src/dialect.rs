@@ -32,6 +32,11 @@ impl Dialect {
         matches!(self, Self::Grbl)
     }
 
+    /// Whether G10 L2 replaces an offset in G91 too; else it adds to it then.
+    pub(crate) const fn replaces_offsets(self) -> bool {
+        matches!(self, Self::Grbl)
+    }
+
     /// Whether M30 ends the program; else it removes a file, or does nothing.
     pub(crate) const fn ends_by_m30(self) -> bool {
         matches!(self, Self::Grbl)

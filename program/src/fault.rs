@@ -35,6 +35,7 @@ pub struct Fault {
 #[allow(missing_docs, reason = "their texts say it")]
 pub enum Problem {
     NegativeFeedRate,
+    NoFeedRate,
     ExtruderAxis(Axis),
     NoExtruder,
     NoSuchTool(f64),
@@ -131,6 +132,7 @@ impl fmt::Display for Problem {
             Self::NotWhole(code, letter) => return write!(f, "{code}: {letter} must be a whole number"),
             Self::Parameter(problem) => return problem.fmt(f),
             Self::NegativeFeedRate => "feed rate < 0",
+            Self::NoFeedRate => "Undefined feed rate: F is missing",
             Self::NoExtruder => "no extruder is configured for E",
             // The machine knows its configuration, and says more.
             Self::PartIsOff(_) => "that part is off: see config.ini",

@@ -113,6 +113,8 @@ pub struct Modal {
     pub systems: [[f64; 3]; COORDINATE_SYSTEMS],
     /// G92 offset, X Y Z in mm.
     pub g92: [f64; 3],
+    /// What G92.2 has taken away, and G92.3 brings back.
+    pub(crate) g92_kept: [f64; 3],
     /// Tool offset, X Y Z in mm.
     pub tool_offset: [f64; 3],
     /// G53: the next motion code is in machine coordinates.
@@ -136,6 +138,7 @@ impl Modal {
             system: 0,
             systems: [[0.0; 3]; COORDINATE_SYSTEMS],
             g92: [0.0; 3],
+            g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
             machine_next: false,
         }

@@ -32,7 +32,7 @@ fn stands_at(bench: &Bench, x: f64, y: f64) {
 #[test]
 fn a_loop_calls_a_subroutine_of_the_same_file() {
     let (bench, heard) = one("%\nO1001 (staircase)\nG91\nO100 sub\nG1 X#1 F3000\nG1 Y[#1/2]\nO100 endsub\n#2=0\n\
-        O1 while [#2 LT 4]\n#2=[#2+1]\nO100 call [#2]\nO1 endwhile\n(PRINT, #2 steps)\nM2\nG1 X50\n%\n");
+        O1 while [#2 LT 4]\n#2=[#2+1]\nO100 call [#2]\nO1 endwhile\n(PRINT, #2 steps)\n%\nG1 X50\n");
     stands_at(&bench, 10.0, 5.0);
     assert!(heard.contains("// 4.000000 steps\n"), "{heard}");
 }

@@ -34,7 +34,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
-    ("host", &["units", "gcode", "config", "motion", "sim", "machine"]),
+    ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine"]),
     ("xtask", &[]),
 ];
 

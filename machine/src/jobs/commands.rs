@@ -95,6 +95,7 @@ impl Jobs {
     /// Without a selected file, or when the card does not answer.
     pub fn restart(&mut self, storage: &mut impl Storage) -> Outcome {
         let job = self.job.as_mut().ok_or_else(|| Failure::refused(NOTHING_SELECTED))?;
+        job.has_begun = false;
         let restarted = job.lines.restart(storage);
         self.forget_places();
         restarted.map_err(|error| Failure::refused(error.text()))?;

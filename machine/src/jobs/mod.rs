@@ -55,6 +55,8 @@ struct Job {
     waits_for_operator: bool,
     /// The line that was read last is a comment.
     in_comment: bool,
+    /// A line with a `%` has begun the program.
+    has_begun: bool,
     /// Where it begins.
     here: Place,
     /// Files that have called subroutines in files of their own, and wait for their ends.
@@ -169,6 +171,7 @@ impl Jobs {
             paused: false,
             waits_for_operator: false,
             in_comment: false,
+            has_begun: false,
             here: Place::default(),
             callers: Vec::new(),
         });
@@ -216,6 +219,12 @@ impl Jobs {
         job.here = job.lines.place();
         let next = job.lines.next(storage, line);
         job.in_comment = next == Next::Line && is_comment(line);
+        if job.in_comment && line.trim_ascii_start().first() == Some(&b'%') {
+            // The first one begins the program, the second one ends it (NIST RS-274/NGC, 3.3).
+            if core::mem::replace(&mut job.has_begun, true) {
+                job.lines.end();
+            }
+        }
         next
     }
 

@@ -1,6 +1,6 @@
 //! G2 and G3: from words to the shape of an arc.
 
-use units::Axis;
+use units::{Axis, Plane};
 
 use crate::action::{Centre, Shape};
 use crate::fault::{Fault, Problem};
@@ -34,5 +34,7 @@ pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> 
     if !(1.0..=MOST_TURNS).contains(&turns) || libm::floor(turns) != turns {
         return Err(Problem::Turns.alarm(words.column_of('P')));
     }
+    // Seen from where the third axis points to, Z comes before X in their plane (NIST RS-274/NGC, 3.5.3).
+    let clockwise = clockwise != (plane == Plane::Xz);
     Ok(Shape::Arc { plane, centre, clockwise, turns: turns as u32, column: words.column_of(word) })
 }

@@ -41,10 +41,14 @@ pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> 
         MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
         MotionMode::Nurbs => return NOTHING,
     };
+    let stands = matches!(shape, Shape::Line { .. }) && target == program.position;
+    if !stands && mode != MotionMode::Rapid && program.modal.feed_rate.0 == 0.0 {
+        return Err(Problem::NoFeedRate.alarm(words.column()));
+    }
     if let (Some(e), Some(tool)) = (e, program.tools.active_mut()) {
         tool.e = e;
     }
-    if matches!(shape, Shape::Line { .. }) && target == program.position {
+    if stands {
         return NOTHING;
     }
     Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))

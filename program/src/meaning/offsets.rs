@@ -104,12 +104,13 @@ pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) 
         p if p >= 1.0 && p <= COORDINATE_SYSTEMS as f64 => p as usize - 1,
         _ => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
     };
+    let replaces = program.modal.absolute || context.dialect.replaces_offsets();
     for axis in Axis::PRIMARY {
         let Some(mm) = words.axis(axis) else { continue };
         if here {
             program.modal.set_system_here(system, axis, mm, program.position[axis]);
         } else if let Some(offset) = program.modal.systems.get_mut(system).and_then(|all| all.get_mut(axis as usize)) {
-            *offset = if program.modal.absolute { mm } else { *offset + mm };
+            *offset = if replaces { mm } else { *offset + mm };
         }
     }
     NOTHING
@@ -121,6 +122,9 @@ pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     let subcode = words.code().subcode;
     if subcode == 0 && !words.is_bare() {
         return set_work_position(program, context);
+    }
+    if subcode == 2 {
+        program.modal.g92_kept = program.modal.g92;
     }
     program.modal.g92 = [0.0; 3];
     if let Some(tool) = program.tools.active_mut().filter(|_| subcode == 0) {
@@ -147,8 +151,11 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
-/// G92.3: the offset itself, mm.
+/// G92.3: the offset itself, mm; without words, what G92.2 has taken away.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if context.words.is_bare() {
+        program.modal.g92 = program.modal.g92_kept;
+    }
     for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
         *offset = context.words.axis(axis).unwrap_or(*offset);
     }

@@ -1,0 +1,238 @@
+//! `velvet actions`: what a program asks of a machine, one action a line, without a machine.
+//!
+//! The program runs as on a machine without extruders that stands at the origin: loops turn, subroutines are called
+//! from their files, no move is limited. Lengths are mm in machine coordinates, rates mm/min, times seconds.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use gcode::{Block, Blocks, Decoder, Line};
+use program::{Action, Centre, Dialect, Facts, Interpreter, Meaning, Move, Next, Place, Rate, Remark, Setup, Shape};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane};
+
+/// Lines that are carried out at most: loops may have no end.
+const MOST_LINES: u32 = 1_000_000;
+
+/// Prints the actions of a program.
+///
+/// # Errors
+/// When the file cannot be read, or a line cannot be carried out: it is named.
+pub fn print(file: &Path) -> Result<()> {
+    let mut run = Run::begin(file)?;
+    let ended = run.run();
+    print!("{}", run.out);
+    ended
+}
+
+/// A file that is read, line by line.
+struct Source {
+    path: PathBuf,
+    lines: Vec<Vec<u8>>,
+    at: usize,
+}
+
+impl Source {
+    fn open(path: &Path) -> Result<Self> {
+        let text = fs::read(path).with_context(|| path.display().to_string())?;
+        let lines = text.split(|byte| *byte == b'\n').map(|line| line.trim_ascii_end().to_vec()).collect();
+        Ok(Self { path: path.into(), lines, at: 0 })
+    }
+}
+
+struct Run {
+    program: Interpreter,
+    dialect: Dialect,
+    sources: Vec<Source>,
+    here: PerAxis<f64>,
+    out: String,
+    has_ended: bool,
+    has_begun: bool,
+}
+
+fn place(line: usize) -> Place {
+    Place { offset: 0, line: line as u32 }
+}
+
+impl Run {
+    fn begin(file: &Path) -> Result<Self> {
+        // Rates that nobody has given are as a program of a mill finds them: none.
+        let setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, ..Setup::default() };
+        Ok(Self {
+            program: Interpreter::new(setup),
+            dialect: Dialect::Grbl,
+            sources: vec![Source::open(file)?],
+            here: PerAxis([0.0; units::MAX_AXES]),
+            out: String::new(),
+            has_ended: false,
+            has_begun: false,
+        })
+    }
+
+    fn run(&mut self) -> Result<()> {
+        let mut count = 0;
+        while !self.has_ended {
+            let Some(source) = self.sources.last_mut() else { break };
+            let Some(line) = source.lines.get(source.at).cloned() else { break };
+            source.at += 1;
+            count += 1;
+            if count > MOST_LINES {
+                bail!("more than {MOST_LINES} lines: a loop without an end?");
+            }
+            let (number, path) = (source.at, source.path.clone());
+            let carried_out = self.line(&line, place(number - 1), place(number));
+            carried_out.with_context(|| format!("{}, line {number}", path.display()))?;
+        }
+        self.program.end_file().map_err(|fault| anyhow::anyhow!("at the end of the file: {fault}"))
+    }
+
+    fn line(&mut self, line: &[u8], here: Place, after: Place) -> Result<()> {
+        if line.trim_ascii_start().first() == Some(&b'%') {
+            // The first one begins the program, the second one ends it.
+            self.has_ended = core::mem::replace(&mut self.has_begun, true);
+            return Ok(());
+        }
+        match Decoder::new().decode(line) {
+            Ok(Line::Flow(line)) => {
+                let next = self.program.flow_line(&line, here, after).map_err(|fault| anyhow::anyhow!("{fault}"))?;
+                self.go_on(next)
+            }
+            _ if self.program.flow().passes_over() => Ok(()),
+            Ok(Line::Code(blocks)) => self.blocks(blocks, after),
+            Ok(Line::Blank) => Ok(()),
+            Ok(Line::Console(text)) => bail!("a console command: {text}"),
+            Err(refusal) => bail!("{refusal}"),
+        }
+    }
+
+    fn go_on(&mut self, next: Next) -> Result<()> {
+        match next {
+            Next::Following => {}
+            Next::At(place) => {
+                if let Some(source) = self.sources.last_mut() {
+                    source.at = place.line as usize;
+                }
+            }
+            Next::FirstOf(name) => {
+                let folder = self.sources.first().and_then(|source| source.path.parent()).unwrap_or(Path::new(""));
+                match Source::open(&folder.join(format!("{name}.ngc"))) {
+                    Ok(source) => {
+                        self.sources.push(source);
+                        self.program.enter_file();
+                    }
+                    Err(_) => self.program.search_sub(),
+                }
+            }
+            Next::Returned => {
+                self.sources.pop();
+            }
+        }
+        Ok(())
+    }
+
+    fn blocks(&mut self, mut blocks: Blocks<'_>, after: Place) -> Result<()> {
+        let mut block = Block::new(None, 0);
+        loop {
+            let read = blocks.read(&mut block, &mut self.program).map_err(|error| anyhow::anyhow!("{error}"))?;
+            if let Some(remark) = blocks.take_remark().and_then(Remark::read) {
+                self.remark(remark)?;
+            }
+            if !read {
+                break;
+            }
+            self.block(&block, after)?;
+        }
+        self.program.end_line().map_err(|fault| anyhow::anyhow!("{fault}"))
+    }
+
+    fn remark(&mut self, remark: Remark<'_>) -> Result<()> {
+        let mut text = String::new();
+        match remark {
+            Remark::Message(said) => text.push_str(said),
+            Remark::Values(said) => program::write_values(&self.program, said, &mut text)?,
+            Remark::Log(_) => return Ok(()),
+        }
+        writeln!(self.out, "message {text}")?;
+        Ok(())
+    }
+
+    fn block(&mut self, block: &Block<'_>, after: Place) -> Result<()> {
+        let Some(row) = self.program.row(block) else {
+            bail!("{} is not known", block.code.map_or_else(String::new, |code| code.to_string()));
+        };
+        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+        let meaning = self.program.run(block, row, facts, self.dialect).map_err(|fault| anyhow::anyhow!("{fault}"))?;
+        while self.program.next_effect().is_some() {}
+        if let Meaning::Action(action) = meaning {
+            self.action(&action, after)?;
+        }
+        while let Some(action) = self.program.next_action() {
+            self.action(&action, after)?;
+        }
+        Ok(())
+    }
+
+    fn action(&mut self, action: &Action<'_>, after: Place) -> Result<()> {
+        match action {
+            Action::Move(request) => self.movement(request)?,
+            Action::Dwell(time) => writeln!(self.out, "dwell {}", time.0 as f64 / 1e6)?,
+            Action::Pause(_) => writeln!(self.out, "pause")?,
+            Action::ChangeTool(tool) => writeln!(self.out, "tool {tool}")?,
+            Action::Message(text) => writeln!(self.out, "message {text}")?,
+            Action::EndProgram => {
+                self.has_ended = true;
+                self.program.end_program();
+                writeln!(self.out, "end")?;
+            }
+            Action::Call { number, times } => {
+                let next = self.program.call(*number, *times, after).map_err(|fault| anyhow::anyhow!("{fault}"))?;
+                self.go_on(next)?;
+            }
+            Action::Return => {
+                let next = self.program.end_call().unwrap_or(Next::At(Place::default()));
+                self.go_on(next)?;
+            }
+            other => writeln!(self.out, "{}", other.described(&self.here))?,
+        }
+        Ok(())
+    }
+
+    fn movement(&mut self, request: &Move) -> Result<()> {
+        let from = self.here;
+        self.here = request.target;
+        let mut end = String::new();
+        for axis in Axis::ALL {
+            write!(end, " {:.5}", self.here[axis] + 0.0)?;
+        }
+        let rate = match request.rate {
+            Rate::Rapid(_) => String::new(),
+            Rate::Feed(rate) => format!(" F{:.4}", rate.0 * 60.0),
+        };
+        let kind = match (request.shape, request.rate) {
+            (Shape::Line { .. }, Rate::Rapid(_)) => "rapid".into(),
+            (Shape::Line { .. }, _) => "feed".into(),
+            (Shape::Arc { plane, centre, clockwise, turns, .. }, _) => {
+                let (first, second) = plane.axes();
+                let (plane, sense) = (plane_name(plane), if clockwise { "cw" } else { "ccw" });
+                match centre {
+                    Centre::At(i, j) => {
+                        format!("arc {plane} {sense} {turns} {:.5} {:.5}", from[first] + i, from[second] + j)
+                    }
+                    Centre::Radius(radius) => format!("arc {plane} {sense} {turns} R{radius:.5}"),
+                }
+            }
+            (shape, _) => format!("{shape:?}"),
+        };
+        writeln!(self.out, "{kind}{end}{rate}")?;
+        Ok(())
+    }
+}
+
+const fn plane_name(plane: Plane) -> &'static str {
+    match plane {
+        Plane::Xy => "XY",
+        Plane::Xz => "XZ",
+        Plane::Yz => "YZ",
+    }
+}

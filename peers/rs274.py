@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""Compares what LinuxCNC's interpreter and ours make of the same programs.
+
+    rs274.py VELVET OUT [FILE...]
+
+`rs274` is in Debian's linuxcnc-uspace. Both sides are brought to one form: machine coordinates in mm, feeds in mm/min,
+centres of arcs in machine coordinates. Where they differ for a reason, the reason stands in rs274.known.
+"""
+
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOLERANCE = 2e-3  # rs274 prints four decimals, of inches too
+
+
+def number(text):
+    return float(text) + 0.0
+
+
+def linuxcnc(path):
+    """The program's actions as LinuxCNC has them, and whether it was carried out."""
+    with tempfile.TemporaryDirectory() as folder:
+        table, variables = os.path.join(folder, "tool.tbl"), os.path.join(folder, "sim.var")
+        with open(table, "w") as out:
+            out.write("T1 P1 Z0 D6.0 ;one\nT2 P2 Z0 D3.0 ;two\n")
+        open(variables, "w").close()
+        command = ["rs274", "-t", table, "-v", variables, "-n", "2", "-g", path]
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+    unit, g5x, g92, tool = 1.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
+    feed, plane, inverse, actions = 0.0, "XY", False, []
+
+    def place(x, y, z):
+        return [(value + g5x[axis] + g92[axis] + tool[axis]) * unit for axis, value in enumerate((x, y, z))]
+
+    for line in done.stdout.splitlines():
+        found = re.match(r"\s*\d+ \S+\s+(\w+)\((.*)\)\s*$", line)
+        if not found:
+            continue
+        name, rest = found.groups()
+        values = [number(word) for word in re.findall(r"(?<![\w.])-?\d+(?:\.\d*)?(?![\w.])", rest)]
+        if name == "USE_LENGTH_UNITS":
+            new = 25.4 if "INCH" in rest else 1.0
+            g5x, g92, tool = ([value * unit / new for value in offset] for offset in (g5x, g92, tool))
+            unit = new
+        elif name == "SET_G5X_OFFSET":
+            g5x = values[1:4]
+        elif name == "SET_G92_OFFSET":
+            g92 = values[:3]
+        elif name == "USE_TOOL_LENGTH_OFFSET":
+            tool = values[:3]
+        elif name == "SELECT_PLANE":
+            plane = rest.rsplit("_", 1)[-1]
+        elif name == "SET_FEED_RATE":
+            feed = values[0] * unit
+        elif name == "SET_FEED_MODE":
+            inverse = values[1] == 1
+        elif name == "STRAIGHT_TRAVERSE":
+            actions.append(["rapid", *place(*values[:3])])
+        elif name == "STRAIGHT_FEED":
+            actions.append(["feed", *place(*values[:3]), feed])
+        elif name == "ARC_FEED":
+            first, second, centre1, centre2, turns, along = values[:6]
+            order = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ": (1, 2, 0)}[plane]
+            end, centre = [0.0] * 3, [0.0] * 3
+            for axis, value, middle in zip(order, (first, second, along), (centre1, centre2, 0.0)):
+                end[axis], centre[axis] = value, middle
+            end, centre = place(*end), place(*centre)
+            sense = "ccw" if turns > 0 else "cw"
+            actions.append(["arc", plane, sense, abs(int(turns)), *end, *(centre[axis] for axis in sorted(order[:2])), feed])
+        elif name == "DWELL":
+            actions.append(["dwell", values[0]])
+        elif name == "MESSAGE":
+            actions.append(["message", rest.strip('"').strip()])
+        elif name in ("PROGRAM_STOP", "OPTIONAL_PROGRAM_STOP"):
+            actions.append(["pause"])
+        elif name == "CHANGE_TOOL":
+            actions.append(["tool"])
+    errors = [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
+    return actions, done.returncode == 0, errors[-1] if errors else ""
+
+
+def velvet(program, path):
+    done = subprocess.run([program, "actions", path], capture_output=True, text=True, timeout=20)
+    actions, here = [], [0.0] * 3
+    for line in done.stdout.splitlines():
+        words = line.split()
+        if words[0] in ("rapid", "feed"):
+            here = [number(word) for word in words[1:4]]
+            feed = [number(word[1:]) for word in words if word.startswith("F")]
+            actions.append([words[0], *here, *feed])
+        elif words[0] == "arc":
+            _, plane, sense, turns, *rest = words
+            start, feed = here, number(rest[-1][1:])
+            if rest[0].startswith("R"):
+                radius, places = number(rest[0][1:]), rest[1:]
+            else:
+                radius, places = None, rest[2:]
+            here = [number(word) for word in places[:3]]
+            axes = {"XY": (0, 1), "XZ": (0, 2), "YZ": (1, 2)}[plane]
+            turns_left = sense == "ccw"
+            if plane == "XZ":
+                # Ours is seen with X first, LinuxCNC's with Z first.
+                sense = "cw" if turns_left else "ccw"
+            if radius is None:
+                centre = [number(word) for word in rest[:2]]
+            else:
+                centre = centre_of(start, here, axes, radius, turns_left)
+            actions.append(["arc", plane, sense, int(turns), *here, *centre, feed])
+        elif words[0] == "dwell":
+            actions.append(["dwell", number(words[1])])
+        elif words[0] == "message":
+            actions.append(["message", line[len("message "):].strip()])
+        elif words[0] in ("pause", "tool"):
+            actions.append([words[0]])
+        elif words[0] not in ("end",):
+            actions.append([line])
+    return actions, done.returncode == 0, done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""
+
+
+def centre_of(start, end, axes, radius, turns_left):
+    """The centre of an arc that is given by its radius."""
+    (ax, ay), (bx, by) = ([place[axis] for axis in axes] for place in (start, end))
+    dx, dy = bx - ax, by - ay
+    chord = math.hypot(dx, dy)
+    height = math.sqrt(max(radius * radius - chord * chord / 4.0, 0.0))
+    side = (1.0 if turns_left else -1.0) * (1.0 if radius > 0 else -1.0)
+    return [(ax + bx) / 2.0 - side * dy / chord * height, (ay + by) / 2.0 + side * dx / chord * height]
+
+
+def same(ours, theirs):
+    if len(ours) != len(theirs):
+        return False
+    pairs = zip(ours, theirs)
+    return all(abs(a - b) <= TOLERANCE if isinstance(a, float) and isinstance(b, float) else a == b for a, b in pairs)
+
+
+def tidy(actions):
+    """Moves to where the tool is already are none."""
+    kept, here = [], [0.0] * 3
+    for action in actions:
+        if action[0] in ("rapid", "feed"):
+            if all(abs(a - b) <= TOLERANCE for a, b in zip(action[1:4], here)):
+                continue
+            here = action[1:4]
+        elif action[0] == "arc":
+            here = action[4:7]
+        kept.append(action)
+    return kept
+
+
+def compare(program, path):
+    """None when both agree, else where they do not."""
+    (theirs, they_did, their_error), (ours, we_did, our_error) = linuxcnc(path), velvet(program, path)
+    if they_did != we_did:
+        return f"LinuxCNC: {their_error or 'carried out'}; Velvet: {our_error or 'carried out'}"
+    if not they_did:
+        return None
+    ours, theirs = tidy(ours), tidy(theirs)
+    for place, (mine, other) in enumerate(zip(ours, theirs)):
+        if not same(mine, other):
+            return f"action {place + 1}: LinuxCNC {other}; Velvet {mine}"
+    if len(ours) != len(theirs):
+        return f"LinuxCNC has {len(theirs)} actions, Velvet {len(ours)}"
+    return None
+
+
+def known_differences():
+    known = {}
+    with open(os.path.join(HERE, "rs274.known")) as lines:
+        for line in lines:
+            if line.strip() and not line.startswith("#"):
+                name, reason = line.strip().split(": ", 1)
+                known[name] = reason
+    return known
+
+
+def main():
+    program, out, *files = sys.argv[1:]
+    if not shutil.which("rs274"):
+        print("rs274 is not installed: apt-get install --no-install-recommends linuxcnc-uspace")
+        return 2
+    corpus = os.path.join(HERE, "ngc")
+    files = files or sorted(os.path.join(corpus, name) for name in os.listdir(corpus) if name.endswith(".ngc"))
+    known, cases = known_differences(), []
+    for path in files:
+        name = os.path.basename(path)[: -len(".ngc")]
+        difference = compare(program, path)
+        reason = known.get(name) if difference else None
+        case = {"name": name, "ok": difference is None or reason is not None, "figure": "agree" if difference is None else "differ"}
+        case["why"] = reason or difference or ""
+        cases.append(case)
+        if difference:
+            print(f"{'known' if reason else 'DIFFERS'} {name}: {reason or difference}")
+    passed = sum(case["ok"] for case in cases)
+    agree = sum(case["figure"] == "agree" for case in cases)
+    summary = {"cases": cases, "passed": passed, "failed": len(cases) - passed, "skipped": 0}
+    os.makedirs(out, exist_ok=True)
+    with open(os.path.join(out, "summary.json"), "w") as file:
+        json.dump(summary, file, indent=1)
+    print(f"{agree} of {len(cases)} programs agree, {passed - agree} differ for a known reason")
+    return 0 if passed == len(cases) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
