@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz peers velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -82,6 +82,11 @@ check: velvet
 ## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory; about 5 minutes
 bench: firmware virtual-prime velvet
 	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME) $(VELVET)
+
+## make peers                    other people's programs beside ours: LinuxCNC's interpreter (Debian's linuxcnc-uspace)
+peers: target/toolchain.mk
+	@$(CARGO) build -q --locked -p host
+	@python3 peers/rs274.py target/debug/velvet out/peers
 
 ## make fuzz [SECONDS=n] [TARGET=parser|program|console] [MINIMISE=1]
 ##                               any input: no panic, no hang, no motion outside limits; needs a C++ compiler

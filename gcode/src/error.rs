@@ -37,6 +37,8 @@ pub enum Problem {
     ReadOnly,
     /// More parameters than there is room for.
     TooManyParameters,
+    /// More codes than a line can have.
+    TooManyCodes,
     /// A name that is empty or too long.
     BadName,
     /// An O word without a word that is known.
@@ -70,6 +72,7 @@ impl fmt::Display for Problem {
             Self::NoParameter => f.write_str("there is no such parameter, or it was never set"),
             Self::ReadOnly => f.write_str("this parameter can only be read"),
             Self::TooManyParameters => f.write_str("there is no room for another parameter"),
+            Self::TooManyCodes => write!(f, "Illegal command word: more than {} codes", crate::MOST_CODES),
             Self::BadName => f.write_str("Illegal word: a name has 1 to 32 letters between < and >"),
             Self::BadFlowWord => f.write_str(
                 "Illegal word: after O and its number there is sub, call, return, if, while, do, repeat, or none",

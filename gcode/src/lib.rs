@@ -18,6 +18,7 @@ mod line_buffer;
 mod number;
 pub mod realtime;
 mod scanner;
+mod whole_line;
 
 pub use block::{Block, Code, Letter};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
@@ -26,3 +27,4 @@ pub use expression::{NoParameters, Parameter, Parameters};
 pub use flow::{FlowLine, FlowWord};
 pub use line_buffer::{Gathered, LineBuffer, MAX_LINE_LENGTH};
 pub use scanner::Blocks;
+pub use whole_line::{MOST_CODES, WholeLine};

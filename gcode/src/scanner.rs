@@ -14,7 +14,7 @@ const NUMBERED_G_CODES: [u16; 16] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 81, 8
 #[derive(Clone, Debug)]
 pub struct Blocks<'a> {
     line: &'a [u8],
-    at: usize,
+    pub(crate) at: usize,
     /// A comment that says something, `(MSG, hello)`.
     remark: Option<&'a [u8]>,
 }
@@ -46,7 +46,7 @@ impl<'a> Blocks<'a> {
         self.line.get(self.at..).unwrap_or(&[])
     }
 
-    fn error(&self, at: usize, problem: Problem) -> SyntaxError {
+    pub(crate) fn error(&self, at: usize, problem: Problem) -> SyntaxError {
         SyntaxError { column: column(at), problem }
     }
 
@@ -93,7 +93,7 @@ impl<'a> Blocks<'a> {
 
     /// To the next word; none at the end of the line.
     #[inline]
-    fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
+    pub(crate) fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {
             match self.peek() {
                 Some(b' ' | b'\t') => self.at += 1,
@@ -150,7 +150,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// A code's number and subcode, the letter being at hand.
-    fn code(&mut self, letter: Letter, name: char) -> Result<Code, SyntaxError> {
+    pub(crate) fn code(&mut self, letter: Letter, name: char) -> Result<Code, SyntaxError> {
         let begin = self.at;
         self.at += 1;
         self.skip_blanks();
@@ -173,7 +173,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// The number of a word, the letter being at hand; none for a flag.
-    fn value(
+    pub(crate) fn value(
         &mut self,
         letter: u8,
         flags_allowed: bool,

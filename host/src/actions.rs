@@ -1,14 +1,15 @@
 //! `velvet actions`: what a program asks of a machine, one action a line, without a machine.
 //!
-//! The program runs as on a machine without extruders that stands at the origin: loops turn, subroutines are called
-//! from their files, no move is limited. Lengths are mm in machine coordinates, rates mm/min, times seconds.
+//! The program runs as on a machine without extruders that stands at the origin: loops turn, subroutines are
+//! called from their files, no move is limited. Lengths are mm in machine coordinates, rates mm/min, times
+//! seconds.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gcode::{Block, Blocks, Decoder, Line};
+use gcode::{Block, Blocks, Decoder, Line, WholeLine};
 use program::{Action, Centre, Dialect, Facts, Interpreter, Meaning, Move, Next, Place, Rate, Remark, Setup, Shape};
 use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane};
 
@@ -133,6 +134,9 @@ impl Run {
 
     fn blocks(&mut self, mut blocks: Blocks<'_>, after: Place) -> Result<()> {
         let mut block = Block::new(None, 0);
+        if self.in_order(&blocks, after)? {
+            return Ok(());
+        }
         loop {
             let read = blocks.read(&mut block, &mut self.program).map_err(|error| anyhow::anyhow!("{error}"))?;
             if let Some(remark) = blocks.take_remark().and_then(Remark::read) {
@@ -144,6 +148,25 @@ impl Run {
             self.block(&block, after)?;
         }
         self.program.end_line().map_err(|fault| anyhow::anyhow!("{fault}"))
+    }
+
+    /// A line whose codes have an order of their own; false when that is not how it is read.
+    fn in_order(&mut self, blocks: &Blocks<'_>, after: Place) -> Result<bool> {
+        let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
+        let read = ahead.read_whole(&mut whole, &mut self.program);
+        let Some(parts) = read.ok().and_then(|()| program::arrange(&whole)) else {
+            self.program.drop_line();
+            return Ok(false);
+        };
+        if let Some(remark) = ahead.take_remark().and_then(Remark::read) {
+            self.remark(remark)?;
+        }
+        for part in &parts.map_err(|fault| anyhow::anyhow!("{fault}"))? {
+            let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+            self.block(&block, after)?;
+        }
+        self.program.end_line().map_err(|fault| anyhow::anyhow!("{fault}"))?;
+        Ok(true)
     }
 
     fn remark(&mut self, remark: Remark<'_>) -> Result<()> {

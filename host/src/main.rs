@@ -43,7 +43,8 @@ enum Command {
         #[arg(long, value_enum, default_value_t = check::Drivers::Tmc2590)]
         board: check::Drivers,
     },
-    /// Print what a G-code program asks of a machine, one action a line; exits 2 at a line that cannot be carried out
+    /// Print what a G-code program asks of a machine, one action a line; exits 2 at a line that cannot be
+    /// carried out
     Actions {
         /// The program
         file: PathBuf,

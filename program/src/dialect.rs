@@ -32,6 +32,12 @@ impl Dialect {
         matches!(self, Self::Grbl)
     }
 
+    /// Whether the codes of a line are carried out in RS-274's order; else as they stand.
+    #[must_use]
+    pub const fn orders_lines(self) -> bool {
+        matches!(self, Self::Grbl)
+    }
+
     /// Whether G10 L2 replaces an offset in G91 too; else it adds to it then.
     pub(crate) const fn replaces_offsets(self) -> bool {
         matches!(self, Self::Grbl)

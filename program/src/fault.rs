@@ -36,6 +36,10 @@ pub struct Fault {
 pub enum Problem {
     NegativeFeedRate,
     NoFeedRate,
+    SameGroup(Code, Code),
+    AxesTwice(Code, Code),
+    UnusedWord(char),
+    WordTwice(char),
     ExtruderAxis(Axis),
     NoExtruder,
     NoSuchTool(f64),
@@ -110,6 +114,10 @@ impl fmt::Display for Fault {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match *self {
+            Self::SameGroup(one, other) => return write!(f, "{one} and {other} exclude each other in one line"),
+            Self::AxesTwice(one, other) => return write!(f, "{one} and {other} both need the axes of the line"),
+            Self::WordTwice(letter) => return write!(f, "{letter} stands twice in one line"),
+            Self::UnusedWord(letter) => return write!(f, "nothing in the line takes {letter}"),
             Self::ExtruderAxis(axis) => return write!(f, "axis {} is an extruder: use E", axis.letter()),
             Self::NoSuchTool(word) => return write!(f, "no extruder has tool_id {word}"),
             Self::ToolWithoutHeater(code, tool) => return write!(f, "M{code}: the active tool T{tool} has no heater"),

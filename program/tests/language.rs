@@ -6,7 +6,7 @@
 //! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
 //! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
 
-use gcode::{Block, Blocks, Decoder, Line};
+use gcode::{Block, Blocks, Decoder, Line, WholeLine};
 use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings};
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -138,6 +138,23 @@ impl Session {
     }
 
     fn run_blocks(&mut self, mut blocks: Blocks<'_>, asked: &mut Vec<String>) {
+        let mut whole = WholeLine::default();
+        if self.dialect.orders_lines() && blocks.clone().read_whole(&mut whole, &mut self.interpreter).is_ok() {
+            match program::arrange(&whole) {
+                Some(Ok(parts)) => {
+                    for part in &parts {
+                        let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+                        if !self.run_block(&block, asked) {
+                            return self.interpreter.drop_line();
+                        }
+                    }
+                    return self.end_line(asked);
+                }
+                Some(Err(fault)) => return asked.push(format!("error: {fault}")),
+                None => {}
+            }
+        }
+        self.interpreter.drop_line();
         let mut block = Block::new(None, 0);
         loop {
             match blocks.read(&mut block, &mut self.interpreter) {
@@ -148,39 +165,52 @@ impl Session {
                     return asked.push(format!("error: {error}"));
                 }
             }
-            let Some(row) = self.interpreter.row(&block) else {
-                asked.push("unknown".into());
-                continue;
-            };
-            let mut from = *self.interpreter.position();
-            let meaning = match self.interpreter.run(&block, row, self.facts, self.dialect) {
-                Ok(meaning) => meaning,
-                Err(fault) => {
-                    let kind = if fault.halts { "alarm" } else { "error" };
-                    return asked.push(format!("{kind}: {fault}"));
-                }
-            };
-            let mut say = |asked: &mut Vec<String>, action: Action<'_>| {
-                asked.push(action.described(&from).to_string());
-                if let Action::Move(request) = action {
-                    from = request.target;
-                }
-            };
-            while let Some(effect) = self.interpreter.next_effect() {
-                say(asked, Action::Effect(effect));
-            }
-            match meaning {
-                Meaning::Nothing => {}
-                Meaning::Action(action) => say(asked, action),
-                Meaning::Unknown => asked.push("unknown".into()),
-            }
-            while let Some(action) = self.interpreter.next_action() {
-                say(asked, action);
+            if !self.run_block(&block, asked) {
+                return;
             }
         }
+        self.end_line(asked);
+    }
+
+    fn end_line(&mut self, asked: &mut Vec<String>) {
         if let Err(fault) = self.interpreter.end_line() {
             asked.push(format!("error: {fault}"));
         }
+    }
+
+    /// False when it was refused.
+    fn run_block(&mut self, block: &Block<'_>, asked: &mut Vec<String>) -> bool {
+        let Some(row) = self.interpreter.row(block) else {
+            asked.push("unknown".into());
+            return true;
+        };
+        let mut from = *self.interpreter.position();
+        let meaning = match self.interpreter.run(block, row, self.facts, self.dialect) {
+            Ok(meaning) => meaning,
+            Err(fault) => {
+                let kind = if fault.halts { "alarm" } else { "error" };
+                asked.push(format!("{kind}: {fault}"));
+                return false;
+            }
+        };
+        let mut say = |asked: &mut Vec<String>, action: Action<'_>| {
+            asked.push(action.described(&from).to_string());
+            if let Action::Move(request) = action {
+                from = request.target;
+            }
+        };
+        while let Some(effect) = self.interpreter.next_effect() {
+            say(asked, Action::Effect(effect));
+        }
+        match meaning {
+            Meaning::Nothing => {}
+            Meaning::Action(action) => say(asked, action),
+            Meaning::Unknown => asked.push("unknown".into()),
+        }
+        while let Some(action) = self.interpreter.next_action() {
+            say(asked, action);
+        }
+        true
     }
 }
 

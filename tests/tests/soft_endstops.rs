@@ -67,7 +67,7 @@ fn an_arc_that_bulges_out_is_refused_although_it_ends_within() {
     refused(&mut bench, "G2 I0 J-15 P2 Z5", &beyond('X', 225.0, 220.0));
     refused(&mut bench, "G2 X210 Y140 Z201 J20", &beyond('Z', 201.0, 200.0));
     bench.run(&["G18"]);
-    refused(&mut bench, "G2 X200 I-5 K0", &beyond('Z', -5.0, 0.0));
+    refused(&mut bench, "G3 X200 I-5 K0", &beyond('Z', -5.0, 0.0));
     let mut bench = homed(Plan::new(CARTESIAN).set("[motion control] mm_max_arc_error = 0.01"));
     bench.run(&["G90", "G1 X210 Y100 F9000", "M400"]);
     refused(&mut bench, "G3 X210 Y140 I0 J20", &beyond('X', 230.0, 220.0));

@@ -2,7 +2,7 @@
 
 use core::pin::pin;
 
-use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal};
+use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal, WholeLine};
 use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
 
@@ -206,6 +206,9 @@ pub(super) async fn run_blocks<P: Ports>(
     to: Recipient,
     origin: Origin,
 ) {
+    if dialect_for(machine, to).orders_lines() && pin!(run_in_order(machine, &blocks, to, origin)).await {
+        return;
+    }
     let mut answer = Answer::Ok;
     let mut block = Block::new(None, 0);
     let failed = loop {
@@ -244,6 +247,48 @@ pub(super) async fn run_blocks<P: Ports>(
         }
     };
     finish(machine, failed.map_or(Ok(answer), Err), last, to, origin);
+}
+
+/// Runs the codes of a line in RS-274's order, and answers it. False when that is not how this line is read.
+async fn run_in_order<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    blocks: &Blocks<'_>,
+    to: Recipient,
+    origin: Origin,
+) -> bool {
+    let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
+    let read = ahead.read_whole(&mut whole, &mut machine.program);
+    let parts = match read.ok().and_then(|()| program::arrange(&whole)) {
+        None => {
+            machine.program.drop_line();
+            return false;
+        }
+        Some(parts) => parts,
+    };
+    if let Some(comment) = ahead.take_remark() {
+        operator::remark(machine, comment);
+    }
+    let (mut last, mut outcome) = (None, Ok(Answer::Ok));
+    match parts {
+        Ok(parts) => {
+            for part in &parts {
+                last = part.code;
+                let block = whole.part(part.code, |letter| part.takes(letter));
+                outcome = pin!(run_block(machine, block, to, origin)).await;
+                if outcome.is_err() {
+                    break;
+                }
+            }
+        }
+        Err(fault) => outcome = Err(actions::failed_by(machine, &fault)),
+    }
+    if outcome.is_ok() {
+        outcome = machine.program.end_line().map(|()| Answer::Ok).map_err(|fault| actions::failed_by(machine, &fault));
+    } else {
+        machine.program.drop_line();
+    }
+    finish(machine, outcome, last, to, origin);
+    true
 }
 
 fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient, origin: Origin) {

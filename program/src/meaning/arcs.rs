@@ -19,6 +19,11 @@ const fn centre_word(axis: Axis) -> char {
     }
 }
 
+/// Whether words describe an arc, and not a rate alone.
+pub(crate) fn is_drawn_by(words: &Words<'_>) -> bool {
+    words.other_than("FS").is_some()
+}
+
 /// I J K (from the start) or R, and P.
 pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> Result<Shape, Fault> {
     let plane = program.modal.plane;

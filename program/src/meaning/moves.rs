@@ -37,6 +37,8 @@ pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> 
         MotionMode::Rapid | MotionMode::Linear => Shape::Line { names_xy: words.has('X') || words.has('Y') },
         MotionMode::Cubic => splines::cubic(program, words)?,
         MotionMode::Quadratic => splines::quadratic(words)?,
+        // A rate alone draws nothing.
+        MotionMode::ArcClockwise | MotionMode::ArcCounterClockwise if !arcs::is_drawn_by(words) => return NOTHING,
         MotionMode::ArcClockwise => arcs::arc(program, words, true)?,
         MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
         MotionMode::Nurbs => return NOTHING,

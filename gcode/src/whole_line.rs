@@ -1,0 +1,93 @@
+//! A line as one block: all its codes, and all its words together, as RS-274/NGC reads lines.
+
+use heapless::Vec;
+
+use crate::block::{Block, Code, Letter};
+use crate::error::{Problem, SyntaxError};
+use crate::expression::Parameters;
+use crate::scanner::{Blocks, column};
+
+/// Codes of a line at most.
+pub const MOST_CODES: usize = 16;
+
+/// A line whose codes share its words.
+#[derive(Clone, Debug)]
+pub struct WholeLine<'a> {
+    pub(crate) all: Block<'a>,
+    pub(crate) codes: Vec<Code, MOST_CODES>,
+    /// A letter that stands twice.
+    pub(crate) twice: Option<char>,
+    part: Block<'a>,
+}
+
+impl<'a> Default for WholeLine<'a> {
+    fn default() -> Self {
+        Self { all: Block::new(None, 1), codes: Vec::new(), twice: None, part: Block::new(None, 1) }
+    }
+}
+
+impl<'a> WholeLine<'a> {
+    /// The codes, as they are written.
+    #[must_use]
+    pub fn codes(&self) -> &[Code] {
+        &self.codes
+    }
+
+    /// A letter that stands twice; its last word counts.
+    #[must_use]
+    pub const fn twice(&self) -> Option<char> {
+        self.twice
+    }
+
+    /// All words.
+    #[must_use]
+    pub const fn words(&self) -> &Block<'a> {
+        &self.all
+    }
+
+    /// A code, or the one in force, with those of the line's words whose letters are wanted.
+    pub fn part(&mut self, code: Option<Code>, wanted: impl Fn(char) -> bool) -> &Block<'a> {
+        self.part.begin(code, self.all.column);
+        for letter in 'A'..='Z' {
+            if self.all.has(letter) && wanted(letter) {
+                let column = self.all.column_of(letter).min(u16::from(u8::MAX)) as u8;
+                self.part.set(letter as u8, self.all.get(letter), column);
+            }
+        }
+        &self.part
+    }
+}
+
+impl<'a> Blocks<'a> {
+    /// Reads the rest of the line as one block: codes and words in any order.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn read_whole(
+        &mut self,
+        whole: &mut WholeLine<'a>,
+        parameters: &mut dyn Parameters,
+    ) -> Result<(), SyntaxError> {
+        whole.codes.clear();
+        whole.twice = None;
+        whole.all.begin(None, column(self.at));
+        while let Some(letter) = self.next_word(parameters)? {
+            let begin = self.at;
+            let code = match letter {
+                b'G' => self.code(Letter::G, 'G')?,
+                b'M' => self.code(Letter::M, 'M')?,
+                b'T' => self.code(Letter::T, 'T')?,
+                letter => {
+                    if whole.all.has(char::from(letter)) {
+                        whole.twice = Some(char::from(letter));
+                    }
+                    let value = self.value(letter, false, parameters)?;
+                    whole.all.set(letter, value, begin.saturating_add(1).min(usize::from(u8::MAX)) as u8);
+                    continue;
+                }
+            };
+            whole.codes.push(code).map_err(|_| self.error(begin, Problem::TooManyCodes))?;
+        }
+        Ok(())
+    }
+}

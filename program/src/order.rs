@@ -1,0 +1,152 @@
+//! The order in which the codes of a line are carried out (NIST RS-274/NGC, table 8), for dialects that read
+//! lines so.
+
+use gcode::{Code, Letter, MOST_CODES, WholeLine};
+use heapless::Vec;
+
+use crate::codes::{self, CodeInfo, Group};
+use crate::fault::{Fault, Problem};
+
+/// What codes that move, or say where things are, share.
+const AXES: &str = "XYZABC";
+/// Rank of codes that use the axes without being motion codes.
+const PLACES: u8 = 19;
+/// Rank of motion codes.
+const MOTION: u8 = 21;
+
+/// When a code has its turn; `None` for those that RS-274 does not know, whose lines are carried out as they
+/// stand.
+fn rank(code: Code) -> Option<u8> {
+    Some(match (code.letter, code.number) {
+        (Letter::G, 93..=95) => 2,
+        (Letter::T, _) => 5,
+        (Letter::M, 6) => 6,
+        (Letter::M, 3..=5) => 7,
+        (Letter::M, 7..=9) => 8,
+        (Letter::M, 48..=53 | 62..=68 | 98..=99) => 9,
+        (Letter::G, 4) => 10,
+        (Letter::G, 17..=19) => 11,
+        (Letter::G, 20 | 21) => 12,
+        (Letter::G, 40..=42) => 13,
+        (Letter::G, 43 | 49) => 14,
+        (Letter::G, 54..=59) => 15,
+        (Letter::G, 61 | 64) => 16,
+        (Letter::G, 90 | 91) => 17,
+        (Letter::G, 98 | 99) => 18,
+        (Letter::G, 10 | 28 | 30 | 52 | 92) => PLACES,
+        (Letter::G, 53) => 20,
+        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 76 | 80..=89) => MOTION,
+        (Letter::M, 0 | 1 | 2 | 30 | 60) => 22,
+        _ => return None,
+    })
+}
+
+/// One thing of a line: a code, or the motion code in force, and the letters of the words that are its.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The code.
+    pub code: Option<Code>,
+    letters: u32,
+}
+
+impl Part {
+    /// Whether a word is its.
+    #[must_use]
+    pub const fn takes(&self, letter: char) -> bool {
+        self.letters & bit(letter) != 0
+    }
+}
+
+/// The parts of a line, in order.
+pub type Parts = Vec<Part, { MOST_CODES + 1 }>;
+
+const fn bit(letter: char) -> u32 {
+    1 << ((letter as u32).wrapping_sub('A' as u32) & 31)
+}
+
+fn letters_of(row: &CodeInfo) -> u32 {
+    row.words.iter().fold(0, |letters, word| letters | bit(word.letter))
+}
+
+fn row_of(code: Code) -> Option<&'static CodeInfo> {
+    if code.letter == Letter::T { Some(codes::TOOL) } else { codes::find(code) }
+}
+
+/// Puts the codes of a line in order, and gives each its words. `None` when one of them is none of RS-274's,
+/// or nobody knows it: then the line is carried out as it stands.
+///
+/// # Errors
+/// Two codes of one modal group, two that need the axes, a word that nothing takes.
+pub fn arrange(line: &WholeLine<'_>) -> Option<Result<Parts, Fault>> {
+    let mut ranked: Vec<(u8, Code, &CodeInfo), MOST_CODES> = Vec::new();
+    for code in line.codes() {
+        // There is room for as many as a line has.
+        let _ = ranked.push((rank(*code)?, *code, row_of(*code)?));
+    }
+    if let Some(letter) = line.twice() {
+        return Some(Err(Problem::WordTwice(letter).refused(0)));
+    }
+    ranked.sort_unstable_by_key(|(rank, ..)| *rank);
+    Some(give_words(line, &ranked))
+}
+
+fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<Parts, Fault> {
+    for (place, (_, code, row)) in ranked.iter().enumerate() {
+        let before = ranked.get(..place).unwrap_or(&[]);
+        let rival = before.iter().find(|(_, _, other)| row.group != Group::NonModal && other.group == row.group);
+        if let Some((_, other, _)) = rival {
+            return Err(Problem::SameGroup(*other, *code).refused(0));
+        }
+    }
+    let written = ('A'..='Z').filter(|letter| line.words().has(*letter)).fold(0, |all, letter| all | bit(letter));
+    let axes = AXES.chars().fold(0, |all, letter| all | bit(letter));
+    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank < MOTION - 1 && letters_of(row) & axes != 0;
+    let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
+    let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);
+    let (place, second) = (places().next(), places().nth(1).or(motion));
+    if let (Some(one), Some(other)) = (place, second)
+        && written & axes != 0
+    {
+        return Err(Problem::AxesTwice(one, other).refused(0));
+    }
+    let (mut parts, mut left) = (Parts::new(), written);
+    for (rank, code, row) in ranked {
+        let mut letters = letters_of(row) & written;
+        let may_have_axes =
+            is_place(*rank, row) || *rank == MOTION || *rank == 20 && motion.is_none() && place.is_none();
+        if !may_have_axes {
+            letters &= !axes;
+        }
+        if *rank == 20 && motion.is_some() {
+            letters = 0;
+        }
+        left &= !letters;
+        // There is room for as many as a line has.
+        let _ = parts.push(Part { code: Some(*code), letters });
+    }
+    if left != 0 {
+        give_rest(&mut parts, ranked, left, place.is_some() && motion.is_none())?;
+    }
+    Ok(parts)
+}
+
+/// Words that no code of the line takes are for the motion code in force: a place, a rate.
+fn give_rest(
+    parts: &mut Parts,
+    ranked: &[(u8, Code, &CodeInfo)],
+    left: u32,
+    axes_are_taken: bool,
+) -> Result<(), Fault> {
+    let has_motion = ranked.iter().any(|(rank, ..)| *rank == MOTION);
+    let all_of = |letters: &str| letters.chars().fold(0, |all, letter| all | bit(letter));
+    let moves = left & all_of("XYZABCE") != 0 && !axes_are_taken;
+    let known = if moves { all_of("XYZABCEIJKRPQFSL") } else { all_of("FS") };
+    let strange = if has_motion { left } else { left & !known };
+    if let Some(letter) = ('A'..='Z').find(|letter| strange & bit(*letter) != 0) {
+        return Err(Problem::UnusedWord(letter).refused(0));
+    }
+    // Before what stops the program, behind everything else.
+    let place = ranked.iter().take_while(|(rank, ..)| *rank < MOTION).count();
+    let _ = parts.insert(place, Part { code: None, letters: left });
+    Ok(())
+}
