@@ -2,6 +2,7 @@
 
 use units::{Axis, MmPerSecond, PerAxis};
 
+use crate::planner::SMALLEST;
 use crate::square_root;
 
 /// When and how finely straight moves are cut.
@@ -37,6 +38,16 @@ pub struct Line {
 }
 
 impl Line {
+    /// How long a straight move is, as its feed rate counts it: the way of X Y Z, and that of A B C where
+    /// these stand still. In mm, or as A B C are counted.
+    #[must_use]
+    pub fn length(from: &PerAxis<f64>, to: &PerAxis<f64>) -> f64 {
+        let square = |axis: Axis| (to[axis] - from[axis]) * (to[axis] - from[axis]);
+        let along = |axes: [Axis; 3]| square_root(axes.into_iter().map(square).sum());
+        let primary = along(Axis::PRIMARY);
+        if primary < SMALLEST { along([Axis::A, Axis::B, Axis::C]) } else { primary }
+    }
+
     /// One piece: no cutting.
     #[must_use]
     pub const fn whole(from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
