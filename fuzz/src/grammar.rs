@@ -331,6 +331,7 @@ mod tests {
             assert!(codes_seen.contains(&row.code.to_string()), "{} is never written", row.code);
         }
         assert!(COMMANDS.iter().all(|command| commands_seen.contains(command.word)), "{commands_seen:?}");
-        assert!(sound > all * 9 / 10, "{sound} of {all}");
+        // Codes whose words all need numbers do not take the name of a file.
+        assert!(sound > all * 17 / 20, "{sound} of {all}");
     }
 }

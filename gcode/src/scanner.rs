@@ -8,7 +8,7 @@ use crate::number::{self, Flaw};
 /// M-codes whose argument is text, kept as it stands.
 pub(crate) const TEXT_M_CODES: [u16; 7] = [23, 28, 30, 32, 117, 501, 504];
 /// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
-const NUMBERED_G_CODES: [u16; 16] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 81, 82, 83, 92, 93];
+const NUMBERED_G_CODES: [u16; 22] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 73, 81, 82, 83, 85, 89, 92, 93, 94, 98, 99];
 
 /// The commands of a line, in order. Ends after the first error.
 #[derive(Clone, Debug)]

@@ -231,6 +231,7 @@ impl Run {
         let rate = match request.rate {
             Rate::Rapid(_) => String::new(),
             Rate::Feed(rate) => format!(" F{:.4}", rate.0 * 60.0),
+            Rate::Duration(seconds) => format!(" T{seconds:.6}"),
         };
         let kind = match (request.shape, request.rate) {
             (Shape::Line { .. }, Rate::Rapid(_)) => "rapid".into(),

@@ -2,7 +2,7 @@
 
 use config::{CommandCode, MachineConfig};
 use gcode::Code;
-use program::{Claim, Claims, Dialect, HeaterSetup, Setup, ToolSettings};
+use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, Setup, ToolSettings};
 use units::{Axis, SwitchId};
 
 /// The dialect of sessions that have none of their own, and of files.
@@ -23,6 +23,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
         tools: config.extruders.iter().map(|extruder| tool(config, extruder)).take(program::MAX_TOOLS).collect(),
         heaters: config.temperatures.iter().map(heater).take(units::MAX_HEATERS).collect(),
         claims: claims(config),
+        cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }
 }
 

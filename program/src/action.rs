@@ -116,16 +116,8 @@ pub enum Rate {
     Rapid(MmPerSecond),
     /// Working (G1 to G5).
     Feed(MmPerSecond),
-}
-
-impl Rate {
-    /// The speed.
-    #[must_use]
-    pub const fn speed(self) -> MmPerSecond {
-        match self {
-            Self::Rapid(speed) | Self::Feed(speed) => speed,
-        }
-    }
+    /// Working, so that the whole move takes so many seconds (G1 to G3 after G93).
+    Duration(f64),
 }
 
 /// The way of a move. Distances are in mm.
@@ -397,7 +389,7 @@ impl fmt::Display for Described<'_, '_> {
 fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>) -> fmt::Result {
     let kind = match (&request.shape, request.rate) {
         (Shape::Line { .. }, Rate::Rapid(_)) => "rapid",
-        (Shape::Line { .. }, Rate::Feed(_)) => "line",
+        (Shape::Line { .. }, _) => "line",
         (Shape::Arc { clockwise: true, .. }, _) => "arc clockwise",
         (Shape::Arc { .. }, _) => "arc counter-clockwise",
         (Shape::Cubic(_), _) => "cubic spline",
@@ -425,7 +417,10 @@ fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>
         Shape::Quadratic((i, j)) => write!(f, ", by {i} {j}")?,
         Shape::Nurbs { order } => write!(f, ", of order {order}")?,
     }
-    write!(f, " at {} mm/s", request.rate.speed().0)?;
+    match request.rate {
+        Rate::Rapid(speed) | Rate::Feed(speed) => write!(f, " at {} mm/s", speed.0)?,
+        Rate::Duration(seconds) => write!(f, " in {seconds} s")?,
+    }
     if request.power != 0.0 {
         write!(f, ", S{}", request.power)?;
     }

@@ -43,6 +43,16 @@ impl Dialect {
         matches!(self, Self::Grbl)
     }
 
+    /// Whether G80 behind a cycle of G99 goes up to where the axis was before the series.
+    pub(crate) const fn returns_at_g80(self) -> bool {
+        matches!(self, Self::Smoothie)
+    }
+
+    /// Whether G81 and G82 peck with a Q, and G81 dwells with a P, as G83 and G82 do.
+    pub(crate) const fn drills_by_words(self) -> bool {
+        matches!(self, Self::Smoothie)
+    }
+
     /// Whether M30 ends the program; else it removes a file, or does nothing.
     pub(crate) const fn ends_by_m30(self) -> bool {
         matches!(self, Self::Grbl)

@@ -24,7 +24,7 @@ impl Interpreter {
     /// code.
     #[must_use]
     pub fn row(&self, block: &Block<'_>) -> Option<&'static CodeInfo> {
-        let code = block.code.unwrap_or(self.modal.motion.code());
+        let code = block.code.unwrap_or_else(|| self.modal.motion_code());
         if code.letter == Letter::T {
             return Some(codes::TOOL);
         }

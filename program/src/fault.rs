@@ -85,6 +85,23 @@ pub enum Problem {
     /// A word that must be above its row's bound.
     MustExceed(Code, char, f64),
     NotWhole(Code, char),
+    /// A code, and what the machine lacks for it.
+    Needs(Code, &'static str),
+    CyclesOff,
+    /// The number of a cycle's G-code, and the word that it cannot do without.
+    CycleNeeds(u16, char),
+    /// The same, and a word that it has no use for.
+    NotOfCycle(u16, char),
+    CycleNowhere(u16),
+    NotInCycle(char),
+    CycleInMachineCoordinates,
+    RetractBelow(Axis),
+    TooManyPecks,
+    NoPlace,
+    NoMotionCode,
+    NeedsFeedPerMinute,
+    InverseTime,
+    CentreAbsolute,
     NoName,
     /// A parameter cannot be set.
     Parameter(gcode::Problem),
@@ -139,6 +156,22 @@ impl fmt::Display for Problem {
             Self::MustExceed(code, letter, bound) => return write!(f, "{code}: {letter} must be above {bound}"),
             Self::NotWhole(code, letter) => return write!(f, "{code}: {letter} must be a whole number"),
             Self::Parameter(problem) => return problem.fmt(f),
+            Self::Needs(code, what) => return write!(f, "{code} needs {what} (not there yet)"),
+            Self::CycleNeeds(number, letter) => return write!(f, "G{number} needs {letter}"),
+            Self::NotOfCycle(number, letter) => {
+                return write!(f, "G{number} takes no {letter}: G83 pecks (Q), G82 dwells (P)");
+            }
+            Self::CycleNowhere(number) => return write!(f, "G{number} needs X, Y or Z"),
+            Self::NotInCycle(letter) => return write!(f, "{letter} cannot move in a canned cycle"),
+            Self::RetractBelow(axis) => return write!(f, "R is below {}", axis.letter()),
+            Self::CyclesOff => "canned cycles are switched off: [drillingcycles] enable",
+            Self::CycleInMachineCoordinates => "G53 and canned cycles do not go together",
+            Self::TooManyPecks => "Q makes more than 10000 pecks of the hole",
+            Self::NoPlace => "that is no place",
+            Self::NoMotionCode => "no motion code is in force: G0, G1, ... must come first",
+            Self::NeedsFeedPerMinute => "this needs G94: canned cycles, splines and searches take F as length a minute",
+            Self::InverseTime => "G93: each such line needs F, 60 for a second, above zero",
+            Self::CentreAbsolute => "after G90.1 an arc needs both words of its centre",
             Self::NegativeFeedRate => "feed rate < 0",
             Self::NoFeedRate => "Undefined feed rate: F is missing",
             Self::NoExtruder => "no extruder is configured for E",

@@ -6,6 +6,7 @@ use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
 use crate::claims::MOST_CLAIMS;
+use crate::cycles::{Cycles, Series, ToCome};
 use crate::flow::Flow;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
@@ -25,6 +26,7 @@ pub struct Interpreter {
     pub(crate) modal: Modal,
     pub(crate) tools: Tools,
     pub(crate) splines: Splines,
+    pub(crate) cycles: Cycles,
     pub(crate) park: ParkPosition,
     /// Machine position where the last action ends.
     pub(crate) position: PerAxis<f64>,
@@ -62,6 +64,7 @@ impl Interpreter {
             modal,
             tools: Tools::new(&setup.tools),
             splines: Splines::default(),
+            cycles: Cycles::default(),
             park: ParkPosition::default(),
             position,
             saved: Vec::new(),
@@ -81,6 +84,7 @@ impl Interpreter {
     pub(crate) fn begin_block(&mut self) {
         self.effects.clear();
         self.following.clear();
+        self.cycles.stop();
         let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
         self.before = Before { position: self.position, tool_offset: self.modal.tool_offset, e, retracted };
     }
@@ -96,22 +100,43 @@ impl Interpreter {
         debug_assert!(fits, "a code is claimed {MOST_CLAIMS} times at most");
     }
 
-    /// What is to be done behind the action of the last block.
+    /// What is to be done behind the action of the last block, or behind what this gave before, which has
+    /// been taken.
     pub fn next_action(&mut self) -> Option<Action<'static>> {
-        self.following.pop_front()
+        if let Some(action) = self.following.pop_front() {
+            return Some(action);
+        }
+        let action = self.cycles.next()?;
+        self.before.position = self.position;
+        self.before.retracted = self.tools.active().and_then(|tool| tool.retracted);
+        self.follow(&action);
+        Some(action)
+    }
+
+    /// The program has then made this move of a cycle.
+    pub(crate) const fn follow(&mut self, action: &Action<'_>) {
+        if let Action::Move(request) = action {
+            self.position = request.target;
+        }
     }
 
     /// Whether nothing follows the action that was given last.
     #[must_use]
     pub fn is_last_action(&self) -> bool {
-        self.following.is_empty()
+        self.following.is_empty() && self.cycles.is_done()
     }
 
-    /// Where the moves end that the last block makes behind its first one, in order. All are straight.
-    pub fn moves_to_come(&self) -> impl Iterator<Item = &PerAxis<f64>> {
-        self.following
-            .iter()
-            .filter_map(|action| if let Action::Move(request) = action { Some(&request.target) } else { None })
+    /// Places, in order, between which the moves lie that the last block makes behind the one given last. All
+    /// are straight.
+    pub fn moves_to_come(&self) -> ToCome {
+        let mut places = self.cycles.to_come();
+        for action in &self.following {
+            if let Action::Move(request) = action {
+                // What follows and a cycle's moves are never of one block: there is room.
+                let _ = places.push(request.target);
+            }
+        }
+        places
     }
 
     /// Something to do behind what the block does first.
@@ -121,6 +146,8 @@ impl Interpreter {
     }
 
     /// The move there, which the program has then made.
+    // On its own the action is made where the caller's caller wants it; else it is copied there.
+    #[inline(never)]
     pub(crate) fn draw<'b>(&mut self, target: PerAxis<f64>, shape: Shape, names_z: bool) -> Action<'b> {
         let rate = match self.modal.motion {
             MotionMode::Rapid => Rate::Rapid(self.modal.seek_rate),
@@ -153,9 +180,11 @@ impl Interpreter {
         })
     }
 
-    /// The last block's action was refused: the program is where it was before.
+    /// The last block's action was refused: the program is where it was before. Of a cycle that is where the
+    /// action before it ended.
     pub fn take_back(&mut self) {
         self.following.clear();
+        self.cycles.take_back();
         let Before { position, tool_offset, e, retracted } = self.before;
         self.position = position;
         self.modal.tool_offset = tool_offset;
@@ -167,6 +196,7 @@ impl Interpreter {
     /// The machine is somewhere else than the program left it: after a stop, homing, probing.
     pub fn resynchronise(&mut self, position: PerAxis<f64>) {
         self.following.clear();
+        self.cycles.stop();
         self.position = position;
     }
 
@@ -175,9 +205,19 @@ impl Interpreter {
         self.following.clear();
         self.flow.reset();
         self.memory.end();
+        self.end_cycles();
         self.modal.power = 0.0;
         self.modal.machine_next = false;
         self.splines = Splines::default();
+    }
+
+    /// Words without a code drill no more holes.
+    pub fn end_cycles(&mut self) {
+        self.cycles.stop();
+        self.cycles.set_series(Series::default());
+        if self.modal.motion == MotionMode::Cycle {
+            self.modal.motion = MotionMode::Cancelled;
+        }
     }
 
     // --- what it holds ---
@@ -221,12 +261,14 @@ impl Interpreter {
     /// Modes and E of the program as they are, to come back to.
     #[must_use]
     pub fn keep(&self) -> Kept {
-        Kept { modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
+        let series = *self.cycles.series();
+        Kept { series, modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
     }
 
     /// Comes back to what was kept.
     pub fn come_back_to(&mut self, kept: Kept) {
         self.modal = kept.modal;
+        self.cycles.set_series(kept.series);
         if let Some(tool) = self.tools.active_mut() {
             tool.e = kept.e;
         }
@@ -262,5 +304,6 @@ impl Interpreter {
 #[derive(Clone, Debug)]
 pub struct Kept {
     modal: Modal,
+    series: Series,
     e: f64,
 }

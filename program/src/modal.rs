@@ -7,6 +7,7 @@ use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
 
 use crate::action::Corner;
+use crate::cycle::{Cycle, Retract};
 use crate::words::MM_PER_INCH;
 
 /// Coordinate systems G54 to G59.3.
@@ -30,6 +31,10 @@ pub enum MotionMode {
     Quadratic,
     /// G5.2.
     Nurbs,
+    /// G73, G81 to G89: [`Modal::cycle`] says which.
+    Cycle,
+    /// G80: none is in force.
+    Cancelled,
 }
 
 impl MotionMode {
@@ -47,18 +52,28 @@ impl MotionMode {
             _ => return None,
         })
     }
+}
 
+/// What F says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FeedMode {
+    /// G93: how many such moves a minute has.
+    InverseTime,
+    /// G94: length a minute.
+    #[default]
+    PerMinute,
+    /// G95: length a turn of the spindle.
+    PerRevolution,
+}
+
+impl FeedMode {
     /// Its G-code.
     #[must_use]
     pub const fn code(self) -> Code {
         match self {
-            Self::Rapid => Code::g(0),
-            Self::Linear => Code::g(1),
-            Self::ArcClockwise => Code::g(2),
-            Self::ArcCounterClockwise => Code::g(3),
-            Self::Cubic => Code::g(5),
-            Self::Quadratic => Code::g(5).sub(1),
-            Self::Nurbs => Code::g(5).sub(2),
+            Self::InverseTime => Code::g(93),
+            Self::PerMinute => Code::g(94),
+            Self::PerRevolution => Code::g(95),
         }
     }
 }
@@ -91,10 +106,18 @@ pub struct Saved {
 pub struct Modal {
     /// Last motion code.
     pub motion: MotionMode,
-    /// Plane of arcs.
+    /// The canned cycle, where that is the motion code.
+    pub cycle: Cycle,
+    /// Plane of arcs and cycles.
     pub plane: Plane,
     /// Corners.
     pub corner: Corner,
+    /// What F says.
+    pub feed_mode: FeedMode,
+    /// Where cycles leave a hole to.
+    pub retract: Retract,
+    /// G90.1: I, J and K are places.
+    pub arc_absolute: bool,
     /// G20.
     pub inches: bool,
     /// G90.
@@ -122,13 +145,17 @@ pub struct Modal {
 }
 
 impl Modal {
-    /// The state at boot: G0 G17 G21 G54 G61 G90 M82.
+    /// The state at boot: G0 G17 G21 G54 G61 G90 G91.1 G94 G98 M82.
     #[must_use]
     pub const fn new(feed_rate: MmPerSecond, seek_rate: MmPerSecond) -> Self {
         Self {
             motion: MotionMode::Rapid,
+            cycle: Cycle::Drill,
             plane: Plane::Xy,
             corner: Corner::Sharp,
+            feed_mode: FeedMode::PerMinute,
+            retract: Retract::Initial,
+            arc_absolute: false,
             inches: false,
             absolute: true,
             e_absolute: true,
@@ -141,6 +168,22 @@ impl Modal {
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
             machine_next: false,
+        }
+    }
+
+    /// The G-code of the motion code in force.
+    #[must_use]
+    pub const fn motion_code(&self) -> Code {
+        match self.motion {
+            MotionMode::Rapid => Code::g(0),
+            MotionMode::Linear => Code::g(1),
+            MotionMode::ArcClockwise => Code::g(2),
+            MotionMode::ArcCounterClockwise => Code::g(3),
+            MotionMode::Cubic => Code::g(5),
+            MotionMode::Quadratic => Code::g(5).sub(1),
+            MotionMode::Nurbs => Code::g(5).sub(2),
+            MotionMode::Cycle => Code::g(self.cycle.g()),
+            MotionMode::Cancelled => Code::g(80),
         }
     }
 
@@ -176,6 +219,12 @@ impl Modal {
             (false, true) => mm + self.offset(axis),
             (false, false) => now + mm,
         }
+    }
+
+    /// Machine coordinate of a word on X Y Z that is a place whatever the distance mode, in mm.
+    #[must_use]
+    pub fn place(&self, axis: Axis, mm: f64) -> f64 {
+        if self.machine_next { mm } else { mm + self.offset(axis) }
     }
 
     /// G92: makes the work coordinate of an axis read `mm` where the machine is now.

@@ -148,7 +148,7 @@ fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
         "_imperial" => truth(modal.inches),
         "_absolute" => truth(modal.absolute),
         "_incremental" => truth(!modal.absolute),
-        "_motion_mode" => tenfold(modal.motion.code()),
+        "_motion_mode" => tenfold(modal.motion_code()),
         "_plane" => match modal.plane {
             units::Plane::Xy => 170.0,
             units::Plane::Xz => 180.0,

@@ -23,6 +23,17 @@ pub struct Setup {
     pub heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
     /// Codes that heaters and switches listen to.
     pub claims: Claims,
+    /// Canned cycles.
+    pub cycles: CycleSetup,
+}
+
+/// What the machine's description says of canned cycles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CycleSetup {
+    /// They are switched off.
+    pub is_off: bool,
+    /// P is in milliseconds, not in seconds.
+    pub dwell_in_ms: bool,
 }
 
 /// A temperature control, as codes address it.

@@ -69,6 +69,12 @@ impl<'b> Words<'b> {
         Some(self.converted(value, Unit::Feed))
     }
 
+    /// The number as it is written, whatever it is.
+    #[must_use]
+    pub(crate) fn as_written(&self, letter: char) -> Option<f64> {
+        self.block.get(letter)
+    }
+
     /// How a letter is read here.
     fn known(&self, letter: char) -> Option<&'static WordInfo> {
         self.known.iter().find(|word| word.letter == letter.to_ascii_uppercase())

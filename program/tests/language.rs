@@ -7,7 +7,9 @@
 //! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
 
 use gcode::{Block, Blocks, Decoder, Line, WholeLine};
-use program::{Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings};
+use program::{
+    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings,
+};
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
 fn tool(id: u8, axis: Axis) -> ToolSettings {
@@ -65,6 +67,8 @@ impl Session {
     fn told(&mut self, words: &str) {
         match words.split_once(' ').unwrap_or((words, "")) {
             ("dialect", "grbl") => self.dialect = Dialect::Grbl,
+            ("cycles", "off") => self.cycles_are(CycleSetup { is_off: true, ..CycleSetup::default() }),
+            ("cycles", "dwell in ms") => self.cycles_are(CycleSetup { dwell_in_ms: true, ..CycleSetup::default() }),
             ("homed", axes) => {
                 self.facts.homed = AxisSet::collect(axes.chars().filter_map(Axis::from_letter));
             }
@@ -87,6 +91,11 @@ impl Session {
             }
             _ => panic!("nobody understands: @ {words}"),
         }
+    }
+
+    /// A new program on a machine that says this of cycles.
+    fn cycles_are(&mut self, cycles: CycleSetup) {
+        self.interpreter = Interpreter::new(Setup { cycles, ..setup() });
     }
 
     /// Runs the lines of a program, from the first to the last one or as its O words say; what the machine is

@@ -22,7 +22,7 @@ pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, Soft
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
-pub use system::{BoardId, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
+pub use system::{BoardId, CyclesConfig, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
 
 use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};
@@ -96,6 +96,8 @@ pub struct MachineConfig {
     pub kill_button: KillButton,
     /// `[player]`
     pub player: PlayerConfig,
+    /// Canned cycles.
+    pub cycles: CyclesConfig,
     /// What stays off because of an error in the file; see [`MachineConfig::off`].
     pub off: Vec<OffModule, MAX_OFF>,
 }

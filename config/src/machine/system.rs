@@ -30,6 +30,15 @@ pub struct General {
     pub config_override: bool,
 }
 
+/// `[drillingcycles]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CyclesConfig {
+    /// Canned cycles are understood.
+    pub enable: bool,
+    /// P of a cycle is in milliseconds, not in seconds.
+    pub dwell_in_ms: bool,
+}
+
 /// `[system]` and `[consoles]`
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemConfig {

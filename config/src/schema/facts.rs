@@ -34,6 +34,7 @@ fn row(name: &str) -> &'static Setting {
 /// Where Velvet's default is another one, and why.
 const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[motion control] mm_max_arc_error", "arcs stay arcs unless chords are asked for"),
+    ("[drillingcycles] enable", "canned cycles are part of the language: no hole stays undrilled unseen"),
     ("[endstops] common.corexy_homing", "follows arm_solution: a corexy cannot home otherwise"),
     ("[endstops] common.delta_homing", "follows arm_solution"),
     ("[endstops] common.rdelta_homing", "follows arm_solution"),

@@ -6,6 +6,7 @@
 
 mod actuators;
 mod build;
+mod cycles;
 mod endstops;
 #[cfg(any(test, feature = "std"))]
 mod examples;
@@ -75,7 +76,7 @@ pub const SECTIONS: &[Section] = &[
     kinematics::GENERIC_CARTESIAN,
     kinematics::WINCH,
     modules::LASER,
-    modules::DRILLING_CYCLES,
+    cycles::DRILLING_CYCLES,
     modules::FILAMENT_DETECTOR,
     modules::TEMPERATURE_SWITCH,
     modules::BUTTON_BOX,

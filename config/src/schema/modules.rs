@@ -54,20 +54,6 @@ pub const LASER: Section = Section {
     ],
 };
 
-pub const DRILLING_CYCLES: Section = Section {
-    name: "drillingcycles",
-    summary: "Canned drilling cycles G81 to G83.",
-    form: Form::Plain,
-    settings: &[
-        bool("enable", "false", nowhere, "Understand the drilling cycles.")
-            .v1("drillingcycles.enable")
-            .not_yet("leave it disabled until Velvet can do it"),
-        word("dwell_units", "S", &["S", "P"], nowhere, "Unit of a cycle's P word: S for seconds, P for milliseconds.")
-            .v1("drillingcycles.dwell_units")
-            .dormant(),
-    ],
-};
-
 pub const FILAMENT_DETECTOR: Section = Section {
     name: "filament detector",
     summary: "Notices that filament has run out or is stuck.",

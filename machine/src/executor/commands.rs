@@ -268,6 +268,8 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
         }
         return Ok(Answer::Ok);
     }
+    // What the file was drilling, words typed now are not.
+    machine.program.end_cycles();
     machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);

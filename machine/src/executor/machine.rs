@@ -201,10 +201,10 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
     /// not at all.
     pub(super) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
-        let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), first);
-        for to in self.program.moves_to_come() {
-            travel.check(from, to, self.axes.homed()).map_err(|out| out.failure(self.config))?;
-            from = to;
+        let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), *first);
+        for to in &self.program.moves_to_come() {
+            travel.check(&from, to, self.axes.homed()).map_err(|out| out.failure(self.config))?;
+            from = *to;
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use motion::geometry::{
 use motion::path::Curve;
 use motion::{Corner, Mode};
 use program::{Centre, Move, Rate, Shape, State};
-use units::{PerAxis, Plane};
+use units::{MmPerSecond, PerAxis, Plane};
 
 use super::Machine;
 use crate::failure::{Failure, message};
@@ -30,6 +30,13 @@ struct Common {
 }
 
 impl Common {
+    /// A way of this length, mm, takes as long as the program says (G93).
+    fn last(&mut self, rate: Rate, length: f64) {
+        if let Rate::Duration(seconds) = rate {
+            self.request.feed_rate = MmPerSecond(length / seconds);
+        }
+    }
+
     async fn go<P: Ports>(
         &mut self,
         machine: &mut Machine<'_, P>,
@@ -47,6 +54,8 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed, Mode::Rapid),
         Rate::Feed(speed) => (speed, Mode::Feed),
+        // No speed, and so nobody takes it, until the length of its way is known: see `last`.
+        Rate::Duration(_) => (MmPerSecond(0.0), Mode::Feed),
     };
     let corner = match request.corner {
         program::Corner::Sharp => Corner::Sharp,
@@ -89,10 +98,14 @@ pub(super) async fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
     let own = in_motions_terms(machine, request);
     let mut common = Common { request: own, from, to: request.target };
     match request.shape {
-        Shape::Line { names_xy } => line(machine, &mut common, names_xy).await,
+        Shape::Line { names_xy } => {
+            common.last(request.rate, Line::length(&common.from, &common.to));
+            line(machine, &mut common, names_xy).await
+        }
         Shape::Arc { plane, centre, clockwise, turns, column } => {
             let arc = arc(&common, plane, centre, clockwise, turns);
             let arc = arc.map_err(|error| bad_arc(column, &error))?;
+            common.last(request.rate, arc.length());
             draw_arc(machine, &mut common, arc, column).await
         }
         Shape::Cubic([(i, j), (p, q)]) => {

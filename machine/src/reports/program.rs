@@ -27,13 +27,13 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
         Plane::Yz => 19,
     };
     let system = system_name(modal.system);
-    let (motion, path, units) = (modal.motion.code(), modal.corner.code(), if modal.inches { 20 } else { 21 });
-    let distance = if modal.absolute { 90 } else { 91 };
+    let (motion, path, units) = (modal.motion_code(), modal.corner.code(), if modal.inches { 20 } else { 21 });
+    let (distance, feed_mode) = (if modal.absolute { 90 } else { 91 }, modal.feed_mode.code());
     let spindle = if outputs.is_on_by_name(config, "spindle") { 3 } else { 5 };
     let feed = modal.in_program_units(requested_rate(program).per_minute());
     let (power, tool) = (modal.power, program.tools().active_id());
     reply.say(format_args!(
-        "[GC:{motion} {system} G{plane} G{units} G{distance} G94 {path} M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
+        "[GC:{motion} {system} G{plane} G{units} G{distance} {feed_mode} {path} M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
     ));
 }
 

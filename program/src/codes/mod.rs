@@ -4,6 +4,7 @@
 //! Everything that must know which codes there are asks here: dispatch, `help`, the documentation, the tests
 //! that look whether each has one. To add a code, add its row to the topic it belongs to.
 
+mod cycles;
 mod extruder;
 mod files;
 mod heat;
@@ -26,8 +27,9 @@ pub(crate) use row::Handler;
 pub use row::{CodeInfo, Group, Waits};
 
 /// The rows by topic, each with its title.
-pub const TOPICS: [(&str, &[CodeInfo]); 8] = [
+pub const TOPICS: [(&str, &[CodeInfo]); 9] = [
     ("Moves", motion::ROWS),
+    ("Canned cycles and feed modes", cycles::ROWS),
     ("Units, planes and offsets", offsets::ROWS),
     ("Homing, probing and leveling", leveling::ROWS),
     ("Extruders", extruder::ROWS),

@@ -34,10 +34,16 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Path),
     plane(17, "plane of X and Y"),
+    no_plane(17),
     plane(18, "plane of X and Z"),
+    no_plane(18),
     plane(19, "plane of Y and Z"),
+    no_plane(19),
     CodeInfo::means(Code::g(20), offsets::length_unit, "lengths are inches").group(Group::Units),
     CodeInfo::means(Code::g(21), offsets::length_unit, "lengths are mm").group(Group::Units),
+    CodeInfo::accepted(Code::g(40), "no cutter compensation; there is none").group(Group::CutterCompensation),
+    no_compensation(41, "cutter compensation, left; refused: let the CAM program do it"),
+    no_compensation(42, "cutter compensation, right; refused: let the CAM program do it"),
     CodeInfo::accepted(Code::g(43), "accepted; tool offsets are in force always").group(Group::ToolLength),
     CodeInfo::means(Code::g(43).sub(1), offsets::tool_length, "add to the tool offset")
         .group(Group::ToolLength)
@@ -78,7 +84,9 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .differs("not known"),
     CodeInfo::means(Code::g(90), offsets::distance_mode, "coordinates are places").group(Group::Distance),
+    arc_distance(90, "arcs: I, J and K are places"),
     CodeInfo::means(Code::g(91), offsets::distance_mode, "coordinates are distances").group(Group::Distance),
+    arc_distance(91, "arcs: I, J and K are distances from the start"),
     CodeInfo::means(Code::g(92), offsets::g92, "make the position read as given; without words, drop that")
         .takes(POSITION)
         .waits(Waits::Standstill),
@@ -102,6 +110,25 @@ pub const ROWS: &[CodeInfo] = &[
 
 const fn plane(number: u16, help: &'static str) -> CodeInfo {
     CodeInfo::means(Code::g(number), offsets::plane, help).group(Group::Plane)
+}
+
+const fn no_plane(number: u16) -> CodeInfo {
+    CodeInfo::means(Code::g(number).sub(1), offsets::missing, "plane of U, V and W; refused: there are none")
+        .group(Group::Plane)
+        .differs("not known")
+}
+
+const fn no_compensation(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), offsets::missing, help)
+        .any_subcode()
+        .group(Group::CutterCompensation)
+        .differs("not known")
+}
+
+const fn arc_distance(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number).sub(1), offsets::arc_distance_mode, help)
+        .group(Group::ArcDistance)
+        .differs("not known")
 }
 
 const fn system(code: Code) -> CodeInfo {

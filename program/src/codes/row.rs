@@ -70,6 +70,10 @@ pub enum Group {
     CoordinateSystem,
     ToolLength,
     PathControl,
+    FeedMode,
+    ArcDistance,
+    CutterCompensation,
+    RetractMode,
     Stopping,
     Spindle,
 }

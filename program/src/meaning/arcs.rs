@@ -24,15 +24,23 @@ pub(crate) fn is_drawn_by(words: &Words<'_>) -> bool {
     words.other_than("FS").is_some()
 }
 
-/// I J K (from the start) or R, and P.
+/// I J K (from the start, or places after G90.1) or R, and P.
 pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> Result<Shape, Fault> {
     let plane = program.modal.plane;
     let (first, second) = plane.axes();
     let (centre, word) = match words.length('R') {
         Some(radius) => (Centre::Radius(radius), 'R'),
         None => {
-            let along = |axis: Axis| words.length(centre_word(axis)).unwrap_or(0.0);
-            (Centre::At(along(first), along(second)), centre_word(first))
+            let along = |axis: Axis| words.length(centre_word(axis));
+            let centre = if program.modal.arc_absolute {
+                let both = along(first).zip(along(second));
+                let (one, other) = both.ok_or(Problem::CentreAbsolute.alarm(words.column()))?;
+                let distance = |axis: Axis, mm: f64| program.modal.place(axis, mm) - program.position[axis];
+                Centre::At(distance(first, one), distance(second, other))
+            } else {
+                Centre::At(along(first).unwrap_or(0.0), along(second).unwrap_or(0.0))
+            };
+            (centre, centre_word(first))
         }
     };
     let turns = words.number('P').unwrap_or(1.0);

@@ -1,7 +1,9 @@
 //! What blocks mean, by topic: from words, read in the program's state, to actions and a changed state.
 
 pub(crate) mod arcs;
+pub(crate) mod cycles;
 pub(crate) mod extruders;
+pub(crate) mod feed_modes;
 pub(crate) mod heat;
 pub(crate) mod homing;
 pub(crate) mod moves;

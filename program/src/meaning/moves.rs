@@ -6,12 +6,12 @@ use crate::action::{Action, Shape};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::{arcs, splines};
-use crate::modal::MotionMode;
+use crate::meaning::{arcs, feed_modes, splines};
+use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// Longest dwell, s: a day.
-const LONGEST_DWELL: f64 = 86_400.0;
+pub(crate) const LONGEST_DWELL: f64 = 86_400.0;
 
 /// G0 to G3, G5 to G5.2, and words without a code.
 pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
@@ -19,13 +19,20 @@ pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     if let Some(mode) = MotionMode::from_g(code.number, code.subcode) {
         program.modal.motion = mode;
     }
-    let done = motion_block(program, &context.words);
+    motion_block(program, &context.words)
+}
+
+/// A move by the motion code in force. Machine coordinates end with it.
+pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+    if program.modal.feed_mode != FeedMode::PerMinute {
+        return feed_modes::motion_block(program, words);
+    }
+    let done = draw_block(program, words);
     program.modal.machine_next = false;
     done
 }
 
-/// A move by the motion code in force.
-pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+fn draw_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     take_rates(program, words)?;
     let mode = program.modal.motion;
     splines::begin_motion(program, mode, words.column())?;
@@ -42,6 +49,8 @@ pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> 
         MotionMode::ArcClockwise => arcs::arc(program, words, true)?,
         MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
         MotionMode::Nurbs => return NOTHING,
+        MotionMode::Cycle => return Err(Problem::CycleInMachineCoordinates.refused(words.column())),
+        MotionMode::Cancelled => return Err(Problem::NoMotionCode.refused(words.column())),
     };
     let stands = matches!(shape, Shape::Line { .. }) && target == program.position;
     if !stands && mode != MotionMode::Rapid && program.modal.feed_rate.0 == 0.0 {
@@ -56,11 +65,22 @@ pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> 
     Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))
 }
 
-/// F and S words.
-fn take_rates(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
+/// The S word.
+#[inline]
+pub(crate) fn take_power(program: &mut Interpreter, words: &Words<'_>) {
     if let Some(power) = words.number('S') {
         program.modal.power = power as f32;
     }
+}
+
+/// F and S words.
+#[inline]
+pub(crate) fn take_rates(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
+    take_power(program, words);
+    if words.has('F') { take_feed(program, words) } else { Ok(()) }
+}
+
+fn take_feed(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
     let Some(rate) = words.feed('F') else { return Ok(()) };
     if rate < 0.0 {
         return Err(Problem::NegativeFeedRate.alarm(words.column_of('F')));
@@ -129,7 +149,5 @@ pub(crate) fn machine_coordinates<'b>(program: &mut Interpreter, context: &Conte
     if context.words.is_bare() {
         return NOTHING;
     }
-    let done = motion_block(program, &context.words);
-    program.modal.machine_next = false;
-    done
+    motion_block(program, &context.words)
 }

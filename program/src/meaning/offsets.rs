@@ -31,6 +31,19 @@ pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>
     NOTHING
 }
 
+/// G90.1, G91.1.
+pub(crate) fn arc_distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.arc_absolute = context.words.code().number == 90;
+    NOTHING
+}
+
+/// G17.1 to G19.1, G41 and G42.
+pub(crate) fn missing<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let code = context.words.code();
+    let what = if code.number < 20 { "axes U, V and W" } else { "cutter compensation" };
+    Err(Problem::Needs(code, what).refused(context.words.column()))
+}
+
 /// M82, M83.
 pub(crate) fn extruder_distance_mode<'b>(
     program: &mut Interpreter,

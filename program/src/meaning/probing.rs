@@ -7,14 +7,15 @@ use crate::context::{Context, Meaning};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::modal::FeedMode;
 use crate::words::Words;
 
 /// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was,
 /// and Z makes that height read as given.
-pub(crate) fn probe_down<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+pub(crate) fn probe_down<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     Ok(Meaning::Action(Action::ProbeDown(ProbeDown {
-        rate: probing_rate(words)?,
+        rate: probing_rate(program, words)?,
         reversed: words.get('R') == Some(1.0),
         stays: words.has('Z') || words.has('L'),
         reads: words.get('Z'),
@@ -31,7 +32,7 @@ pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) 
         5 => (Contact::Opens, false),
         _ => return Err(Problem::ProbeSubcode.refused(words.column())),
     };
-    let rate = probing_rate(words)?;
+    let rate = probing_rate(program, words)?;
     let target = probing_target(program, words, context.dialect);
     program.modal.machine_next = false;
     let target = target?;
@@ -66,8 +67,11 @@ fn probing_target(program: &Interpreter, words: &Words<'_>, dialect: Dialect) ->
 }
 
 /// F, for this search alone.
-fn probing_rate(words: &Words<'_>) -> Result<Option<MmPerSecond>, Fault> {
+fn probing_rate(program: &Interpreter, words: &Words<'_>) -> Result<Option<MmPerSecond>, Fault> {
     match words.get('F') {
+        Some(_) if program.modal.feed_mode != FeedMode::PerMinute => {
+            Err(Problem::NeedsFeedPerMinute.refused(words.column_of('F')))
+        }
         Some(rate) if rate <= 0.0 => Err(Problem::ProbeRate.refused(words.column_of('F'))),
         rate => Ok(rate.map(MmPerSecond)),
     }

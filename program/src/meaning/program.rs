@@ -5,12 +5,19 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::extruders;
+use crate::modal::{FeedMode, MotionMode};
 
 /// M2, and M30 where it ends programs.
 pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.system = 0;
     program.modal.absolute = true;
     program.modal.corner = crate::Corner::Sharp;
+    program.modal.feed_mode = FeedMode::PerMinute;
+    program.modal.arc_absolute = false;
+    if matches!(program.modal.motion, MotionMode::Cycle | MotionMode::Cancelled) {
+        program.end_cycles();
+        program.modal.motion = MotionMode::Linear;
+    }
     program.splines = crate::splines::Splines::default();
     Ok(Meaning::Action(Action::EndProgram))
 }

@@ -1,4 +1,4 @@
-//! `[extruder]`.
+//! `[extruder]` and `[drillingcycles]`.
 
 use super::See::{Edges, Say};
 use super::{Row, row};
@@ -18,6 +18,8 @@ const LIFTED: &[&str] =
     &["[extruder] hotend.retract_zlift_length = 1", "[extruder] hotend.retract_zlift_feedrate = 600"];
 const ADVANCED: &[&str] = &["G91", "M83", "G1 X20 E1 F3000"];
 
+const DRILL: &[&str] = &["G91", "G82 X2 Z-1 R2 P0.2 F600"];
+
 pub const ROWS: &[Row] = &[
     row("[extruder] hotend.enable", "true", "false", Say(&["G1 E1 F300"])),
     row("[extruder] hotend.tool_id", "0", "1", Edges(&["G91", "M83", "T1", "T0", "G1 E5 F600"])).with(&[
@@ -36,6 +38,8 @@ pub const ROWS: &[Row] = &[
     row("[extruder] hotend.retract_recover_feedrate", "30", "8", Edges(RETRACT)),
     row("[extruder] hotend.retract_zlift_length", "0", "1", Edges(RETRACT)),
     row("[extruder] hotend.retract_zlift_feedrate", "600", "120", Edges(RETRACT)).with(LIFTED),
+    row("[drillingcycles] enable", "true", "false", Say(DRILL)),
+    row("[drillingcycles] dwell_units", "S", "P", Edges(DRILL)),
     row("[extruder] hotend.pressure_advance", "0", "0.05", Edges(ADVANCED)),
     row("[extruder] hotend.pressure_advance_smooth_time", "0.04", "0.02", Edges(ADVANCED))
         .with(&["[extruder] hotend.pressure_advance = 0.05"]),

@@ -1,0 +1,101 @@
+//! G73 to G89, G98 and G99: canned cycles; G93 to G95: feed modes.
+
+use gcode::Code;
+
+use super::row::{CodeInfo, Group, Waits};
+use crate::fault::Part;
+use crate::meaning::{cycles, feed_modes};
+use crate::word::{Unit, WordInfo, word};
+
+const HOLE: &[WordInfo] = &[
+    word('X', Unit::Length, "where the hole is; with G19 its depth"),
+    word('Y', Unit::Length, "where the hole is; with G18 its depth"),
+    word('Z', Unit::Length, "its depth; where it is with G18 and G19. After G91 the depth counts from R"),
+    word('R', Unit::Length, "where cutting begins; after G91 from where the axis was before the first hole"),
+    word('Q', Unit::Length, "depth of a peck").above(0.0),
+    word('P', Unit::Number, "dwell at the bottom, s; ms where `[drillingcycles] dwell_units` says P").least(0.0),
+    word('L', Unit::Number, "how many holes; after G91 X and Y apart").whole(1.0, 10_000.0),
+    word('F', Unit::Feed, "speed from now on"),
+    word('S', Unit::Number, "laser or spindle power from now on"),
+];
+
+/// Of the motion code in force, a cycle's among them.
+const BY_CODE: &[WordInfo] = &[
+    word('X', Unit::Length, FORCE),
+    word('Y', Unit::Length, FORCE),
+    word('Z', Unit::Length, FORCE),
+    word('I', Unit::Length, FORCE),
+    word('J', Unit::Length, FORCE),
+    word('K', Unit::Length, FORCE),
+    word('R', Unit::Length, FORCE),
+    word('Q', Unit::Length, FORCE).above(0.0),
+    word('A', Unit::Number, FORCE),
+    word('B', Unit::Number, FORCE),
+    word('C', Unit::Number, FORCE),
+    word('E', Unit::Number, FORCE),
+    word('P', Unit::Number, FORCE).least(0.0),
+    word('L', Unit::Number, FORCE).whole(1.0, 10_000.0),
+    word('F', Unit::Feed, "speed from now on"),
+    word('S', Unit::Number, "laser or spindle power from now on"),
+];
+
+const FORCE: &str = "as in the motion code in force";
+
+pub const ROWS: &[CodeInfo] = &[
+    cycle(73, "drill peck by peck, drawn back 0.254 mm after each: Z R Q").differs("not known"),
+    missing(74, "left-hand tapping; refused: it needs a spindle encoder"),
+    missing(76, "threading; refused: it needs a spindle encoder"),
+    CodeInfo::means(Code::g(80), cycles::cancel, "no cycle and no motion code is in force")
+        .takes(&[
+            word('F', Unit::Feed, "speed from now on"),
+            word('S', Unit::Number, "laser or spindle power from now on"),
+        ])
+        .group(Group::Motion)
+        .waits(Waits::Path)
+        .differs("words without a code go on with G0 or G1; behind G99 it goes up in every dialect"),
+    cycle(81, "drill a hole: Z R, and X Y where it is not here").differs(AS_SMOOTHIE),
+    cycle(82, "drill a hole and dwell: Z R P").differs(AS_SMOOTHIE),
+    cycle(83, "drill peck by peck, out of the hole after each: Z R Q").differs(PECKS),
+    missing(84, "tapping; refused: it needs a spindle encoder"),
+    cycle(85, "bore: down, and out to R at the feed rate: Z R").differs("not known"),
+    missing(86, "bore, spindle stop; refused: it needs spindle control"),
+    missing(87, "back boring; refused: it needs an oriented spindle stop"),
+    missing(88, "bore, out by hand; refused: it needs spindle control"),
+    cycle(89, "bore and dwell: down, wait, and out at the feed rate: Z R P").differs("not known"),
+    retract(98, "cycles leave a hole to where the axis was before the first one"),
+    retract(99, "cycles leave a hole to R"),
+    feed(93, "inverse time: F of G1, G2 and G3 is how many such moves a minute has"),
+    feed(94, "feed rate: F is length a minute"),
+    feed(95, "feed rate: F is length a turn of the spindle; refused with the move: no encoder"),
+];
+
+const AS_SMOOTHIE: &str = "one code for G81, G82 and G83, and only behind G98 or G99; X or Y needed";
+const PECKS: &str = "from R down at the feed rate in every peck, and not to Z where Q divides the depth";
+
+const fn cycle(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), cycles::cycle, help)
+        .takes(HOLE)
+        .group(Group::Motion)
+        .waits(Waits::Path)
+        .part(Part::DrillingCycles)
+}
+
+const fn missing(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), cycles::missing, help).group(Group::Motion).differs("not known")
+}
+
+const fn retract(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), cycles::retract_mode, help)
+        .takes(BY_CODE)
+        .group(Group::RetractMode)
+        .waits(Waits::Path)
+        .differs("begins the cycles, and remembers Z then")
+}
+
+const fn feed(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), feed_modes::feed_mode, help)
+        .takes(BY_CODE)
+        .group(Group::FeedMode)
+        .waits(Waits::Path)
+        .differs("not known")
+}

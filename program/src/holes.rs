@@ -1,0 +1,199 @@
+//! The holes of a block, one action at a time. A block may ask for thousands of moves; they are not stored:
+//! [`Holes`] knows where it is, and what comes next.
+
+use heapless::Vec;
+use units::{Axis, Micros, PerAxis};
+
+use crate::action::{Action, Corner, Move, Rate, Shape};
+use crate::cycle::Cycle;
+
+/// A drill goes back to this far above where it has been before it cuts on, and G73 draws it back by as much,
+/// mm: 0.01 inch, as in LinuxCNC.
+const CLEARANCE: f64 = 0.254;
+
+/// What a block drills. Places are machine positions, mm.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub cycle: Cycle,
+    /// The axis that the holes are drilled along.
+    pub along: Axis,
+    /// Over the first hole, as high as the program is.
+    pub first: PerAxis<f64>,
+    /// From hole to hole.
+    pub step: PerAxis<f64>,
+    /// How many holes, one at least.
+    pub count: u32,
+    /// R.
+    pub retract: f64,
+    /// Where a hole ends, not above R.
+    pub bottom: f64,
+    /// Where a hole is left to, not below R.
+    pub clear: f64,
+    /// Depth of a peck, mm.
+    pub peck: f64,
+    /// Pecks of a hole, one at least.
+    pub pecks: u32,
+    /// The wait at the bottom.
+    pub dwell: Option<Micros>,
+    pub rates: Rates,
+}
+
+/// What the moves have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rates {
+    pub rapid: Rate,
+    pub feed: Rate,
+    pub power: f32,
+    pub corner: Corner,
+}
+
+impl Plan {
+    /// Over a hole, counted from 0, at a height.
+    fn hole(&self, number: u32, height: f64) -> PerAxis<f64> {
+        let mut place = self.first;
+        for axis in Axis::PRIMARY {
+            place[axis] += self.step[axis] * f64::from(number);
+        }
+        place[self.along] = height;
+        place
+    }
+
+    /// Where a peck ends that is not the last one, counted from 1.
+    fn depth(&self, peck: u32) -> f64 {
+        self.retract - self.peck * f64::from(peck)
+    }
+
+    /// Just above where a peck ended, and not above R.
+    fn above(&self, peck: u32) -> f64 {
+        let above = self.depth(peck) + CLEARANCE;
+        if above < self.retract { above } else { self.retract }
+    }
+
+    /// Every place that is named is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        let last = self.hole(self.count, self.bottom);
+        let heights = [self.retract, self.bottom, self.clear];
+        self.first.0.into_iter().chain(last.0).chain(heights).all(f64::is_finite)
+    }
+}
+
+/// What comes next of a hole. Pecks count from 1.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// Up to R, from below it: before the first hole alone.
+    Lift,
+    /// Over the hole.
+    Over,
+    /// Down to R.
+    Approach,
+    /// Cut to where this peck ends.
+    Cut(u32),
+    /// Back after this peck, as far as the cycle says.
+    Out(u32),
+    /// Down again to just above where this peck ended.
+    Back(u32),
+    /// Wait at the bottom.
+    Dwell,
+    /// Leave the bottom.
+    Leave,
+    /// Up to where the hole is left to.
+    Clear,
+}
+
+/// What a stage is.
+enum Step {
+    Rapid(PerAxis<f64>),
+    Feed(PerAxis<f64>),
+    Dwell(Micros),
+    Nothing,
+}
+
+/// The holes of a block, and what of them is still to be done.
+#[derive(Clone, Debug)]
+pub(crate) struct Holes {
+    plan: Plan,
+    /// Where the last action ends.
+    at: PerAxis<f64>,
+    /// Holes that are done.
+    done: u32,
+    stage: Stage,
+}
+
+impl Holes {
+    /// All of them, the machine being here.
+    pub(crate) const fn new(plan: Plan, here: PerAxis<f64>) -> Self {
+        Self { plan, at: here, done: 0, stage: Stage::Lift }
+    }
+
+    /// The next action. Moves of no length are left out.
+    pub(crate) fn next(&mut self) -> Option<Action<'static>> {
+        while self.done < self.plan.count {
+            let Rates { rapid, feed, power, corner } = self.plan.rates;
+            let (target, rate) = match self.step() {
+                Step::Rapid(target) => (target, rapid),
+                Step::Feed(target) => (target, feed),
+                Step::Dwell(time) => return Some(Action::Dwell(time)),
+                Step::Nothing => continue,
+            };
+            if target == self.at {
+                continue;
+            }
+            let names_xy = target[Axis::X] != self.at[Axis::X] || target[Axis::Y] != self.at[Axis::Y];
+            self.at = target;
+            return Some(Action::Move(Move { target, shape: Shape::Line { names_xy }, rate, power, corner }));
+        }
+        None
+    }
+
+    /// What this stage is; then it is the next one.
+    fn step(&mut self) -> Step {
+        let plan = &self.plan;
+        let height = self.at[plan.along];
+        let to = |height: f64| plan.hole(self.done, height);
+        let (next, step) = match self.stage {
+            Stage::Lift if height < plan.retract => {
+                let mut up = self.at;
+                up[plan.along] = plan.retract;
+                (Stage::Over, Step::Rapid(up))
+            }
+            Stage::Lift => (Stage::Over, Step::Nothing),
+            Stage::Over => (Stage::Approach, Step::Rapid(to(height))),
+            Stage::Approach => (Stage::Cut(1), Step::Rapid(to(plan.retract))),
+            Stage::Cut(peck) if peck < plan.pecks => (Stage::Out(peck), Step::Feed(to(plan.depth(peck)))),
+            Stage::Cut(_) => (Stage::Dwell, Step::Feed(to(plan.bottom))),
+            Stage::Out(peck) if plan.cycle == Cycle::BreakChips => {
+                (Stage::Cut(peck + 1), Step::Rapid(to(plan.above(peck))))
+            }
+            Stage::Out(peck) => (Stage::Back(peck), Step::Rapid(to(plan.retract))),
+            Stage::Back(peck) => (Stage::Cut(peck + 1), Step::Rapid(to(plan.above(peck)))),
+            Stage::Dwell => (Stage::Leave, plan.dwell.map_or(Step::Nothing, Step::Dwell)),
+            Stage::Leave => {
+                let leave = match plan.cycle {
+                    Cycle::Bore => Step::Feed(to(plan.retract)),
+                    Cycle::BoreAndDwell => Step::Feed(to(plan.clear)),
+                    _ => Step::Nothing,
+                };
+                (Stage::Clear, leave)
+            }
+            Stage::Clear => (Stage::Over, Step::Rapid(to(plan.clear))),
+        };
+        if matches!(self.stage, Stage::Clear) {
+            self.done += 1;
+        }
+        self.stage = next;
+        step
+    }
+
+    /// Places from where it is on, in order, between which all that is still to be done lies: holes are on a
+    /// straight line, and nothing of one is below its bottom or above where it is left to.
+    pub(crate) fn reach(&self) -> Vec<PerAxis<f64>, 7> {
+        let plan = &self.plan;
+        if self.done >= plan.count {
+            return Vec::new();
+        }
+        let (now, last) = (self.done, plan.count - 1);
+        let heights = [(now, self.at[plan.along]), (now, plan.bottom), (now, plan.clear), (last, plan.clear)];
+        let holes = heights.into_iter().chain([(last, plan.bottom), (last, plan.clear)]);
+        [self.at].into_iter().chain(holes.map(|(number, height)| plan.hole(number, height))).collect()
+    }
+}

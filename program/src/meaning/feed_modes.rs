@@ -1,0 +1,55 @@
+//! G93, G94 and G95: what F says.
+
+use crate::action::{Action, Rate};
+use crate::context::{Context, Meaning};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::meaning::{cycles, moves};
+use crate::modal::{FeedMode, MotionMode};
+use crate::words::Words;
+
+/// Words of a move.
+const WAY: &str = "XYZABCEIJKR";
+
+/// G93, G94, G95; words behind it are those of the motion code in force.
+pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.feed_mode = match context.words.code().number {
+        93 => FeedMode::InverseTime,
+        94 => FeedMode::PerMinute,
+        _ => FeedMode::PerRevolution,
+    };
+    cycles::by_motion_code(program, context)
+}
+
+/// A move where F is not length a minute. It is drawn as if F were that, and then takes as long as F says;
+/// what F was before G93 and G95 holds again after G94.
+#[cold]
+pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+    let seconds = seconds(program, words)?;
+    let (mode, feed_rate, seek_rate) = (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate);
+    program.modal.feed_mode = FeedMode::PerMinute;
+    let mut done = moves::motion_block(program, words);
+    (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate) = (mode, feed_rate, seek_rate);
+    if let Ok(Meaning::Action(Action::Move(request))) = &mut done {
+        request.rate = seconds.map_or(Rate::Rapid(seek_rate), Rate::Duration);
+    }
+    done
+}
+
+/// How long the move of a block lasts; none for rapid moves, and where there is no move.
+fn seconds(program: &Interpreter, words: &Words<'_>) -> Result<Option<f64>, Fault> {
+    let mode = program.modal.motion;
+    if mode == MotionMode::Rapid || !WAY.chars().any(|letter| words.has(letter)) {
+        return Ok(None);
+    }
+    let column = words.column();
+    if program.modal.feed_mode == FeedMode::PerRevolution {
+        return Err(Problem::Needs(FeedMode::PerRevolution.code(), "a spindle encoder").refused(column));
+    }
+    if matches!(mode, MotionMode::Cubic | MotionMode::Quadratic | MotionMode::Nurbs) {
+        return Err(Problem::NeedsFeedPerMinute.refused(column));
+    }
+    let seconds = words.as_written('F').map(|per_minute| 60.0 / per_minute);
+    let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds > 0.0);
+    seconds.map(Some).ok_or(Problem::InverseTime.refused(words.column_of('F')))
+}
