@@ -92,8 +92,10 @@ def velvet(program, path):
     for line in done.stdout.splitlines():
         words = line.split()
         if words[0] in ("rapid", "feed"):
-            here = [number(word) for word in words[1:4]]
+            start, here = here, [number(word) for word in words[1:4]]
             feed = [number(word[1:]) for word in words if word.startswith("F")]
+            # After G93 the time is said.
+            feed += [math.dist(start, here) * 60.0 / number(word[1:]) for word in words if word.startswith("T")]
             actions.append([words[0], *here, *feed])
         elif words[0] == "arc":
             _, plane, sense, turns, *rest = words
