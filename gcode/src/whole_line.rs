@@ -14,7 +14,9 @@ pub const MOST_CODES: usize = 16;
 #[derive(Clone, Debug)]
 pub struct WholeLine<'a> {
     pub(crate) all: Block<'a>,
-    pub(crate) codes: Vec<Code, MOST_CODES>,
+    codes: Vec<Code, MOST_CODES>,
+    /// Where each code stands.
+    columns: Vec<u16, MOST_CODES>,
     /// A letter that stands twice.
     pub(crate) twice: Option<char>,
     part: Block<'a>,
@@ -22,7 +24,13 @@ pub struct WholeLine<'a> {
 
 impl<'a> Default for WholeLine<'a> {
     fn default() -> Self {
-        Self { all: Block::new(None, 1), codes: Vec::new(), twice: None, part: Block::new(None, 1) }
+        Self {
+            all: Block::new(None, 1),
+            codes: Vec::new(),
+            columns: Vec::new(),
+            twice: None,
+            part: Block::new(None, 1),
+        }
     }
 }
 
@@ -47,7 +55,9 @@ impl<'a> WholeLine<'a> {
 
     /// A code, or the one in force, with those of the line's words whose letters are wanted.
     pub fn part(&mut self, code: Option<Code>, wanted: impl Fn(char) -> bool) -> &Block<'a> {
-        self.part.begin(code, self.all.column);
+        let place = self.codes.iter().position(|other| Some(*other) == code);
+        let column = place.and_then(|place| self.columns.get(place)).copied();
+        self.part.begin(code, column.unwrap_or(self.all.column));
         for letter in 'A'..='Z' {
             if self.all.has(letter) && wanted(letter) {
                 let column = self.all.column_of(letter).min(u16::from(u8::MAX)) as u8;
@@ -69,6 +79,7 @@ impl<'a> Blocks<'a> {
         parameters: &mut dyn Parameters,
     ) -> Result<(), SyntaxError> {
         whole.codes.clear();
+        whole.columns.clear();
         whole.twice = None;
         whole.all.begin(None, column(self.at));
         while let Some(letter) = self.next_word(parameters)? {
@@ -87,6 +98,8 @@ impl<'a> Blocks<'a> {
                 }
             };
             whole.codes.push(code).map_err(|_| self.error(begin, Problem::TooManyCodes))?;
+            // There are as many columns as codes.
+            let _ = whole.columns.push(column(begin));
         }
         Ok(())
     }

@@ -9,6 +9,10 @@ use crate::fault::{Fault, Problem};
 
 /// What codes that move, or say where things are, share.
 const AXES: &str = "XYZABC";
+/// Rank of tool offsets.
+const TOOL_OFFSETS: u8 = 14;
+/// Ranks of codes that set a mode, and nothing else.
+const MODES: [u8; 7] = [2, 11, 12, 13, 15, 17, 18];
 /// Rank of codes that use the axes without being motion codes.
 const PLACES: u8 = 19;
 /// Rank of motion codes.
@@ -28,7 +32,7 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::G, 17..=19) => 11,
         (Letter::G, 20 | 21) => 12,
         (Letter::G, 40..=42) => 13,
-        (Letter::G, 43 | 49) => 14,
+        (Letter::G, 43 | 49) => TOOL_OFFSETS,
         (Letter::G, 54..=59) => 15,
         (Letter::G, 61 | 64) => 16,
         (Letter::G, 90 | 91) => 17,
@@ -100,7 +104,7 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     }
     let written = ('A'..='Z').filter(|letter| line.words().has(*letter)).fold(0, |all, letter| all | bit(letter));
     let axes = AXES.chars().fold(0, |all, letter| all | bit(letter));
-    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank < MOTION - 1 && letters_of(row) & axes != 0;
+    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && letters_of(row) & axes != 0;
     let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
     let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);
     let (place, second) = (places().next(), places().nth(1).or(motion));
@@ -117,7 +121,8 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
         if !may_have_axes {
             letters &= !axes;
         }
-        if *rank == 20 && motion.is_some() {
+        // A mode takes no words, though its row does for lines that are read as they stand.
+        if MODES.contains(rank) || *rank == 20 && motion.is_some() {
             letters = 0;
         }
         left &= !letters;
