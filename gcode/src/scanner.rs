@@ -91,8 +91,8 @@ impl<'a> Blocks<'a> {
         parameters.set(parameter, value).map_err(|problem| self.error(begin, problem))
     }
 
-    /// To the next word; none at the end of the line.
-    #[inline]
+    /// To the next word; none at the end of the line. In place in the two loops over words: a move has six of them.
+    #[inline(always)]
     pub(crate) fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {
             match self.peek() {
@@ -173,6 +173,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// The number of a word, the letter being at hand; none for a flag.
+    #[inline(always)]
     pub(crate) fn value(
         &mut self,
         letter: u8,
