@@ -91,7 +91,7 @@ impl<'a> Blocks<'a> {
         parameters.set(parameter, value).map_err(|problem| self.error(begin, problem))
     }
 
-    /// To the next word; none at the end of the line. In place in the two loops over words: a move has six of them.
+    /// To the next word; none at the end of the line. In place in both loops over words: a move has six.
     #[inline(always)]
     pub(crate) fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {
