@@ -22,7 +22,7 @@ fn read(bytes: &[u8], console: Option<bool>, block_delete: bool) {
     decoder.block_delete = block_delete;
     for &byte in bytes {
         let heard = console.map_or(Heard::Byte, |extended| receiver.hear(byte, extended));
-        if matches!(heard, Heard::Request(_)) {
+        if matches!(heard, Heard::Request(_) | Heard::Nothing) {
             continue;
         }
         if let Some(Gathered::Line(line)) = gathering.push(byte) {

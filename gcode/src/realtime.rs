@@ -4,7 +4,8 @@
 //! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
 //! which has a checksum over all its bytes, nor the text of a code that takes one (M117): there `!` is a
 //! letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
-//! part of some letter, or a command of GRBL's: then it acts outside comments.
+//! part of some letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a
+//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere.
 
 use crate::scanner::TEXT_M_CODES;
 
@@ -27,12 +28,68 @@ pub enum Realtime {
     JogCancel,
     /// A line `M112`: emergency stop. The line itself is carried out in its turn, too, and does no more.
     Emergency,
+    /// 0x90: feed rates as programmed (GRBL, as all that follow).
+    FeedReset,
+    /// 0x91: feed rates 10 % up.
+    FeedUp10,
+    /// 0x92: feed rates 10 % down.
+    FeedDown10,
+    /// 0x93: feed rates 1 % up.
+    FeedUp1,
+    /// 0x94: feed rates 1 % down.
+    FeedDown1,
+    /// 0x95: rapids at their full rate.
+    RapidFull,
+    /// 0x96: rapids at half their rate.
+    RapidHalf,
+    /// 0x97: rapids at a quarter of their rate.
+    RapidQuarter,
+    /// 0x99: spindle as programmed.
+    SpindleReset,
+    /// 0x9A: spindle 10 % up.
+    SpindleUp10,
+    /// 0x9B: spindle 10 % down.
+    SpindleDown10,
+    /// 0x9C: spindle 1 % up.
+    SpindleUp1,
+    /// 0x9D: spindle 1 % down.
+    SpindleDown1,
+    /// 0x9E: in a hold, stop the spindle, or start it again.
+    SpindleStop,
+    /// 0xA0: flood coolant the other way.
+    Flood,
+    /// 0xA1: mist coolant the other way.
+    Mist,
 }
 
 impl Realtime {
     /// Every request, the most urgent first.
-    pub const ALL: [Self; 8] =
-        [Self::Emergency, Self::Abort, Self::Door, Self::Hold, Self::Resume, Self::JogCancel, Self::Stop, Self::Status];
+    pub const ALL: [Self; 24] = [
+        Self::Emergency,
+        Self::Abort,
+        Self::Door,
+        Self::Hold,
+        Self::Resume,
+        Self::JogCancel,
+        Self::Stop,
+        Self::FeedReset,
+        Self::FeedUp10,
+        Self::FeedDown10,
+        Self::FeedUp1,
+        Self::FeedDown1,
+        Self::RapidFull,
+        Self::RapidHalf,
+        Self::RapidQuarter,
+        Self::SpindleReset,
+        Self::SpindleUp10,
+        Self::SpindleDown10,
+        Self::SpindleUp1,
+        Self::SpindleDown1,
+        Self::SpindleStop,
+        Self::Flood,
+        Self::Mist,
+        Self::Status,
+    ];
 }
 
 /// The request that a control character or a sign makes.
@@ -52,8 +109,29 @@ const fn classify_extended(byte: u8) -> Option<Realtime> {
     Some(match byte {
         0x84 => Realtime::Door,
         0x85 => Realtime::JogCancel,
+        0x90 => Realtime::FeedReset,
+        0x91 => Realtime::FeedUp10,
+        0x92 => Realtime::FeedDown10,
+        0x93 => Realtime::FeedUp1,
+        0x94 => Realtime::FeedDown1,
+        0x95 => Realtime::RapidFull,
+        0x96 => Realtime::RapidHalf,
+        0x97 => Realtime::RapidQuarter,
+        0x99 => Realtime::SpindleReset,
+        0x9A => Realtime::SpindleUp10,
+        0x9B => Realtime::SpindleDown10,
+        0x9C => Realtime::SpindleUp1,
+        0x9D => Realtime::SpindleDown1,
+        0x9E => Realtime::SpindleStop,
+        0xA0 => Realtime::Flood,
+        0xA1 => Realtime::Mist,
         _ => return None,
     })
+}
+
+/// A byte that goes on with a letter of UTF-8 and begins none.
+const fn continues_letter(byte: u8) -> bool {
+    matches!(byte, 0x80..=0xBF)
 }
 
 const ABORT: u8 = 0x18;
@@ -84,6 +162,8 @@ pub enum Heard {
     Emergency,
     /// A request, and no part of any line.
     Request(Realtime),
+    /// A command of GRBL's that is not spoken here, or that has none: no part of any line.
+    Nothing,
 }
 
 /// Listens to the bytes of one console. Small and without loops: it runs in the interrupt that receives them.
@@ -106,6 +186,8 @@ pub struct Receiver {
     xor: u8,
     /// The number behind the star.
     checksum: Option<u16>,
+    /// Bytes that a letter of UTF-8 still has.
+    letter: u8,
 }
 
 impl Receiver {
@@ -122,6 +204,7 @@ impl Receiver {
             code: None,
             xor: 0,
             checksum: None,
+            letter: 0,
         }
     }
 
@@ -130,25 +213,40 @@ impl Receiver {
         if matches!(byte, b'\n' | b'\r') {
             return self.end_line();
         }
-        if let Some(request) = self.request(byte, extended) {
-            return Heard::Request(request);
+        match self.heard(byte, extended) {
+            Heard::Byte => {
+                self.read(byte);
+                Heard::Byte
+            }
+            heard => heard,
         }
-        self.read(byte);
-        Heard::Byte
     }
 
-    fn request(&self, byte: u8, extended: bool) -> Option<Realtime> {
-        if self.uploading {
-            return None;
-        }
-        if matches!(byte, ABORT | STOP) {
-            return classify(byte);
-        }
-        if self.numbered || self.text {
-            return None;
-        }
-        let by_grbl = extended && self.comment.is_none();
-        classify(byte).or(if by_grbl { classify_extended(byte) } else { None })
+    fn heard(&mut self, byte: u8, extended: bool) -> Heard {
+        let is_letter = self.is_in_letter(byte);
+        let request = match byte {
+            _ if self.uploading => None,
+            ABORT | STOP => classify(byte),
+            _ if self.numbered || self.text => None,
+            byte if continues_letter(byte) && self.comment.is_none() && !is_letter => {
+                return classify_extended(byte).filter(|_| extended).map_or(Heard::Nothing, Heard::Request);
+            }
+            byte => classify(byte),
+        };
+        request.map_or(Heard::Byte, Heard::Request)
+    }
+
+    /// Whether a byte goes on with the letter of UTF-8 that another one began.
+    fn is_in_letter(&mut self, byte: u8) -> bool {
+        let goes_on = self.letter > 0 && continues_letter(byte);
+        self.letter = match byte {
+            _ if goes_on => self.letter - 1,
+            0xC2..=0xDF => 1,
+            0xE0..=0xEF => 2,
+            0xF0..=0xF4 => 3,
+            _ => 0,
+        };
+        goes_on
     }
 
     fn read(&mut self, byte: u8) {
@@ -248,6 +346,7 @@ mod tests {
                     text.push(*byte);
                     requests.push(Realtime::Emergency);
                 }
+                Heard::Nothing => {}
                 Heard::Request(request) => requests.push(request),
             }
         }
@@ -318,11 +417,27 @@ mod tests {
     }
 
     #[test]
-    fn bytes_beyond_ascii_are_letters_but_for_grbl_outside_comments() {
-        let (requests, lines) = heard("G1 X1 (Ä)\n; \u{85}\n".as_bytes(), true);
-        assert_eq!((requests, lines.len()), (vec![], 2));
-        assert_eq!(heard(b"G1\x84 X1\x85\n", true), (vec![Realtime::Door, Realtime::JogCancel], vec!["G1 X1".into()]));
-        assert!(heard(b"G1\x84\n", false).0.is_empty());
+    fn bytes_beyond_ascii_are_letters_in_comments_and_in_utf8_and_break_no_line() {
+        for extended in [false, true] {
+            let text = "G1 X1 (Ä)\n; \u{85}\nplay Ä\u{2085}.g\n";
+            let (requests, lines) = heard(text.as_bytes(), extended);
+            assert_eq!((requests, lines.join("\n") + "\n"), (vec![], text.into()));
+        }
+        let alone = b"G1\x84 X1\x85\x82\x90\xA1\n";
+        let acts = vec![Realtime::Door, Realtime::JogCancel, Realtime::FeedReset, Realtime::Mist];
+        assert_eq!(heard(alone, true), (acts, vec!["G1 X1".into()]));
+        assert_eq!(heard(alone, false), (vec![], vec!["G1 X1".into()]));
+    }
+
+    #[test]
+    fn every_request_has_its_byte() {
+        let bytes = (0..=255).filter_map(|byte| classify(byte).or(classify_extended(byte)));
+        let mut known: Vec<u32> = bytes.map(|request| request as u32).chain([Realtime::Emergency as u32]).collect();
+        known.sort_unstable();
+        let mut all: Vec<u32> = Realtime::ALL.into_iter().map(|request| request as u32).collect();
+        all.sort_unstable();
+        assert_eq!(known, all);
+        assert!(all.iter().all(|bit| *bit < 32), "they are bits of a word");
     }
 
     proptest! {
@@ -338,6 +453,7 @@ mod tests {
                         let known = classify(byte).or(classify_extended(byte).filter(|_| extended));
                         prop_assert_eq!(known, Some(request));
                     }
+                    Heard::Nothing => prop_assert!(continues_letter(byte)),
                 }
             }
         }

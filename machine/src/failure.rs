@@ -1,9 +1,64 @@
 //! How a command can end other than well.
 
-use core::fmt::{Arguments, Write};
+use core::fmt::{self, Arguments, Write};
+use core::ops::{Deref, DerefMut};
 
-/// A message for a person, cut to fit.
-pub type Message = heapless::String<112>;
+use crate::grbl::numbers::{Alarm, Error};
+
+/// Bytes of a message.
+const MESSAGE_BYTES: usize = 112;
+
+/// A message for a person, cut to fit, with the numbers that senders of GRBL's dialect go by.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Message {
+    text: heapless::String<MESSAGE_BYTES>,
+    /// The number where a line is refused with it.
+    pub error: Error,
+    /// The number where the machine halts with it.
+    pub alarm: Alarm,
+}
+
+impl Message {
+    /// Without words.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { text: heapless::String::new(), error: Error::Unsupported, alarm: Alarm::Abort }
+    }
+
+    /// The same, of this number.
+    #[must_use]
+    pub const fn numbered(mut self, error: Error) -> Self {
+        self.error = error;
+        self
+    }
+
+    /// The same, of this number where the machine halts with it.
+    #[must_use]
+    pub const fn alarming(mut self, alarm: Alarm) -> Self {
+        self.alarm = alarm;
+        self
+    }
+}
+
+impl Deref for Message {
+    type Target = heapless::String<MESSAGE_BYTES>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.text
+    }
+}
+
+impl DerefMut for Message {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.text
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
 
 /// Formats a message, cut to fit.
 #[must_use]
@@ -46,6 +101,12 @@ impl Failure {
         Self::Refused(message(format_args!("{text}")))
     }
 
+    /// A refusal of this number.
+    #[must_use]
+    pub fn numbered(error: Error, text: &str) -> Self {
+        Self::Refused(message(format_args!("{text}")).numbered(error))
+    }
+
     /// An alarm.
     #[must_use]
     pub fn alarm(text: &str) -> Self {
@@ -74,7 +135,7 @@ mod tests {
     #[test]
     fn a_long_path_does_not_hide_what_is_wrong() {
         let why = "the file is in use: wait until it is closed, or end the job";
-        assert_eq!(about_file("/sd/x.g", why), *format!("/sd/x.g: {why}"));
+        assert_eq!(about_file("/sd/x.g", why).as_str(), format!("/sd/x.g: {why}"));
         for letter in ["x", "\u{e4}"] {
             let path = format!("/sd/{}.g", letter.repeat(120));
             let text = about_file(&path, why);

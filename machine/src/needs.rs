@@ -10,6 +10,7 @@ use heapless::Vec;
 use program::{Fault, Part, Problem};
 
 use crate::failure::{Failure, Message, message};
+use crate::grbl::numbers::Error;
 use crate::sessions::Reply;
 
 /// What keeps a part off, and where it stands.
@@ -63,6 +64,7 @@ pub(crate) fn failure_of(config: &MachineConfig, fault: &Fault, is_playing: bool
         Problem::NoSuchTool(word) => no_such_tool(config, word),
         _ => message(format_args!("{fault}")),
     };
+    let refused = refused.numbered(Error::of_problem(&fault.problem));
     if fault.halts { Failure::Alarm(refused) } else { Failure::Refused(refused) }
 }
 
@@ -127,7 +129,7 @@ mod tests {
     #[test]
     fn a_fault_that_halts_is_an_alarm() {
         let fault = Problem::NegativeFeedRate.alarm(3);
-        let text = message(format_args!("feed rate < 0, column 3"));
+        let text = message(format_args!("feed rate < 0, column 3")).numbered(Error::Negative);
         assert_eq!(failure_of(&machine(), &fault, false), Failure::Alarm(text));
     }
 }

@@ -220,6 +220,15 @@ impl Interpreter {
         }
     }
 
+    /// Modes are as at boot; coordinate systems, tools and the park position stay (GRBL's reset).
+    pub fn reset(&mut self) {
+        self.halt();
+        self.saved.clear();
+        let systems = self.modal.systems;
+        self.modal = Modal::new(self.setup.feed_rate, self.modal.seek_rate);
+        self.modal.systems = systems;
+    }
+
     // --- what it holds ---
 
     /// Machine position where the last action ends.

@@ -240,7 +240,7 @@ fn check_mode_carries_out_nothing_that_takes_time() {
     }
     for line in ["suspend", "resume"] {
         bench.say(line);
-        assert!(bench.say("get mode").starts_with("check\n"), "{line}");
+        assert!(bench.say("get mode").starts_with("[MSG:check]\n"), "{line}");
     }
     assert!(bench.say("$C").contains("Disabled"), "a job is not suspended");
 }

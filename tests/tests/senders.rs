@@ -99,14 +99,14 @@ fn an_upload_belongs_to_the_console_it_began_on() {
 
 #[test]
 fn g28_that_parks_never_homes() {
-    let unhomed = "error:cannot move to predefined position as axis are not homed and MCS is unknown\n";
+    let unhomed = "[MSG:cannot move to predefined position as axis are not homed and MCS is unknown]\nerror:20\n";
     let mut bench = grbl(Plan::new(CARTESIAN)).start();
     for line in ["G28", "G28 Z0", "G91 G28 Z0", "G28 X0 Y0"] {
         assert_eq!(bench.say(line), unhomed, "{line}");
     }
     assert_eq!(edges(&bench), 0);
     bench.run(&["G90", "$H", "G1 X50 Y60 Z20 F6000"]);
-    assert_eq!(bench.say("G28.1"), "position saved, use M500 to make permanent\nok\n");
+    assert_eq!(bench.say("G28.1"), "[MSG:position saved, use M500 to make permanent]\nok\n");
     assert!(bench.say("$#").contains("[G28:50.0000,60.0000,20.0000]\n"));
     bench.run(&["G1 X10 Y10 Z5", "G28", "M400"]);
     assert_at(&bench, [50.0, 60.0, 20.0]);

@@ -245,15 +245,16 @@ fn in_grbl_mode_it_is_an_alarm_as_in_grbl_unless_the_file_says_otherwise() {
     let mut bench = grbl().start();
     assert_eq!(bench.say("$H"), "ok\n");
     let said = bench.say("G0 X300") + &bench.hear(0.5);
-    assert!(said.starts_with(&format!("error: {}\n", beyond('X', 300.0, 220.0))), "{said}");
+    let answer = format!("ALARM:2\n[MSG:{}]\nerror:33\n", beyond('X', 300.0, 220.0));
+    assert!(said.ends_with(&answer), "{said}");
     assert!(bench.status().contains("<Alarm|"));
-    assert_eq!(bench.say("G0 X10"), "error:Alarm lock\n");
+    assert!(bench.say("G0 X10").ends_with("error:9\n"));
     bench.say("$X");
     bench.hear(1.0);
     bench.run(&["G0 X10"]);
     let mut bench = grbl().set("[soft endstop] halt = false").start();
     bench.run(&["$H", "G90"]);
-    refused(&mut bench, "G0 X300", &beyond('X', 300.0, 220.0));
+    assert_eq!(bench.say("G0 X300"), format!("[MSG:{}]\nerror:33\n", beyond('X', 300.0, 220.0)));
 }
 
 #[test]

@@ -9,14 +9,19 @@
 
 use std::collections::VecDeque;
 
-use machine::State;
+use machine::ports::{ConsoleKind, SessionProfile};
 use machine::safety::{Event, Mode};
-use machine::sessions::SessionId;
+use machine::sessions::{Rights, SessionId};
+use machine::{Dialect, State};
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator;
 
 /// Who makes things happen: lines wait there, while the debug console asks what the machine is.
 const ACTS: SessionId = SessionId(1);
+/// Who tells of the door: a byte of GRBL's dialect.
+const DOOR: SessionId = SessionId(2);
+const DOOR_SENSOR: SessionProfile =
+    SessionProfile { kind: ConsoleKind::Memory, rights: Rights::Operate, dialect: Some(Dialect::Grbl), greeting: "" };
 /// What means nothing is looked at for so long, seconds: some looks of the machine at its inputs.
 const QUIET_S: f64 = 0.03;
 /// What means something does so by then, seconds: homing is the longest.
@@ -27,7 +32,7 @@ const POLLS: u32 = 4;
 /// A printer with a laser, a probe, a kill button and GRBL's door, without scripts that move.
 fn plan() -> Plan {
     Plan::new(CARTESIAN)
-        .set("[general] grbl_mode = true")
+        .visitor(DOOR_SENSOR)
         .set("[zprobe] enable = true")
         .set("[zprobe] probe_pin = PB10^")
         .set("[kill button] enable = true")
@@ -168,6 +173,7 @@ impl Walk {
             plan = plan.set("[motion control] arm_solution = teapot");
         }
         let mut bench = plan.start();
+        bench.set_open(DOOR, true);
         bench.set_polls(POLLS);
         let mut walk = Self { bench, mode: Mode::default(), path: path.to_vec() };
         if path == [Event::ConfigurationFails] {
@@ -199,7 +205,7 @@ impl Walk {
     /// An event happens; the machine must be what the table says.
     fn takes(&mut self, event: Event) {
         match cause(self.mode, event) {
-            Typed(bytes) => self.bench.send_on(ACTS, bytes),
+            Typed(bytes) => self.bench.send_on(if event == Event::DoorOpens { DOOR } else { ACTS }, bytes),
             ByItself => {}
             AtBoot | Never(_) => unreachable!("{event:?} in {:?}", self.mode),
         }

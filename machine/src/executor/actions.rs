@@ -6,6 +6,7 @@ use units::{Celsius, PerAxis};
 
 use super::{Hands, Machine, flow, functions, halt, operator, parameters, shapes, suspend};
 use crate::failure::{Answer, Failure, Outcome, message};
+use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
 use crate::heat_codes;
 use crate::needs::{failure_of, needs};
@@ -54,7 +55,7 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
             machine.wait(time).await?;
         }
         Action::Finish => machine.standstill().await?,
-        Action::Halt => machine.halt(format_args!("ALARM: Emergency stop (M112)\n")),
+        Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to).await,
         Action::Message(_) => {}
         Action::Call { number, times } => return flow::call(machine, number, times),

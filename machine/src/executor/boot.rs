@@ -139,7 +139,9 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     }
     for id in machine.sessions.ids() {
         let greeting = machine.ports.profile(id).greeting;
-        machine.say(Recipient::Session(id), format_args!("{greeting}"));
+        if let Some(session) = machine.sessions.get_mut(id) {
+            session.greet(greeting);
+        }
     }
 }
 

@@ -2,10 +2,10 @@
 
 use gcode::{Block, Blocks};
 use program::commands::{CommandInfo, asks_for_help, find};
-use program::{Meaning, Part, State};
+use program::{Dialect, Meaning, Part, State};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Hands, Machine, actions, functions, lines, suspend};
+use super::{Hands, Machine, actions, functions, grbl, lines, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
@@ -40,6 +40,9 @@ pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str,
 }
 
 async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+    if is_grbls(machine, line, to) {
+        return grbl::run(machine, line.strip_prefix('$').unwrap_or(line), to).await;
+    }
     let (word, arguments) = split(line);
     // Printers' hosts write these so; they are answered and do nothing.
     if matches!(word, "m23" | "m32" | "m117") {
@@ -64,6 +67,12 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
     work(machine, word, arguments, to).await
 }
 
+/// Whether a line is a command as GRBL has it. `$P` and `$S` it has none.
+fn is_grbls<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
+    let is_ours = matches!(split(line).0, "$P" | "$S");
+    line.starts_with('$') && !is_ours && machine.sessions.dialect_of(to) == Dialect::Grbl
+}
+
 fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(), Failure> {
     let state = machine.safety.state();
     match state {
@@ -75,6 +84,10 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
 
 /// Answers a line that is a question. False for every other one.
 pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
+    if is_grbls(machine, line, to) {
+        // They wait for their turn.
+        return false;
+    }
     let (word, arguments) = split(line);
     let Some(info) = find(word).filter(|info| info.question) else { return false };
     if asks_for_help(arguments) || !info.states.has(machine.safety.state()) {
@@ -83,7 +96,7 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
     match say_or_set(machine, word, arguments, to) {
         Some(Ok(Answer::Ok)) => machine.say(to, format_args!("ok\n")),
         Some(Ok(_)) => {}
-        Some(Err(Failure::Refused(text))) => machine.say(to, format_args!("error:{text}\n")),
+        Some(Err(Failure::Refused(text))) => machine.sessions.refuse(to, text.error, format_args!("{text}")),
         _ => return false,
     }
     true
@@ -199,7 +212,7 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
     }
 }
 
-fn check_mode<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(super) fn check_mode<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.safety.apply(Event::CheckEnds) {
         machine.resynchronise();
         machine.say(to, format_args!("[MSG:Disabled]\n"));

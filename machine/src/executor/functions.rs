@@ -263,7 +263,7 @@ fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: 
 }
 
 /// Whatever moment the power goes, the file is the old one or the new one.
-async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = files::override_path(set)?;
     let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&path, error.text()));
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
@@ -354,7 +354,8 @@ pub(super) fn continue_listing<P: Ports>(machine: &mut Machine<'_, P>, id: Sessi
     if machine.sessions.take_stop(to) {
         // He waits for its end all the same.
         listings::close(&listing, &mut machine.ports);
-        return machine.say(to, format_args!("{}", listings::ending(&listing)));
+        machine.say(to, format_args!("{}", listings::ending(&listing)));
+        return settle(machine, id);
     }
     let more = piece(machine, &mut listing, to);
     match more {
@@ -370,9 +371,16 @@ pub(super) fn continue_listing<P: Ports>(machine: &mut Machine<'_, P>, id: Sessi
         Err(failure) => {
             listings::close(&listing, &mut machine.ports);
             if let Failure::Refused(text) | Failure::Alarm(text) = failure {
-                machine.say(to, format_args!("error:{text}\n"));
+                machine.sessions.refuse(to, text.error, format_args!("{text}"));
             }
         }
+    }
+    settle(machine, id);
+}
+
+fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(session) = machine.sessions.get_mut(id) {
+        session.settle();
     }
 }
 

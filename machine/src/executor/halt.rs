@@ -6,11 +6,12 @@
 
 use core::fmt::Arguments;
 
-use program::State;
+use program::{Dialect, State};
 use units::Micros;
 
 use super::Machine;
 use crate::failure::Failure;
+use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
 use crate::ports::Ports;
 use crate::safety::{Event, Press, Stopping};
@@ -18,12 +19,14 @@ use crate::sessions::Recipient;
 use crate::wait::yield_once;
 
 impl<P: Ports> Machine<'_, P> {
-    /// Halts, saying why to every session. While halted already: nothing.
-    pub(super) fn halt(&mut self, why: Arguments<'_>) {
+    /// Halts, saying why to every session, to those of GRBL's dialect by number too. While halted already:
+    /// nothing.
+    pub(super) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
         let now = self.ports.now();
         if self.safety.halt(now) {
             self.stop_everything();
             self.announce(why);
+            self.sessions.alarm(alarm);
             self.drop_job();
         }
     }
@@ -52,6 +55,20 @@ impl<P: Ports> Machine<'_, P> {
         self.program.halt();
     }
 
+    /// Heaters and outputs go off, on a machine that stands and is not halted.
+    pub(super) fn stop_outputs(&mut self) {
+        if self.safety.is_halted() {
+            return;
+        }
+        self.ports.heat(HeatControl::halt);
+        let now = self.ports.now();
+        for output in self.outputs.halt(self.config) {
+            // A switch takes anything.
+            let _ = self.ports.heat(|heat| heat.apply(output, now));
+        }
+        self.ports.heat(HeatControl::release);
+    }
+
     /// A file being played and a suspended job end with a halt.
     fn drop_job(&mut self) {
         self.jobs.close(&mut self.ports);
@@ -72,16 +89,16 @@ impl<P: Ports> Machine<'_, P> {
     /// `$X` and Ctrl-Y on a halted machine. One whose configuration cannot be used stays locked, and one that
     /// sleeps.
     pub(super) fn unlock(&mut self, to: Recipient) {
-        match self.safety.state() {
-            State::Invalid => {
-                self.say(to, format_args!("error:the configuration has errors: mend config.ini and reset\n"));
-            }
-            State::Sleep => self.say(to, format_args!("error:the machine sleeps: Ctrl-X wakes it\n")),
+        let locked = match self.safety.state() {
+            State::Invalid => "the configuration has errors: mend config.ini and reset",
+            State::Sleep => "the machine sleeps: Ctrl-X wakes it",
             _ => {
                 self.release();
-                self.say(to, format_args!("[Caution: Unlocked]\n"));
+                let is_grbl = self.sessions.dialect_of(to) == Dialect::Grbl;
+                return self.say(to, format_args!("[{}Caution: Unlocked]\n", if is_grbl { "MSG:" } else { "" }));
             }
-        }
+        };
+        self.sessions.refuse(to, Error::Locked, format_args!("{locked}"));
     }
 
     /// Waits for a release that was asked for while motion still came to rest.
@@ -130,9 +147,11 @@ impl<P: Ports> Machine<'_, P> {
         let is_halted = self.safety.is_halted();
         match self.safety.kill_button.look(&settings, pressed, is_halted, now) {
             Press::Nothing => {}
-            Press::Kill => self.halt(format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n")),
+            Press::Kill => {
+                self.halt(Alarm::Abort, format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n"));
+            }
             Press::StillLatched => {
-                self.halt(format_args!("WARNING: ESTOP is still latched, unlatch ESTOP to clear HALT\n"));
+                self.halt(Alarm::Abort, format_args!("WARNING: ESTOP is still latched, unlatch ESTOP to clear HALT\n"));
             }
             Press::Clear => {
                 self.release();
@@ -147,7 +166,8 @@ impl<P: Ports> Machine<'_, P> {
             self.safety.apply(Event::Wake);
             return self.announce(format_args!("ALARM: awake, $X or M999 to clear HALT\n"));
         }
-        self.halt(format_args!("ALARM: Abort during cycle\n"));
+        let alarm = if self.safety.mode().is_in(State::Homing) { Alarm::HomingReset } else { Alarm::Abort };
+        self.halt(alarm, format_args!("ALARM: Abort during cycle\n"));
     }
 }
 

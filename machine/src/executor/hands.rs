@@ -15,6 +15,7 @@ use super::Machine;
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Failure, message};
+use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::ports::{InputLevels, Ports};
 use crate::safety::Event;
@@ -252,8 +253,8 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     }
 
     /// Halts, saying why.
-    pub fn halt(&mut self, why: Arguments<'_>) {
-        self.machine.halt(why);
+    pub fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        self.machine.halt(alarm, why);
     }
 
     /// Homing has the latch to itself: no limit guards.

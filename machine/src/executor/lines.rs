@@ -7,8 +7,9 @@ use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Machine, actions, commands, flow, operator, parameters, shapes, stack};
-use crate::failure::{Answer, Failure, Outcome, message};
+use super::{Machine, actions, commands, flow, grbl, operator, parameters, shapes, stack};
+use crate::failure::{Answer, Failure, Message, Outcome, message};
+use crate::grbl::numbers::Error;
 use crate::jobs::Next;
 use crate::needs::needs;
 use crate::ports::Ports;
@@ -67,12 +68,17 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
     let may_operate = session.rights == Rights::Operate;
     match session.decoder.decode(line) {
         Ok(_) if !may_operate => {
-            machine.say(to, format_args!("error:this session may ask, and stop the machine, no more\n"));
+            let text = format_args!("this session may ask, and stop the machine, no more");
+            machine.sessions.refuse(to, Error::Locked, text);
             answered(machine, id);
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
             let Machine { files, ports, sessions, .. } = machine;
             files.upload_line(line, &decoded, ports, &mut Reply::new(sessions, to));
+            answered(machine, id);
+        }
+        Ok(Line::Code(_)) if grbl::jogs(machine, to) => {
+            machine.sessions.refuse(to, Error::Locked, format_args!("a jog is under way: 0x85 ends it"));
             answered(machine, id);
         }
         Ok(decoded) => pin!(run_decoded(machine, decoded, to, Origin::Session)).await,
@@ -385,6 +391,12 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
     match (outcome, last) {
         (Ok(Answer::Ok), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
         (Ok(Answer::Said), _) => {}
+        (Ok(Answer::Unknown), Some(code)) if is_grbl(machine, to) => {
+            if crate::grbl::accepts(code) {
+                return machine.say(to, format_args!("ok\n"));
+            }
+            machine.sessions.refuse(to, Error::Unsupported, format_args!("{code} is not known here"));
+        }
         (Ok(Answer::Unknown), Some(code)) => {
             // Of a file nobody reads the answers, and a G-code mostly says where to go.
             if to == Recipient::Nobody && code.letter == Letter::G {
@@ -396,37 +408,47 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
         (Err(Failure::Alarm(text)), _) => alarm(machine, &text, to),
         (Err(Failure::Refused(text)), _) => {
             // One line, one answer: it stands for ok.
-            let to = if to == Recipient::Nobody { Recipient::All } else { to };
-            machine.say(to, format_args!("error:{text}\n"));
+            machine.sessions.refuse(to, text.error, format_args!("{text}"));
         }
     }
 }
 
+fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
+    to.session().is_some() && machine.sessions.dialect_of(to) == Dialect::Grbl
+}
+
 /// The answer to commands while halted.
 pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    let grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
-    machine.say(to, format_args!("{}", if grbl { "error:Alarm lock\n" } else { "!!\n" }));
+    if is_grbl(machine, to) {
+        return machine.sessions.refuse(to, Error::Locked, format_args!("'$H'|'$X' to unlock"));
+    }
+    machine.say(to, format_args!("!!\n"));
 }
 
 /// Halts because a command asked for what must not be.
-pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Recipient) {
-    let word = if machine.sessions.dialect_of(to) == Dialect::Grbl { "error" } else { "Error" };
+pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, text: &Message, to: Recipient) {
+    if is_grbl(machine, to) {
+        machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
+        return machine.sessions.refuse(to, text.error, format_args!("{text}"));
+    }
     // Others must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(to, format_args!("{word}: {text}\n"));
-    machine.halt(format_args!("Entering Alarm/Halt state\n"));
+    machine.say(to, format_args!("Error: {text}\n"));
+    machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 
 fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
+    let text = core::str::from_utf8(line).unwrap_or("(not text)");
+    if is_grbl(machine, to) {
+        let error = Error::of_refusal(&refusal);
+        return machine.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
+    }
     if let Refusal::Resend { .. } = refusal {
         return machine.say(to, format_args!("{refusal}\n"));
     }
-    let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    let grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
-    let (prefix, ok) = if grbl { ("error:", "") } else { ("// WARNING ", "ok\n") };
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(heard_by, format_args!("{prefix}gcode parse failed {refusal} - {text}\n"));
-    machine.say(to, format_args!("{ok}"));
+    machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
+    machine.say(to, format_args!("ok\n"));
 }
 
 /// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the

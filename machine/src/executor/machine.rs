@@ -14,6 +14,7 @@ use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Failure, message};
 use crate::files::Files;
+use crate::grbl::Grbl;
 use crate::jobs::Jobs;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::Outputs;
@@ -50,6 +51,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Axes that have a switch to home with.
     pub(super) can_home: AxisSet,
     pub(super) polls: Polls,
+    /// What GRBL's dialect has beside.
+    pub(super) grbl: Grbl,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
     /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the
@@ -83,6 +86,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
+            grbl: Grbl::default(),
             settings_loaded: false,
             meanwhile,
         }
@@ -136,9 +140,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         while !self.ports.motion(|motion| motion.is_idle()) {
             self.pause().await?;
         }
-        if matches!(self.safety.state(), State::Run | State::Jog) {
-            self.safety.apply(Event::Drained);
-        }
+        self.drained();
         if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
     }
 
@@ -244,13 +246,25 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
+    /// The last move has ended.
+    fn drained(&mut self) {
+        let state = self.safety.state();
+        if matches!(state, State::Run | State::Jog) {
+            self.safety.apply(Event::Drained);
+        }
+        if state == State::Jog {
+            // It may have been cancelled on its way.
+            self.resynchronise();
+        }
+    }
+
     /// What the state is when nothing else says it: the planner's.
     pub(super) fn follow_motion(&mut self) {
         let idle = self.ports.motion(|motion| motion.is_idle());
         let state = self.safety.state();
-        if idle && matches!(state, State::Run | State::Jog) {
-            self.safety.apply(Event::Drained);
-        } else if !idle && matches!(state, State::Idle | State::Suspended) {
+        if idle {
+            self.drained();
+        } else if matches!(state, State::Idle | State::Suspended) {
             self.safety.apply(Event::Started);
         }
     }

@@ -11,6 +11,7 @@ mod commands;
 mod flow;
 mod frames;
 mod functions;
+mod grbl;
 mod halt;
 mod hands;
 mod lines;

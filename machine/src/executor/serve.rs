@@ -3,11 +3,12 @@
 
 use gcode::Line;
 use gcode::realtime::Realtime;
-use program::State;
+use program::{Dialect, State};
 use units::{Axis, Micros, PerAxis};
 
-use super::{Machine, commands, functions};
+use super::{Machine, commands, functions, grbl};
 use crate::files::listings;
+use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
 use crate::ports::Ports;
@@ -90,7 +91,8 @@ impl<P: Ports> Machine<'_, P> {
                     self.ports.inbox(id).request(Realtime::Status);
                     return;
                 }
-                Realtime::Emergency => self.halt(format_args!("ALARM: Emergency stop (M112)\n")),
+                Realtime::Emergency => self.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
+                Realtime::Abort if self.sessions.dialect_of(to) == Dialect::Grbl => grbl::reset(self, id),
                 Realtime::Abort => {
                     if let Some(session) = self.sessions.get_mut(id) {
                         session.clear_line();
@@ -104,15 +106,20 @@ impl<P: Ports> Machine<'_, P> {
                     if let Some(session) = self.sessions.get_mut(id) {
                         session.stop_requested = true;
                     }
+                    if request == Realtime::JogCancel {
+                        grbl::cancel_jog(self);
+                    }
                 }
+                Realtime::Hold if grbl::jogs(self, to) => grbl::cancel_jog(self),
                 Realtime::Hold => self.feed_hold(Event::Hold),
                 Realtime::Door => self.feed_hold(Event::DoorOpens),
                 Realtime::Resume => self.feed_resume(),
+                changes => grbl::change(self, changes, id),
             }
         }
     }
 
-    fn may_operate(&self, id: SessionId) -> bool {
+    pub(super) fn may_operate(&self, id: SessionId) -> bool {
         self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
@@ -152,16 +159,14 @@ impl<P: Ports> Machine<'_, P> {
     fn gather(&mut self, id: SessionId) {
         let Self { sessions, ports, .. } = self;
         let Some(session) = sessions.get_mut(id) else { return };
-        if session.gather(ports.inbox(id)) {
-            session.say(format_args!("error:Discarding long line\n"));
-        }
+        session.gather(ports.inbox(id));
     }
 
     /// Each line that was lost is answered, so that a sender that counts answers stays in step.
     fn answer_lost(&mut self, id: SessionId) {
         let Some(session) = self.sessions.get_mut(id) else { return };
-        while session.take_lost() {
-            session.say(format_args!("error:line lost, wait for ok before sending more\n"));
+        while let Some((error, why)) = session.take_lost() {
+            session.refuse(error, format_args!("{why}"));
         }
     }
 
@@ -225,7 +230,7 @@ impl<P: Ports> Machine<'_, P> {
             // The outputs are off already; that it goes on all the same a person must hear.
             return self.announce(format_args!("ERROR: {text}\n"));
         }
-        self.halt(format_args!("ERROR: {text}\nHALT asserted - reset or M999 required\n"));
+        self.halt(Alarm::Abort, format_args!("ERROR: {text}\nHALT asserted - reset or M999 required\n"));
     }
 
     fn watch_supervisor(&mut self) {
@@ -242,7 +247,7 @@ impl<P: Ports> Machine<'_, P> {
                     let text = trouble.text();
                     let halts = trouble.is_fatal() && self.config.motors.halt_on_driver_alarm;
                     if halts && !self.safety.is_halted() {
-                        self.halt(format_args!("ERROR: motor driver {letter}: {text}\n"));
+                        self.halt(Alarm::Abort, format_args!("ERROR: motor driver {letter}: {text}\n"));
                     } else {
                         self.announce(format_args!("WARNING: {letter}: {text}\n"));
                     }
@@ -258,14 +263,14 @@ impl<P: Ports> Machine<'_, P> {
         if matches!(state, State::Idle | State::Suspended | State::Check) || self.safety.is_halted() {
             self.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));
         } else {
-            self.halt(format_args!("ERROR: motor supply lost while moving\n"));
+            self.halt(Alarm::Abort, format_args!("ERROR: motor supply lost while moving\n"));
         }
     }
 
     /// Without its supply a heater would only be missed by its guard, minutes later.
     fn fet_supply_lost(&mut self) {
         if self.ports.heat(|heat| heat.any_on()) {
-            self.halt(format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
+            self.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
         } else {
             self.announce(format_args!(
                 "WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"
@@ -288,9 +293,13 @@ impl<P: Ports> Machine<'_, P> {
         let stop = self.config.endstops.get(index);
         let name = stop.map_or("?", |stop| stop.name.as_str());
         let letter = stop.and_then(|stop| stop.axis).map_or('?', |axis| axis.letter());
-        self.halt(format_args!(
-            "ALARM: Hard limit {letter} was hit ({name})\n// WARNING hard limits are disabled until all have been cleared\n"
-        ));
+        self.halt(
+            Alarm::HardLimit,
+            format_args!(
+                "ALARM: Hard limit {letter} was hit ({name})\n// WARNING hard limits are disabled until all have been \
+                 cleared\n"
+            ),
+        );
     }
 
     fn watch_step_times(&mut self, now: Micros) {
@@ -298,7 +307,7 @@ impl<P: Ports> Machine<'_, P> {
         let times = self.ports.step_times();
         let Some(news) = self.safety.step_times.poll(times, feed_late, now) else { return };
         if news.halts() {
-            self.halt(format_args!("{news}\n"));
+            self.halt(Alarm::Abort, format_args!("{news}\n"));
         } else {
             self.announce(format_args!("{news}\n"));
         }

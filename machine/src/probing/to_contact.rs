@@ -6,6 +6,7 @@ use units::Axis;
 use super::search::{Search, check_homed, search};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
+use crate::grbl::numbers::Alarm;
 use crate::leveling;
 use crate::ports::Ports;
 
@@ -63,7 +64,7 @@ pub(crate) async fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &
     hands.set_last_probe([x, y, z], found);
     hands.say(format_args!("[PRB:{x:.3},{y:.3},{z:.3}:{}]\n", u8::from(found)));
     if !found && probe.must_find {
-        hands.halt(format_args!("ALARM: Probe fail\n"));
+        hands.halt(Alarm::ProbeMiss, format_args!("ALARM: Probe fail\n"));
         return Err(Failure::Halted);
     }
     Ok(Answer::Ok)

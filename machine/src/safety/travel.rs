@@ -21,6 +21,7 @@ use motion::path::Bounds;
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::failure::{Failure, message};
+use crate::grbl::numbers::{Alarm, Error};
 use crate::tuning::Tuning;
 
 /// Rounding of targets, of inches for one, mm.
@@ -102,7 +103,7 @@ impl OutOfTravel {
     #[cold]
     #[must_use]
     pub fn failure(&self, config: &MachineConfig) -> Failure {
-        let text = message(format_args!("{self}"));
+        let text = message(format_args!("{self}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
         if config.soft_endstops.halt { Failure::Alarm(text) } else { Failure::Refused(text) }
     }
 }

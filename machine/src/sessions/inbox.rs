@@ -83,6 +83,8 @@ pub struct Inbox {
     visits: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
+    /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
+    reset_at: AtomicU32,
 }
 
 impl Default for Inbox {
@@ -105,6 +107,7 @@ impl Inbox {
             extended: AtomicBool::new(false),
             visits: AtomicU32::new(0),
             lost: AtomicU32::new(0),
+            reset_at: AtomicU32::new(0),
         }
     }
 
@@ -119,11 +122,18 @@ impl Inbox {
     /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
     /// For the one receive task, which keeps `intake`.
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
-        match intake.receiver.hear(byte, self.extended.load(Ordering::Relaxed)) {
+        let extended = self.extended.load(Ordering::Relaxed);
+        match intake.receiver.hear(byte, extended) {
             Heard::Request(request) => {
+                if extended && request == Realtime::Abort {
+                    // GRBL's reset drops what was sent before it.
+                    *intake = Intake::new();
+                    self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+                }
                 self.request(request);
                 return true;
             }
+            Heard::Nothing => return true,
             Heard::Emergency => self.request(Realtime::Emergency),
             Heard::Byte => {}
         }
@@ -209,11 +219,22 @@ impl Inbox {
         Some(if byte == FORGET_LINE { Received::ForgetLine } else { Received::Byte(byte) })
     }
 
+    /// Drops what was received before the last Ctrl-X of GRBL's dialect. For whoever takes its request.
+    pub fn drop_before_reset(&self) {
+        let (reset_at, taken) = (self.reset_at.load(Ordering::Relaxed), self.taken.load(Ordering::Relaxed));
+        // What was received since may have been taken already.
+        if reset_at.wrapping_sub(taken) as usize <= INBOX_BYTES {
+            self.taken.store(reset_at, Ordering::Release);
+        }
+        self.lost.store(0, Ordering::Release);
+    }
+
     /// Takes the most urgent pending request.
     pub fn take_request(&self) -> Option<Realtime> {
         if self.requests.load(Ordering::Relaxed) != 0 {
             for request in Realtime::ALL {
-                if self.requests.fetch_and(!bit(request), Ordering::AcqRel) & bit(request) != 0 {
+                if self.requests.load(Ordering::Relaxed) & bit(request) != 0 {
+                    self.requests.fetch_and(!bit(request), Ordering::AcqRel);
                     return Some(request);
                 }
             }
@@ -274,6 +295,23 @@ mod tests {
         assert_eq!(inbox.take_request(), Some(Realtime::Hold));
         assert_eq!(inbox.take_request(), Some(Realtime::Status));
         assert_eq!(inbox.take_request(), None);
+    }
+
+    #[test]
+    fn grbls_reset_drops_what_was_sent_before_it_and_nothing_behind() {
+        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        inbox.set_extended(true);
+        b"G1 X1\nG1 (X\x18G0 X2\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+        assert_eq!(inbox.take_request(), Some(Realtime::Abort));
+        inbox.drop_before_reset();
+        let mut lines = Vec::new();
+        read(&inbox, &mut String::new(), &mut lines);
+        assert_eq!(lines, ["G0 X2"]);
+        inbox.drop_before_reset();
+        b"G0 X3\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+        inbox.drop_before_reset();
+        read(&inbox, &mut String::new(), &mut lines);
+        assert_eq!(lines, ["G0 X2", "G0 X3"], "a reset long ago drops nothing");
     }
 
     #[test]

@@ -11,8 +11,10 @@ mod session;
 
 use core::fmt;
 
+use program::Dialect;
 use units::Micros;
 
+use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Consoles, SessionProfile};
 pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
 pub use reply::Reply;
@@ -89,12 +91,12 @@ impl Sessions {
     }
 
     /// Gives every session this dialect, unless its transport has one of its own.
-    pub fn set_dialect(&mut self, consoles: &impl Consoles, dialect: program::Dialect) {
+    pub fn set_dialect(&mut self, consoles: &impl Consoles, dialect: Dialect) {
         for id in self.ids() {
             let own = consoles.profile(id).dialect;
             if let Some(session) = self.get_mut(id) {
                 session.dialect = own.unwrap_or(dialect);
-                consoles.inbox(id).set_extended(session.dialect == program::Dialect::Grbl);
+                consoles.inbox(id).set_extended(session.dialect == Dialect::Grbl);
             }
         }
     }
@@ -123,9 +125,9 @@ impl Sessions {
 
     /// The dialect of whoever asks; of the first session for the machine itself.
     #[must_use]
-    pub fn dialect_of(&self, who: Recipient) -> program::Dialect {
+    pub fn dialect_of(&self, who: Recipient) -> Dialect {
         let id = who.session().unwrap_or(SessionId(0));
-        self.get(id).map_or(program::Dialect::Smoothie, |session| session.dialect)
+        self.get(id).map_or(Dialect::Smoothie, |session| session.dialect)
     }
 
     /// The session whose turn it is to have its line carried out. `path_is_full`: those whose line waits for
@@ -155,8 +157,29 @@ impl Sessions {
                     session.say(text);
                 }
             }
-            Recipient::All => self.sessions.iter_mut().take(count).for_each(|session| session.say(text)),
+            Recipient::All => self.sessions.iter_mut().take(count).for_each(|session| session.announce(text)),
         }
+    }
+
+    /// Refuses the line of whoever asked. Of a line that nobody waits for everybody hears.
+    pub fn refuse(&mut self, to: Recipient, error: Error, why: fmt::Arguments<'_>) {
+        match to.session().and_then(|id| self.get_mut(id)) {
+            Some(session) => session.refuse(error, why),
+            None => self.say(Recipient::All, format_args!("error:{why}\n")),
+        }
+    }
+
+    /// The machine has halted: senders of GRBL's dialect are told so by number.
+    pub fn alarm(&mut self, alarm: Alarm) {
+        for session in self.sessions.iter_mut().take(self.count).filter(|session| session.dialect == Dialect::Grbl) {
+            session.announce(format_args!("ALARM:{}\n", alarm.number()));
+        }
+    }
+
+    /// Whether a line of anybody is being carried out.
+    #[must_use]
+    pub fn are_busy(&self) -> bool {
+        self.sessions.iter().take(self.count).any(Session::is_busy)
     }
 
     /// Whether somebody wants his command to end (Ctrl-Y), once.
@@ -199,7 +222,7 @@ impl Sessions {
         session.begin(&profile, visits);
         session.dialect = profile.dialect.unwrap_or(dialect);
         if visits.is_multiple_of(2) {
-            session.say(format_args!("{}", profile.greeting));
+            session.greet(profile.greeting);
         }
         left
     }

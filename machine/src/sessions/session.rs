@@ -9,6 +9,9 @@ use units::Micros;
 
 use super::{Inbox, LineBytes, Received};
 use crate::files::paths::Path;
+use crate::grbl::BANNER;
+use crate::grbl::framing::Framing;
+use crate::grbl::numbers::Error;
 use crate::ports::{FileHandle, SessionProfile};
 
 /// Output a session can be behind with; more than the longest reply of one line.
@@ -95,7 +98,9 @@ pub enum Listing {
 pub struct Session {
     gathering: LineBuffer,
     line: Option<LineBytes>,
-    output: Deque<u8, OUTPUT_BYTES>,
+    output: Output,
+    /// What makes GRBL's lines of what is said, in its dialect.
+    framing: Framing,
     /// Line numbers and checksums.
     pub decoder: Decoder,
     /// How its lines are read and answered.
@@ -114,6 +119,8 @@ pub struct Session {
     looked_at: bool,
     /// Lines its inbox had no room for, and that are not answered yet.
     lost: u32,
+    /// A line was too long, and is not answered yet.
+    too_long: bool,
     /// How often somebody came or went, as last seen.
     visits: u32,
     /// Its output was last taken then.
@@ -125,7 +132,8 @@ impl Session {
         Self {
             gathering: LineBuffer::new(),
             line: None,
-            output: Deque::new(),
+            output: Output { bytes: Deque::new() },
+            framing: Framing::new(),
             decoder: Decoder::new(),
             dialect: Dialect::Smoothie,
             rights: Rights::Operate,
@@ -135,6 +143,7 @@ impl Session {
             waits_for_room: false,
             looked_at: false,
             lost: 0,
+            too_long: false,
             visits: 0,
             taken_at: Micros(0),
         }
@@ -144,7 +153,8 @@ impl Session {
     pub(super) fn begin(&mut self, profile: &SessionProfile, visits: u32) {
         self.gathering.clear();
         self.line = None;
-        self.output.clear();
+        self.output.bytes.clear();
+        self.framing = Framing::new();
         self.decoder = Decoder::new();
         self.rights = profile.rights;
         // Whatever it started by hand ends with it.
@@ -164,12 +174,13 @@ impl Session {
             || self.visits != inbox.visits()
             || self.listing.is_some()
             || self.lost > 0
+            || self.too_long
             || (self.line.is_some() && !self.looked_at)
     }
 
-    /// Gathers bytes until a line is whole. True when a line was dropped for being too long.
-    pub fn gather(&mut self, inbox: &Inbox) -> bool {
-        while self.line.is_none() && self.lost == 0 {
+    /// Gathers bytes until a line is whole.
+    pub fn gather(&mut self, inbox: &Inbox) {
+        while self.line.is_none() && self.lost == 0 && !self.too_long {
             let byte = match inbox.take() {
                 Some(Received::Byte(byte)) => byte,
                 Some(Received::ForgetLine) => {
@@ -178,7 +189,7 @@ impl Session {
                 }
                 None => {
                     self.lost = inbox.take_lost();
-                    return false;
+                    return;
                 }
             };
             match self.gathering.push(byte) {
@@ -186,11 +197,10 @@ impl Session {
                     self.line = Vec::from_slice(line).ok();
                     self.looked_at = false;
                 }
-                Some(Gathered::TooLong) => return true,
+                Some(Gathered::TooLong) => self.too_long = true,
                 None => {}
             }
         }
-        false
     }
 
     /// The line that waits.
@@ -205,7 +215,7 @@ impl Session {
         self.line.is_some()
             && !self.busy
             && self.listing.is_none()
-            && self.output.len() <= OUTPUT_AHEAD
+            && self.output.bytes.len() <= OUTPUT_AHEAD
             && !(path_is_full && self.waits_for_room)
     }
 
@@ -216,18 +226,21 @@ impl Session {
             return None;
         }
         self.looked_at = true;
+        self.framing.owe();
         self.line.as_ref()
     }
 
     /// Forgets the line that waits: it has been answered.
     pub fn drop_line(&mut self) {
         self.line = None;
+        self.settle();
     }
 
     /// Takes the line that waits, to be carried out; [`Self::answered`] ends that.
     pub fn take_line(&mut self) -> Option<LineBytes> {
         let line = self.line.take();
         self.busy |= line.is_some();
+        self.framing.owe();
         self.waits_for_room = false;
         line
     }
@@ -239,16 +252,43 @@ impl Session {
     }
 
     /// The line that was taken has been answered.
-    pub const fn answered(&mut self) {
+    pub fn answered(&mut self) {
         self.busy = false;
+        self.settle();
     }
 
-    /// Takes one lost line to be answered as a refused one, so that a sender that counts answers stays in
-    /// step. It keeps its place: what came before has been answered, and there is room for the answer.
-    pub fn take_lost(&mut self) -> bool {
-        let tells = self.lost > 0 && !self.busy && self.line.is_none() && self.output.len() < OUTPUT_BYTES / 2;
-        self.lost -= u32::from(tells);
-        tells
+    /// Its line is being carried out.
+    pub(super) const fn is_busy(&self) -> bool {
+        self.busy
+    }
+
+    /// In GRBL's dialect a line that came to its end, its listing too, without an answer is answered with
+    /// `ok`.
+    pub fn settle(&mut self) {
+        if self.dialect == Dialect::Grbl && !self.busy && self.listing.is_none() {
+            let Self { framing, output, .. } = self;
+            // Writing cannot fail.
+            let _ = framing.settle(output);
+        }
+    }
+
+    /// What became of a line that did not get here, to be answered as a refused one, so that a sender that
+    /// counts answers stays in step. It keeps its place: what came before has been answered, and there is
+    /// room for the answer.
+    pub fn take_lost(&mut self) -> Option<(Error, &'static str)> {
+        if self.busy || self.line.is_some() || self.output.bytes.len() >= OUTPUT_BYTES / 2 {
+            return None;
+        }
+        let lost = if core::mem::take(&mut self.too_long) {
+            (Error::LineLength, "Discarding long line")
+        } else if self.lost > 0 {
+            self.lost -= 1;
+            (Error::LineLength, "line lost, wait for ok before sending more")
+        } else {
+            return None;
+        };
+        self.framing.owe();
+        Some(lost)
     }
 
     /// Drops its unfinished line, as an abort does.
@@ -257,54 +297,109 @@ impl Session {
         self.line = None;
     }
 
-    /// Says something. A text that does not fit whole is left out.
+    /// Drops its lines and whatever is owed to them, as GRBL's reset does.
+    pub fn reset(&mut self, inbox: &Inbox) {
+        inbox.drop_before_reset();
+        self.clear_line();
+        (self.lost, self.too_long) = (0, false);
+        self.framing.forgive();
+    }
+
+    /// Says something, to whoever asked. A text that does not fit whole is left out.
     pub fn say(&mut self, text: fmt::Arguments<'_>) {
+        self.write(text, true);
+    }
+
+    /// Says who is here: what the transport says, or what senders of GRBL's dialect wait for.
+    pub fn greet(&mut self, greeting: &str) {
+        self.announce(format_args!("{}", if self.dialect == Dialect::Grbl { BANNER } else { greeting }));
+    }
+
+    /// Says something that answers no line.
+    pub fn announce(&mut self, text: fmt::Arguments<'_>) {
+        self.write(text, false);
+    }
+
+    fn write(&mut self, text: fmt::Arguments<'_>, is_reply: bool) {
+        let Self { framing, output, .. } = self;
         // Writing cannot fail.
-        let _ = self.write_fmt(text);
+        let _ = match self.dialect {
+            Dialect::Smoothie => output.write_fmt(text),
+            Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),
+        };
+    }
+
+    /// Refuses the line that was taken.
+    pub fn refuse(&mut self, error: Error, why: fmt::Arguments<'_>) {
+        let Self { framing, output, .. } = self;
+        // Writing cannot fail.
+        let _ = match self.dialect {
+            Dialect::Smoothie => writeln!(output, "error:{why}"),
+            Dialect::Grbl => framing.refuse(error, why, output),
+        };
     }
 
     /// Whether there is room for a status report.
     #[must_use]
     pub fn has_room_for_status(&self) -> bool {
-        self.output.len() < STATUS_BACKLOG
+        self.output.bytes.len() < STATUS_BACKLOG
     }
 
     /// Whether there is room for the next piece of a listing.
     #[must_use]
     pub fn has_room_for_listing(&self) -> bool {
-        self.output.len() < OUTPUT_AHEAD
+        self.output.bytes.len() < OUTPUT_AHEAD
     }
 
     /// Hands output on; what is not taken for so long is forgotten.
     pub(super) fn flush(&mut self, now: Micros, timeout: Micros, mut take: impl FnMut(&[u8]) -> usize) {
-        if self.output.is_empty() {
+        if self.output.bytes.is_empty() {
             self.taken_at = now;
             return;
         }
         // Two rounds: the ring's two halves.
         for _ in 0..2 {
-            let (front, _) = self.output.as_slices();
+            let (front, _) = self.output.bytes.as_slices();
             let taken = if front.is_empty() { 0 } else { take(front) };
             for _ in 0..taken {
-                self.output.pop_front();
+                self.output.bytes.pop_front();
             }
             if taken > 0 {
                 self.taken_at = now;
             }
         }
         if now.since(self.taken_at) > timeout {
-            self.output.clear();
+            self.output.bytes.clear();
         }
     }
 }
 
-impl Write for Session {
+/// What waits to be sent.
+#[derive(Debug)]
+struct Output {
+    bytes: Deque<u8, OUTPUT_BYTES>,
+}
+
+/// What is said in GRBL's dialect.
+struct Framed<'s> {
+    framing: &'s mut Framing,
+    output: &'s mut Output,
+    is_reply: bool,
+}
+
+impl Write for Framed<'_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.framing.pass(text, self.is_reply, self.output)
+    }
+}
+
+impl Write for Output {
     /// Whole pieces or nothing: a reader that fell 2 kB behind gets gaps between words, never within.
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        if text.len() <= OUTPUT_BYTES - self.output.len() {
+        if text.len() <= OUTPUT_BYTES - self.bytes.len() {
             for byte in text.bytes() {
                 // There is room.
-                let _ = self.output.push_back(byte);
+                let _ = self.bytes.push_back(byte);
             }
         }
         Ok(())

@@ -144,9 +144,10 @@ fn a_move_out_of_travel_is_refused_or_halts_as_configured() {
     let mut config = mill();
     let out = OutOfTravel { axis: Axis::Z, target: -101.0, end: -100.0 };
     let text = "machine Z -101.000 is out of travel, which ends at -100.000 ([soft endstop] z_min)";
-    assert_eq!(out.failure(&config), Failure::refused(text));
+    let text = message(format_args!("{text}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
+    assert_eq!(out.failure(&config), Failure::Refused(text.clone()));
     config.soft_endstops.halt = true;
-    assert_eq!(out.failure(&config), Failure::alarm(text));
+    assert_eq!(out.failure(&config), Failure::Alarm(text));
 }
 
 #[test]

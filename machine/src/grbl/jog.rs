@@ -1,0 +1,206 @@
+//! `$J=`: a jog as GRBL 1.1 has it (Grbl v1.1 Jogging): one straight move with its own units and distance
+//! mode, which changes nothing of the program's.
+
+use gcode::Blocks;
+use program::{Modal, State};
+use units::{Actuator, Axis, MmPerSecond, PerAxis};
+
+use super::numbers::Error;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::ports::Ports;
+use crate::safety::Event;
+
+/// Millimetres in an inch.
+const MM_PER_INCH: f64 = 25.4;
+
+/// A jog as asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Jog {
+    /// The words of the axes, mm.
+    words: PerAxis<Option<f64>>,
+    /// mm/s.
+    rate: MmPerSecond,
+    /// They are places, not distances.
+    absolute: bool,
+    /// In machine coordinates.
+    machine: bool,
+}
+
+fn bad(what: &str) -> Failure {
+    Failure::numbered(Error::BadJog, what)
+}
+
+/// Reads what follows `$J=`. Units and distance mode are the program's where the jog has none of its own.
+///
+/// # Errors
+/// When it is no jog: without axis or feed rate, or with a code that no jog takes.
+pub(crate) fn read(text: &str, modal: &Modal) -> Result<Jog, Failure> {
+    let (mut inches, mut absolute, mut machine) = (modal.inches, modal.absolute, false);
+    let mut words = PerAxis([None; units::MAX_AXES]);
+    let mut feed = None;
+    for block in Blocks::new(text.as_bytes()) {
+        let block = block.map_err(|error| {
+            let number = Error::of_refusal(&gcode::Refusal::Syntax(error));
+            Failure::Refused(message(format_args!("{error}")).numbered(number))
+        })?;
+        match block.code.map(|code| (code.letter, code.number, code.subcode)) {
+            None => {}
+            Some((gcode::Letter::G, 20, 0)) => inches = true,
+            Some((gcode::Letter::G, 21, 0)) => inches = false,
+            Some((gcode::Letter::G, 90, 0)) => absolute = true,
+            Some((gcode::Letter::G, 91, 0)) => absolute = false,
+            Some((gcode::Letter::G, 53, 0)) => machine = true,
+            Some(_) => return Err(bad("a jog takes G20 G21 G90 G91 G53, axes and F alone")),
+        }
+        for (letter, value) in block.words() {
+            let value = value.ok_or_else(|| Failure::numbered(Error::Number, "a word of a jog has no number"))?;
+            match (letter, Axis::from_letter(letter)) {
+                (_, Some(axis)) => words[axis] = Some(value),
+                ('F', _) => feed = Some(value),
+                ('N', _) => {}
+                _ => return Err(bad("a jog takes G20 G21 G90 G91 G53, axes and F alone")),
+            }
+        }
+    }
+    let unit = if inches { MM_PER_INCH } else { 1.0 };
+    if words.0.iter().all(Option::is_none) {
+        return Err(Failure::numbered(Error::NoAxes, "a jog names an axis"));
+    }
+    let rate = feed.ok_or_else(|| Failure::numbered(Error::FeedRate, "a jog has its own F"))? * unit / 60.0;
+    if rate <= 0.0 {
+        return Err(Failure::numbered(Error::FeedRate, "F of a jog is above zero"));
+    }
+    let words = PerAxis(words.0.map(|word| word.map(|value| value * unit)));
+    Ok(Jog { words, rate: MmPerSecond(rate), absolute, machine })
+}
+
+impl Jog {
+    /// Where it ends, machine position in mm.
+    fn target(&self, from: &PerAxis<f64>, modal: &Modal) -> PerAxis<f64> {
+        let mut target = *from;
+        for axis in Axis::ALL {
+            let Some(word) = self.words[axis] else { continue };
+            target[axis] = match (self.machine, self.absolute) {
+                (true, _) => word,
+                (false, true) if axis.is_primary() => word + modal.offset(axis),
+                (false, true) => word,
+                (false, false) => from[axis] + word,
+            };
+        }
+        target
+    }
+}
+
+/// Makes it, behind other jogs: returns when it is planned. One that is cancelled while it waits for room is
+/// none.
+///
+/// # Errors
+/// When something else moves, the target is out of the travel, or the machine halts.
+pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
+    let config = hands.config();
+    let has_motor =
+        |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);
+    if let Some(axis) = Axis::ALL.into_iter().find(|axis| jog.words[*axis].is_some() && !has_motor(*axis)) {
+        return Err(Failure::Refused(message(format_args!("{} has no motor", axis.letter())).numbered(Error::BadJog)));
+    }
+    if config.motion.must_be_homed && !hands.all_homed() {
+        return Err(Failure::numbered(Error::NeedsHoming, "Must be homed before moving"));
+    }
+    // A stop of long ago is none of this jog.
+    let _before = hands.stop_requested();
+    loop {
+        if !matches!(hands.state(), State::Idle | State::Suspended | State::Jog) {
+            return Err(Failure::numbered(Error::NotIdle, "a jog begins from standstill, or behind another one"));
+        }
+        let is_free = hands.motion(|motion| {
+            let (used, size) = motion.queue_level();
+            used < size && motion.state() == motion::State::Running
+        });
+        if hands.stop_requested() {
+            return Ok(());
+        }
+        if is_free {
+            break;
+        }
+        hands.pause().await?;
+    }
+    let (from, homed) = (hands.position(), hands.axes().homed());
+    let target = jog.target(&from, modal);
+    if let Err(out) = hands.travel().check(&from, &target, homed) {
+        return Err(Failure::Refused(message(format_args!("{out}")).numbered(Error::JogTravel)));
+    }
+    if target == from {
+        return Ok(());
+    }
+    let begins = hands.apply(Event::JogBegins);
+    let went = hands.go(target, jog.rate, motion::Mode::Rapid).await;
+    if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
+        hands.apply(Event::Drained);
+    }
+    went?;
+    hands.motion(motion::Motion::flush);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn modal() -> Modal {
+        let mut modal = Modal::new(MmPerSecond(1.0), MmPerSecond(1.0));
+        modal.systems[0] = [10.0, 20.0, 30.0];
+        modal
+    }
+
+    fn number(text: &str) -> Error {
+        match read(text, &modal()) {
+            Err(Failure::Refused(text)) => text.error,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_is_no_jog_is_refused_by_number() {
+        for (text, error) in [
+            ("X1", Error::FeedRate),
+            ("X1F0", Error::FeedRate),
+            ("F100", Error::NoAxes),
+            ("", Error::NoAxes),
+            ("G1X1F100", Error::BadJog),
+            ("M3X1F100", Error::BadJog),
+            ("X1F100S5", Error::BadJog),
+            ("X1 F100 P", Error::Number),
+            ("X1F", Error::Number),
+            ("X1 F1 @", Error::Letter),
+        ] {
+            assert_eq!(number(text), error, "{text}");
+        }
+    }
+
+    proptest! {
+        /// Spaced or not, in any order: the same place, in work coordinates, as a distance, or in machine
+        /// coordinates.
+        #[test]
+        fn units_and_distance_mode_are_its_own(
+            x in -100.0..100.0_f64, from in -50.0..50.0_f64, inches: bool, mode in 0..3_usize, spaced: bool, last: bool,
+        ) {
+            let blank = if spaced { " " } else { "" };
+            let codes = [if inches { "G20" } else { "G21" }, ["G90", "G91", "G53"][mode]].join(blank);
+            let words = format!("X{x:.3}{blank}F600");
+            let text = if last { format!("{words}{blank}{codes}") } else { format!("{codes}{blank}{words}") };
+            let mut modal = modal();
+            modal.absolute = mode == 1;
+            let place = PerAxis([from, 1.0, 2.0, 0.0, 0.0, 0.0]);
+            let jog = read(&text, &modal).unwrap();
+            let unit = if inches { 25.4 } else { 1.0 };
+            let word = format!("{x:.3}").parse::<f64>().unwrap() * unit;
+            let expected = [word + 10.0, from + word, word][mode];
+            let target = jog.target(&place, &modal);
+            prop_assert!((target[Axis::X] - expected).abs() < 1e-9, "{text}: {target:?}");
+            prop_assert_eq!((target[Axis::Y], target[Axis::Z]), (1.0, 2.0));
+            prop_assert!((jog.rate.0 - 10.0 * unit).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! GRBL 1.1's numbers of errors and alarms, and which of them our findings get.
+
+use gcode::Refusal;
+use program::Problem;
+
+/// Why a line is refused, by GRBL 1.1's number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Error {
+    /// Where a letter should be, there is none.
+    Letter = 1,
+    /// A number is missing, or none.
+    Number = 2,
+    /// A `$` line that is not known.
+    Statement = 3,
+    /// A value is negative, or below its bound.
+    Negative = 4,
+    /// Homing is not configured, or a setting is read only.
+    NotEnabled = 5,
+    /// The machine is not idle.
+    NotIdle = 8,
+    /// Halted, or jogging.
+    Locked = 9,
+    /// Soft limits need homing.
+    NeedsHoming = 10,
+    /// The line is too long.
+    LineLength = 11,
+    /// A startup line, or the build's text, is too long.
+    StoredLength = 14,
+    /// A jog would leave the travel.
+    JogTravel = 15,
+    /// A jog without feed rate or axis, or with a code that no jog takes.
+    BadJog = 16,
+    /// Laser mode needs an output on a timer.
+    NoLaserOutput = 17,
+    /// A code that is not known, or cannot be carried out here. Whatever has no number of its own.
+    #[default]
+    Unsupported = 20,
+    /// Two codes of one modal group.
+    ModalGroup = 21,
+    /// No feed rate.
+    FeedRate = 22,
+    /// A whole number is wanted.
+    NotWhole = 23,
+    /// A code without the axes that it needs.
+    NoAxes = 26,
+    /// The line's number.
+    LineNumber = 27,
+    /// A word that the code needs is missing.
+    MissingWord = 28,
+    /// No such coordinate system.
+    CoordinateSystem = 29,
+    /// The target cannot be moved to.
+    Target = 33,
+}
+
+/// Why the machine halted, by GRBL 1.1's number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Alarm {
+    /// A limit switch was hit.
+    HardLimit = 1,
+    /// A target beyond the travel.
+    SoftLimit = 2,
+    /// Stopped in the middle. Whatever has no number of its own: it too means to home before going on.
+    #[default]
+    Abort = 3,
+    /// The probe was triggered before its search began.
+    ProbeState = 4,
+    /// The probe found nothing.
+    ProbeMiss = 5,
+    /// Stopped while homing.
+    HomingReset = 6,
+    /// A switch stayed closed when homing backed off.
+    HomingPullOff = 8,
+    /// A switch was not found.
+    HomingSearch = 9,
+}
+
+impl Error {
+    /// What is said.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// Of a line that cannot be read.
+    #[must_use]
+    pub const fn of_refusal(refusal: &Refusal) -> Self {
+        use gcode::Problem as P;
+        let Refusal::Syntax(error) = refusal else { return Self::LineNumber };
+        match error.problem {
+            P::MissingNumber(_) | P::NoDigits(_) | P::SecondPoint(_) | P::BadChecksum => Self::Number,
+            P::BadCode(_) | P::BadSubcode(_) => Self::NotWhole,
+            P::BadLineNumber => Self::LineNumber,
+            _ => Self::Letter,
+        }
+    }
+
+    /// Of a block that the program refuses.
+    #[must_use]
+    pub const fn of_problem(problem: &Problem) -> Self {
+        use Problem as P;
+        match problem {
+            P::NegativeFeedRate
+            | P::TooLittle(..)
+            | P::MustExceed(..)
+            | P::CornerTolerance
+            | P::Weight
+            | P::FlowRange => Self::Negative,
+            P::NotWhole(..) | P::Turns => Self::NotWhole,
+            P::MustSupply(_) | P::BelongTogether(..) | P::NoName | P::CubicStart | P::CubicEnd | P::QuadraticPoint => {
+                Self::MissingWord
+            }
+            P::CoordinateSystem => Self::CoordinateSystem,
+            P::ProbeRate => Self::FeedRate,
+            P::ProbeNothing => Self::NoAxes,
+            P::ProbeNoWay => Self::Target,
+            _ => Self::Unsupported,
+        }
+    }
+}
+
+impl Alarm {
+    /// What is said.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}

@@ -1,0 +1,269 @@
+//! GRBL 1.1 as its senders see it: what they send, byte for byte, and every line that they get.
+
+use machine::Dialect;
+use machine::ports::{ConsoleKind, SessionProfile};
+use machine::sessions::{Rights, SessionId};
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::Alpha;
+
+const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
+const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
+
+fn plan() -> Plan {
+    Plan::new(CARTESIAN).with("grbl_mode = false", "grbl_mode = true")
+}
+
+fn start() -> Bench {
+    plan().start()
+}
+
+/// The answer to a line: its messages, and the one line that answers.
+#[track_caller]
+fn refused(bench: &mut Bench, line: &str, number: u8) -> String {
+    let said = bench.say(line);
+    let (messages, answers): (Vec<&str>, Vec<&str>) = said.lines().partition(|line| line.starts_with("[MSG:"));
+    assert_eq!(answers, [format!("error:{number}")], "{line}: {said}");
+    assert!(!messages.is_empty(), "{line} is refused without a reason");
+    messages.join("\n")
+}
+
+// --- one answer a line ---
+
+#[test]
+fn every_session_of_the_dialect_is_greeted_with_grbls_banner() {
+    let bench = start();
+    assert!(bench.greeting().ends_with(&format!("\n{BANNER}")), "{}", bench.greeting());
+    let own = SessionProfile {
+        kind: ConsoleKind::Memory,
+        rights: Rights::Operate,
+        dialect: Some(Dialect::Grbl),
+        greeting: "hello\n",
+    };
+    let mut bench = Plan::new(CARTESIAN).visitor(own).start();
+    bench.set_open(SessionId(2), true);
+    assert_eq!(bench.hear_on(SessionId(2), 0.1), BANNER);
+    assert!(bench.greeting().ends_with("Welcome to Smoothie\nok\n"));
+}
+
+#[test]
+fn whatever_is_sent_is_answered_once() {
+    let mut bench = start();
+    for line in [
+        "",
+        "G21",
+        "G90 G94",
+        "(a comment)",
+        "M5",
+        "M8",
+        "G4 P0.01",
+        "$",
+        "$G",
+        "$#",
+        "version",
+        "M105",
+        "ls",
+        "help",
+        "M114",
+    ] {
+        let said = bench.say(line);
+        assert!(said.ends_with("ok\n"), "{line}: {said}");
+        let answers = said.lines().filter(|said| *said == "ok" || said.starts_with("error")).count();
+        assert_eq!(answers, 1, "{line}: {said}");
+        assert_eq!(bench.hear(0.05), "", "{line} is answered twice");
+        for said in said.lines().filter(|said| *said != "ok") {
+            assert!(said.starts_with(['[', '$']), "{line}: {said}");
+        }
+    }
+}
+
+#[test]
+fn what_is_refused_has_grbls_number_and_our_reason() {
+    let mut bench = start();
+    for (line, number) in [
+        ("G1 X@", 2),
+        ("G1 X", 2),
+        ("@", 1),
+        ("G1.x", 23),
+        ("G999", 20),
+        ("M999999", 23),
+        ("$nonsense", 3),
+        ("$J", 3),
+        ("G10 L2 P77 X1", 29),
+        ("G38.2 F100", 26),
+        ("G38.2 Z-1 F100", 20),
+        ("N5 G1 X1*77", 27),
+    ] {
+        refused(&mut bench, line, number);
+        assert_eq!(bench.hear(0.05), "", "{line} is answered twice");
+    }
+    assert!(refused(&mut bench, "G1 X@", 2).contains("column 4"));
+    let long = "X1".repeat(200);
+    refused(&mut bench, &long, 11);
+}
+
+/// A line that is too long comes behind one that takes its time: the answers keep their order.
+#[test]
+fn a_line_that_is_too_long_is_answered_in_its_turn() {
+    let mut bench = start();
+    bench.type_in(&format!("G4 P0.3\n{}\nG21\n", "X1".repeat(200)));
+    assert_eq!(bench.hear(0.1), "", "the dwell is not over");
+    assert_eq!(bench.hear(0.5), "ok\n[MSG:Discarding long line]\nerror:11\nok\n");
+}
+
+// --- alarms ---
+
+#[test]
+fn an_alarm_has_its_number_and_locks_until_it_is_cleared() {
+    let mut bench = start();
+    bench.run(&["$H"]);
+    let said = bench.say("G1 X9999 F600");
+    assert!(said.contains("\nALARM:2\n") && said.ends_with("error:33\n"), "{said}");
+    assert!(said.contains("out of travel"), "{said}");
+    assert!(bench.status().starts_with("<Alarm|"));
+    assert_eq!(bench.say("G0 X1"), "[MSG:'$H'|'$X' to unlock]\nerror:9\n");
+    refused(&mut bench, "$J=X1 F100", 8);
+    assert_eq!(bench.say("$X"), "[MSG:Caution: Unlocked]\nok\n");
+    bench.run(&["G0 X1", "$X"]);
+}
+
+#[test]
+fn homing_ends_an_alarm() {
+    let mut bench = start();
+    bench.type_in("G1 X30 F600\n");
+    bench.hear(0.5);
+    bench.type_in("\x18");
+    let said = bench.hear(1.0);
+    assert_eq!(said, format!("[MSG:ALARM: Abort during cycle]\nALARM:3\n{BANNER}{LOCKED}"));
+    bench.run(&["$H"]);
+    assert!(bench.status().starts_with("<Idle|"));
+    refused(&mut bench, "$HQ", 3);
+    bench.run(&["$HX", "$HZ"]);
+}
+
+// --- reset ---
+
+#[test]
+fn a_reset_at_rest_is_no_alarm_and_forgets_modes_and_lines() {
+    let mut bench = start();
+    bench.run(&["G91", "G20", "G55"]);
+    bench.type_in("G21 (half a li\x18");
+    assert_eq!(bench.hear(0.1), BANNER);
+    let said = bench.say("$G");
+    assert!(said.contains(" G54 ") && said.contains(" G21 ") && said.contains(" G90 "), "{said}");
+    assert!(bench.status().starts_with("<Idle|"));
+}
+
+/// Nothing that was sent before the reset is carried out or answered behind the banner.
+#[test]
+fn a_reset_drops_what_was_sent_before_it() {
+    let mut bench = start();
+    bench.type_in("G1 X30 F600\nG4 P5\nG1 X0\nM3 S50\nG1 X5\n");
+    bench.hear(0.5);
+    bench.type_in("\x18");
+    let said = bench.hear(2.0);
+    let (_, behind) = said.split_once(BANNER).expect("a banner");
+    assert!(behind.lines().all(|line| line.starts_with("[MSG:'$H'|")), "{behind}");
+    bench.say("$X");
+    let place = bench.carriage(Alpha);
+    bench.hear(1.0);
+    assert_eq!(bench.carriage(Alpha), place);
+}
+
+// --- jogging ---
+
+#[test]
+fn a_jog_has_its_own_units_and_distance_mode_and_one_ok() {
+    let mut bench = start();
+    bench.run(&["$H", "G90 G21 G1 X10 F6000", "G4 P0"]);
+    for (jog, x) in [
+        ("$J=G91 X5 F3000", 15.0),
+        ("$J=G91X-5F3000", 10.0),
+        ("$J=G90 G21 X20 F3000", 20.0),
+        ("$J=G20G91X1F100", 45.4),
+        ("$J=G53 X30 F3000", 30.0),
+    ] {
+        bench.run(&[jog]);
+        bench.hear_until_idle();
+        assert!((bench.carriage(Alpha) - x).abs() < 0.02, "{jog}: {}", bench.carriage(Alpha));
+    }
+    let said = bench.say("$G");
+    assert!(
+        said.contains("[GC:G1 ") && said.contains(" G21 ") && said.contains(" G90 "),
+        "a jog changed modes: {said}"
+    );
+    // The program goes on from where the jogs ended.
+    bench.run(&["G91 G1 X1 F3000", "G4 P0"]);
+    assert!((bench.carriage(Alpha) - 31.0).abs() < 0.02);
+}
+
+#[test]
+fn what_is_no_jog_is_refused_and_moves_nothing() {
+    let mut bench = start();
+    bench.run(&["$H", "G1 X10 F6000", "G4 P0"]);
+    for (line, number) in [
+        ("$J=X1", 22),
+        ("$J=F100", 26),
+        ("$J=G1 X1 F100", 16),
+        ("$J=X1 F100 M3", 16),
+        ("$J=X9999 F100", 15),
+        ("$J=X1 F100 $", 1),
+        ("$J X1 F100", 3),
+    ] {
+        refused(&mut bench, line, number);
+    }
+    assert!(bench.status().starts_with("<Idle|"), "a jog out of travel is no alarm");
+    bench.run(&["G1 X30 F600"]);
+    refused(&mut bench, "$J=G91 X1 F100", 8);
+    bench.hear_until_idle();
+    assert!((bench.carriage(Alpha) - 30.0).abs() < 0.02);
+}
+
+#[test]
+fn a_jog_is_cancelled_at_once_and_the_place_is_known() {
+    for stop in [&b"\x85"[..], b"!"] {
+        let mut bench = start();
+        bench.run(&["$H", "$J=G91 X100 F1800", "$J=G91 Y100 F1800"]);
+        bench.hear(1.0);
+        assert!(bench.status().starts_with("<Jog|"), "{}", bench.status());
+        refused(&mut bench, "G1 X5 F600", 9);
+        bench.send(stop);
+        bench.hear(0.5);
+        let status = bench.status();
+        assert!(status.starts_with("<Idle|"), "{status}");
+        let x = bench.carriage(Alpha);
+        assert!((30.0..40.0).contains(&x), "{x}");
+        bench.run(&["$J=G91 X1 F600"]);
+        bench.hear_until_idle();
+        assert!((bench.carriage(Alpha) - x - 1.0).abs() < 0.02);
+        bench.run(&["G91 G1 X1 F600", "G4 P0"]);
+        assert!((bench.carriage(Alpha) - x - 2.0).abs() < 0.02);
+    }
+}
+
+/// Many short jogs, as from a pendant, with the byte that ends them in their midst: none of them goes on.
+#[test]
+fn jogs_that_wait_for_room_end_with_the_others() {
+    let mut bench = start();
+    bench.run(&["$H"]);
+    let jogs = "$J=G91 X0.1 F600\n".repeat(200);
+    bench.type_in(&jogs);
+    let mut said = bench.hear(1.0);
+    bench.send(b"\x85");
+    said += &bench.hear(3.0);
+    assert_eq!(said, "ok\n".repeat(200));
+    assert!(bench.status().starts_with("<Idle|"));
+}
+
+trait Wait {
+    fn hear_until_idle(&mut self);
+}
+
+impl Wait for Bench {
+    fn hear_until_idle(&mut self) {
+        let end = self.now_s() + 60.0;
+        while self.moves() || !self.status().starts_with("<Idle") {
+            assert!(self.now_s() < end, "it never rests: {}", self.status());
+            self.hear(0.02);
+        }
+    }
+}
