@@ -24,6 +24,10 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
         // GRBL raises an alarm for a target beyond the travel.
         config.soft_endstops.halt = config.general.grbl_mode;
     }
+    if !written("general", 0, "config-override") {
+        // What a sender of GRBL's sets is to outlive the reset.
+        config.general.config_override = config.general.grbl_mode;
+    }
     temperatures(config, &written);
     switches(config, &written);
     drivers(config, &written);

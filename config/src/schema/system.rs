@@ -22,8 +22,9 @@ pub const GENERAL: Section = Section {
             "config-override",
             "false",
             |c, _, v| c.general.config_override = v,
-            "At the end of boot, replay the settings that M500 saved in /sd/config-override.",
-        ),
+            "At the end of boot, replay the settings that M500, or `$n=` of GRBL's dialect, saved in /sd/config-override.",
+        )
+        .derived("as grbl_mode"),
     ],
 };
 
