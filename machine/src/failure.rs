@@ -11,7 +11,7 @@ const MESSAGE_BYTES: usize = 112;
 /// A message for a person, cut to fit, with the numbers that senders of GRBL's dialect go by.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Message {
-    text: heapless::String<MESSAGE_BYTES>,
+    text: heapless::String<MESSAGE_BYTES, u8>,
     /// The number where a line is refused with it.
     pub error: Error,
     /// The number where the machine halts with it.
@@ -41,7 +41,7 @@ impl Message {
 }
 
 impl Deref for Message {
-    type Target = heapless::String<MESSAGE_BYTES>;
+    type Target = heapless::String<MESSAGE_BYTES, u8>;
 
     fn deref(&self) -> &Self::Target {
         &self.text
@@ -51,6 +51,12 @@ impl Deref for Message {
 impl DerefMut for Message {
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.text
+    }
+}
+
+impl Write for Message {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.text.write_str(text)
     }
 }
 

@@ -41,6 +41,24 @@ struct Status {
 pub(crate) struct Outputs {
     status: Vec<Status, MAX_SWITCHES>,
     due: Micros,
+    spindle: Spindle,
+}
+
+/// What the operator has done to the spindle, beside the program.
+#[derive(Clone, Copy, Debug)]
+struct Spindle {
+    /// Percent of the value that it is told.
+    percent: f32,
+    /// It stands, until the operator has it turn again.
+    stopped: bool,
+    /// The output does not say so yet.
+    unsaid: bool,
+}
+
+impl Default for Spindle {
+    fn default() -> Self {
+        Self { percent: 100.0, stopped: false, unsaid: false }
+    }
 }
 
 /// What on or off asks of an output, S being its word: whether it is on then, and its value.
@@ -92,7 +110,11 @@ impl Outputs {
     /// All off.
     #[must_use]
     pub fn new(switches: &[SwitchConfig]) -> Self {
-        Self { status: switches.iter().map(|_| Status::default()).collect(), due: Micros(0) }
+        Self {
+            status: switches.iter().map(|_| Status::default()).collect(),
+            due: Micros(0),
+            spindle: Spindle::default(),
+        }
     }
 
     /// Whether a switch is on.
@@ -106,6 +128,21 @@ impl Outputs {
     pub fn is_on_by_name(&self, config: &MachineConfig, name: &str) -> bool {
         let place = config.switches.iter().position(|switch| switch.name == name);
         place.and_then(|place| self.status.get(place)).is_some_and(|status| status.on)
+    }
+
+    /// The output that this M-code turns on.
+    fn by_code(config: &MachineConfig, number: u16) -> Option<SwitchId> {
+        let listens = |switch: &SwitchConfig| {
+            let code = switch.input_on_command.filter(|_| !switch.is_input());
+            code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
+        };
+        config.switches.iter().position(listens).map(|place| SwitchId(place as u8))
+    }
+
+    /// Whether the output that this M-code turns on is on; false when there is none.
+    #[must_use]
+    pub fn is_on_by_code(&self, config: &MachineConfig, number: u16) -> bool {
+        Self::by_code(config, number).is_some_and(|switch| self.is_on(switch))
     }
 
     /// Refuses to turn an output on that an error in the configuration keeps off. `s` is the S word.
@@ -149,11 +186,73 @@ impl Outputs {
         let kind = config.switches.get(switch.index())?.output_kind;
         let status = self.status.get_mut(switch.index())?;
         (status.on, status.value, status.unsure) = (on, value, false);
+        let value = self.as_overridden(config, switch, value);
         Some(match kind {
             OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
-            OutputKind::Digital => Output::Switch(switch.0, if on { Duty::FULL } else { Duty::OFF }),
+            OutputKind::Digital => Output::Switch(switch.0, if value > 0.0 && on { Duty::FULL } else { Duty::OFF }),
             OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(value.clamp(0.0, 255.0) as u8)),
         })
+    }
+
+    /// The output that M3 turns on, or M4.
+    fn spindle(config: &MachineConfig) -> Option<SwitchId> {
+        Self::by_code(config, 3).or_else(|| Self::by_code(config, 4))
+    }
+
+    /// What of a value remains after what the operator has done to the spindle.
+    fn as_overridden(&self, config: &MachineConfig, switch: SwitchId, value: f32) -> f32 {
+        let Spindle { percent, stopped, .. } = self.spindle;
+        if percent == 100.0 && !stopped || Self::spindle(config) != Some(switch) {
+            return value;
+        }
+        let Some(settings) = output(config, switch) else { return value };
+        let (off, most) = match settings.output_kind {
+            OutputKind::HardwarePwm => (off_value(settings), 100.0),
+            OutputKind::SigmaDelta => (0.0, f32::from(settings.max_pwm.0)),
+            OutputKind::Digital => return if stopped { 0.0 } else { value },
+        };
+        if stopped { off } else { (off + (value - off) * percent / 100.0).min(most) }
+    }
+
+    /// Percent of the spindle's value that the operator wants.
+    #[must_use]
+    pub const fn spindle_percent(&self) -> f32 {
+        self.spindle.percent
+    }
+
+    /// Changes it.
+    pub const fn override_spindle(&mut self, percent: f32) {
+        self.spindle.percent = percent;
+        self.spindle.unsaid = true;
+    }
+
+    /// Stops the spindle, or has it turn again.
+    pub const fn stop_spindle(&mut self, stops: bool) {
+        self.spindle.unsaid |= self.spindle.stopped != stops;
+        self.spindle.stopped = stops;
+    }
+
+    /// The operator has stopped the spindle.
+    #[must_use]
+    pub const fn spindle_is_stopped(&self) -> bool {
+        self.spindle.stopped
+    }
+
+    /// What the operator has done to the spindle and its output does not say yet.
+    pub fn take_override(&mut self, config: &MachineConfig) -> Option<Output> {
+        if !core::mem::take(&mut self.spindle.unsaid) {
+            return None;
+        }
+        let switch = Self::spindle(config)?;
+        let status = *self.status.get(switch.index())?;
+        if status.on { self.set(config, switch, true, status.value) } else { None }
+    }
+
+    /// The output that this M-code turns on, the other way.
+    pub fn turn_over(&mut self, config: &MachineConfig, number: u16) -> Option<Output> {
+        let switch = Self::by_code(config, number)?;
+        let on = !self.is_on(switch);
+        self.turn_plainly(config, switch, on)
     }
 
     /// The states that outputs have at boot; an input takes the level it finds.
@@ -175,6 +274,7 @@ impl Outputs {
     /// A halt: every output to its halt state, but those that ignore halts.
     pub fn halt(&mut self, config: &MachineConfig) -> Changes {
         self.changes_were_dropped();
+        self.spindle.stopped = false;
         let mut changes = Changes::new();
         for (index, switch) in (0..).zip(&config.switches) {
             if switch.ignore_on_halt || switch.is_input() || is_off(config, switch) {
@@ -195,20 +295,20 @@ impl Outputs {
     /// The safety door is open: duties, 0 to 1, of switches on timers while nothing may turn or burn, by
     /// their places. What they are told to do stays.
     pub fn door_opens(&self, config: &MachineConfig) -> Duties {
-        self.duties(config, |switch, _| off_value(switch))
+        self.duties(config, |switch, _, _| off_value(switch))
     }
 
     /// The door is closed: duties of switches on timers as they are told.
     pub fn door_closes(&self, config: &MachineConfig) -> Duties {
-        self.duties(config, |_, wanted| wanted)
+        self.duties(config, |_, index, wanted| self.as_overridden(config, SwitchId(index as u8), wanted))
     }
 
-    fn duties(&self, config: &MachineConfig, percent: fn(&SwitchConfig, f32) -> f32) -> Duties {
+    fn duties(&self, config: &MachineConfig, percent: impl Fn(&SwitchConfig, usize, f32) -> f32) -> Duties {
         let switches = config.switches.iter().zip(&self.status).enumerate();
         let on_timers = switches.filter(|(_, (switch, _))| {
             switch.output_kind == OutputKind::HardwarePwm && !switch.is_input() && !is_off(config, switch)
         });
-        on_timers.map(|(index, (switch, status))| (index, percent(switch, status.value) / 100.0)).collect()
+        on_timers.map(|(index, (switch, status))| (index, percent(switch, index, status.value) / 100.0)).collect()
     }
 
     /// Looks at input switches; the command of one that changed waits for [`Self::take_command`].

@@ -17,7 +17,7 @@ use config::MachineConfig;
 use units::{Actuator, Axis};
 
 /// A line: a status report with positions, rates and eight heaters is the longest one.
-type Line = heapless::String<512>;
+pub(crate) type Line = heapless::String<512>;
 
 /// Formats onto a line; what does not fit is cut at its end.
 macro_rules! add {
@@ -26,7 +26,7 @@ macro_rules! add {
         let _ = core::fmt::Write::write_fmt(&mut $line, format_args!($($format)*));
     }};
 }
-use add;
+pub(crate) use add;
 
 /// Whether an axis beside X Y and Z has a motor of its own.
 fn has_axis(config: &MachineConfig, axis: Axis) -> bool {
@@ -40,6 +40,6 @@ fn auxiliary_axes(config: &MachineConfig) -> impl Iterator<Item = Axis> + '_ {
 }
 
 /// The same, without those that extruders turn.
-fn free_axes<'a>(config: &'a MachineConfig, tools: &'a Tools) -> impl Iterator<Item = Axis> + 'a {
+pub(crate) fn free_axes<'a>(config: &'a MachineConfig, tools: &'a Tools) -> impl Iterator<Item = Axis> + 'a {
     auxiliary_axes(config).filter(|axis| !tools.uses(*axis))
 }

@@ -229,6 +229,13 @@ impl Interpreter {
         self.modal.systems = systems;
     }
 
+    /// Coordinate systems, G92 and the park position are as at first.
+    pub fn clear_offsets(&mut self) {
+        self.modal.systems = Default::default();
+        self.modal.g92 = self.setup.g92;
+        self.park = ParkPosition::default();
+    }
+
     // --- what it holds ---
 
     /// Machine position where the last action ends.

@@ -64,10 +64,7 @@ fn the_mill_homes_up_first_and_cuts_a_pocket_for_a_grbl_sender() {
     assert_near(bench.carriage(Alpha), 80.0, "machine x");
     assert_near(bench.carriage(Beta), 70.0, "machine y");
     let status = bench.status();
-    assert!(
-        status.contains("MPos:80.0000,70.0000,-30.0000") && status.contains("WPos:30.0000,30.0000,5.0000"),
-        "{status}"
-    );
+    assert!(status.contains("MPos:80.000,70.000,-30.000") && status.contains("WCO:50.000,40.000,-35.000"), "{status}");
     assert!(bench.say("M30").ends_with("ok\n"), "the program's end, not a file to delete");
 }
 

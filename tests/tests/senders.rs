@@ -107,7 +107,7 @@ fn g28_that_parks_never_homes() {
     assert_eq!(edges(&bench), 0);
     bench.run(&["G90", "$H", "G1 X50 Y60 Z20 F6000"]);
     assert_eq!(bench.say("G28.1"), "[MSG:position saved, use M500 to make permanent]\nok\n");
-    assert!(bench.say("$#").contains("[G28:50.0000,60.0000,20.0000]\n"));
+    assert!(bench.say("$#").contains("[G28:50.000,60.000,20.000]\n"));
     bench.run(&["G1 X10 Y10 Z5", "G28", "M400"]);
     assert_at(&bench, [50.0, 60.0, 20.0]);
     // The words are distances to go first; then only what they name is parked.

@@ -124,6 +124,7 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
         machine.standstill().await?;
         machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+        machine.outputs.override_spindle(100.0);
     }
     flow::end(machine);
     parameters::save(machine).await;

@@ -6,12 +6,14 @@
 
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use heapless::Vec;
+use program::Dialect;
 use units::Micros;
 
-use super::{Machine, parameters, suspend};
+use super::{Machine, grbl, parameters, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
+use crate::grbl::stored;
 use crate::heat::{HeatControl, HeaterSettings};
 use crate::leveling;
 use crate::motion_config::motion_config;
@@ -128,6 +130,7 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         tell_what_is_off(config, &mut Reply::new(sessions, Recipient::All));
     }
     if usable && start_parts(machine).await {
+        read_grbls_own(machine);
         load_settings(machine);
         machine.jobs.queue_boot_file(machine.config);
     } else {
@@ -235,6 +238,17 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
         }
     }
     machine.ports.set_motor_power(true);
+}
+
+/// What GRBL's dialect keeps. Its startup lines run behind the saved settings.
+fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
+    match stored::read(&mut machine.ports) {
+        Ok(own) => machine.grbl.own = own,
+        Err(error) => machine.announce(format_args!("ERROR: {}: {}\n", stored::PATH, error.text())),
+    }
+    if crate::program_setup::dialect(machine.config) == Dialect::Grbl {
+        grbl::begin_startup(machine);
+    }
 }
 
 /// Saved settings are replayed once the machine listens. There need not be any.

@@ -129,7 +129,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
-        "$C" => return Some(check_mode(machine, to)),
+        "$C" => return Some(machine.check_mode(to)),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
         "play" => return Some(play(machine, arguments, to)),
         "config-load" | "load" => return Some(load(machine, arguments, to)),
@@ -210,18 +210,6 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
         }
         None => Err(Failure::Refused(crate::failure::message(format_args!("nothing is known of {about}")))),
     }
-}
-
-pub(super) fn check_mode<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if machine.safety.apply(Event::CheckEnds) {
-        machine.resynchronise();
-        machine.say(to, format_args!("[MSG:Disabled]\n"));
-    } else if machine.safety.apply(Event::CheckBegins) {
-        machine.say(to, format_args!("[MSG:Enabled]\n"));
-    } else {
-        return Err(Failure::refused("check mode begins from standstill, without a suspended job"));
-    }
-    Ok(Answer::Ok)
 }
 
 fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

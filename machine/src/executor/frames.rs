@@ -25,6 +25,8 @@ pub(super) enum Origin {
     Switch,
     /// A file of saved settings.
     Settings,
+    /// A startup line of GRBL's dialect.
+    Startup(u8),
 }
 
 /// The rest of a line, of which a command has started something.
@@ -78,6 +80,8 @@ pub(super) enum Frame<'c> {
     Replay(Replay),
     /// A line of the configuration, and where its next command is looked for.
     Script(&'c str, usize),
+    /// The startup lines of GRBL's dialect from this one on.
+    Startup(u8),
     Then(Then),
 }
 

@@ -1,18 +1,24 @@
 //! Carries out GRBL's commands: what begins with `$`, and the bytes that act at once.
 
 use gcode::realtime::Realtime;
-use program::{Dialect, State};
+use gcode::{Blocks, Refusal};
+use program::{Dialect, Meaning, State};
 use units::{Axis, AxisSet};
 
-use super::{Hands, Machine, commands};
-use crate::failure::{Answer, Failure, Outcome};
+use super::frames::Frame;
+use super::{Hands, Machine, actions, functions};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::listings;
+use crate::grbl::framing::{BANNER, LOCKED};
 use crate::grbl::numbers::Error;
-use crate::grbl::{BANNER, HELP, LOCKED, jog};
+use crate::grbl::settings::{Change, Setting, Sources};
+use crate::grbl::status::{self, Report};
+use crate::grbl::{HELP, Own, Text, jog, overrides, reports, stored};
+use crate::heat::Output;
+use crate::motion_config::motion_config;
 use crate::ports::Ports;
-use crate::reports;
 use crate::safety::Event;
-use crate::sessions::{Recipient, Reply, SessionId};
+use crate::sessions::{Recipient, Reply, Rights, SessionId, Sessions};
 
 /// Carries out a line that begins with `$`, which is taken off.
 pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
@@ -27,6 +33,14 @@ pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, t
     if let Some(axes) = command.strip_prefix('H') {
         return home(machine, axes, to).await;
     }
+    if let Some(what) = command.strip_prefix("RST=") {
+        return restore(machine, what, to).await;
+    }
+    if let Some((number, value)) = command.split_once('=')
+        && let Ok(number) = number.parse()
+    {
+        return set(machine, number, value, to).await;
+    }
     say_or_set(machine, command, to)
 }
 
@@ -36,23 +50,230 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         "" => machine.say(to, format_args!("{HELP}")),
         "X" if machine.safety.is_halted() => machine.unlock(to),
         "X" => {}
-        "C" => return commands::check_mode(machine, to).map_err(not_idle),
+        "C" => return machine.check_mode(to).map_err(not_idle),
         "SLP" => {
             machine.sleep().map_err(not_idle)?;
             machine.say(to, format_args!("[MSG:Sleeping]\n"));
         }
-        "G" => {
-            let Machine { program, outputs, sessions, config, .. } = machine;
-            reports::modal(config, program, outputs, &mut Reply::new(sessions, to));
-        }
-        "#" => {
-            let Machine { program, sessions, .. } = machine;
-            reports::offsets(program, false, &mut Reply::new(sessions, to));
-        }
-        _ => return Err(Failure::numbered(Error::Statement, "this $ command is not known: $ lists them")),
+        "$" => list(machine, to)?,
+        "G" | "#" | "N" | "I" => report(machine, command, to),
+        _ => match command.split_once('=') {
+            Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
+            _ => return Err(Failure::numbered(Error::Statement, "this $ command is not known: $ lists them")),
+        },
     }
     Ok(Answer::Ok)
 }
+
+/// What the program and the machine are like.
+fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
+    let (queue, version) = (machine.ports.motion(|motion| motion.queue_level().1), machine.ports.board().version);
+    let Machine { program, outputs, sessions, config, grbl, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match what {
+        "G" => reports::modal(config, program, outputs, reply),
+        "#" => reports::offsets(&grbl.own, program, reply),
+        "N" => reports::startup(&grbl.own, reply),
+        _ => reports::build(config, &grbl.own, version, queue, reply),
+    }
+}
+
+/// `?`
+pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    machine.follow_job();
+    let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    let line = line.and_then(|tag| machine.jobs.line_of(tag));
+    let Machine { ports, program, safety, sessions, config, tuning, outputs, grbl, .. } = machine;
+    let room = ports.inbox(id).room();
+    let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
+    let of = Report {
+        mode: safety.mode(),
+        program,
+        config,
+        tuning,
+        outputs,
+        own: &grbl.own,
+        spindle_percent: f64::from(outputs.spindle_percent()),
+        line,
+        room,
+    };
+    status::report(ports, &of, told, &mut Reply::new(sessions, Recipient::Session(id)));
+}
+
+// --- settings ---
+
+/// What settings are taken from.
+fn with_sources<P: Ports, R>(
+    machine: &mut Machine<'_, P>,
+    f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
+) -> Result<R, Failure> {
+    let motion = machine.ports.motion(|motion| motion.config().copied());
+    let motion = motion.ok_or_else(|| Failure::numbered(Error::Locked, "motion is not configured"))?;
+    let Machine { safety, sessions, config, tuning, grbl, .. } = machine;
+    let travel = safety.travel.up_to_date(config, tuning);
+    let (soft_limits, ends) = (travel.is_on(config), travel.ends());
+    Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
+}
+
+/// `$$`
+fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    with_sources(machine, |of, sessions| {
+        for setting in Setting::all() {
+            let (value, decimals) = setting.value(of);
+            sessions.say(to, format_args!("${}={value:.decimals$}\n", setting.number()));
+        }
+    })
+}
+
+/// `$n=value`: acts at once, and is saved at once.
+async fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
+    may_set(machine)?;
+    let setting = Setting::of(number).ok_or_else(|| Failure::numbered(Error::Statement, "there is no such setting"))?;
+    let change = with_sources(machine, |of, _| setting.change(value, of))??;
+    match change {
+        Change::Nothing => {}
+        Change::Own(set, value) => {
+            set(&mut machine.grbl.own, value);
+            save_own(machine)?;
+        }
+        Change::Switch(code) => drop(run_code(machine, &code).await?),
+        Change::Code(code) => {
+            run_code(machine, &code).await?;
+            save(machine, to).await?;
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+/// Settings are for a machine that does nothing.
+fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
+    match machine.safety.state() {
+        State::Idle | State::Alarm => Ok(()),
+        _ => Err(Failure::numbered(Error::NotIdle, "settings are changed from standstill")),
+    }
+}
+
+/// Runs the code that a setting is changed by. Its numbers are in mm.
+async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
+    let block = Blocks::new(code.as_bytes()).next().and_then(Result::ok);
+    let block = block.ok_or_else(|| Failure::numbered(Error::Number, code))?;
+    let Some(row) = machine.program.row(&block) else { return Ok(Answer::Unknown) };
+    let inches = machine.program.count_in_mm();
+    let facts = machine.facts();
+    let meaning = machine.program.run(&block, row, facts, Dialect::Grbl);
+    machine.program.count_in_inches(inches);
+    match meaning {
+        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, &action, Recipient::Nobody).await,
+        Ok(_) => Ok(Answer::Ok),
+        Err(fault) => Err(actions::failed_by(machine, &fault)),
+    }
+}
+
+/// Saves what M500 saves.
+async fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    if let Err(Failure::Refused(why)) = functions::save_settings(machine, None, Recipient::Nobody).await {
+        return Err(Failure::Refused(why.numbered(Error::Storage)));
+    }
+    if !machine.config.general.config_override {
+        machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
+    }
+    Ok(())
+}
+
+fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    let Machine { ports, grbl, .. } = machine;
+    stored::write(ports, &grbl.own)
+        .map_err(|error| Failure::Refused(about_file(stored::PATH, error.text()).numbered(Error::Storage)))
+}
+
+/// `$N0=`, `$N1=`, `$I=`. A startup line is looked through, and runs at the next boot or reset.
+fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
+    may_set(machine)?;
+    let text = text.trim();
+    let too_long = |_| Failure::numbered(Error::StoredLength, "80 characters are kept at most");
+    let kept = Text::try_from(text).map_err(too_long)?;
+    if key != "I" {
+        look_through(machine, text)?;
+    }
+    let own = &mut machine.grbl.own;
+    match key {
+        "N0" => own.startup[0] = kept,
+        "N1" => own.startup[1] = kept,
+        _ => own.build = kept,
+    }
+    save_own(machine)
+}
+
+/// Refuses a startup line that cannot be read, or with codes that nobody knows.
+fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Failure> {
+    for block in Blocks::new(text.as_bytes()) {
+        let block = block.map_err(|error| {
+            let number = Error::of_refusal(&Refusal::Syntax(error));
+            Failure::Refused(message(format_args!("{error}")).numbered(number))
+        })?;
+        let is_known = machine.program.row(&block).is_some() || block.code.is_some_and(crate::grbl::accepts);
+        if !is_known {
+            return Err(Failure::refused("a startup line has only known codes"));
+        }
+    }
+    Ok(())
+}
+
+/// A startup line has ended: it is said with its answer.
+pub(super) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
+    let Machine { sessions, grbl, .. } = machine;
+    let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
+    match outcome {
+        Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),
+        Err(Failure::Refused(why) | Failure::Alarm(why)) => {
+            sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", why.error.number()));
+        }
+        Err(Failure::Halted) => sessions.say(Recipient::All, format_args!(">{text}:error:9\n")),
+    }
+}
+
+/// The startup lines run next, where the machine is ready.
+pub(super) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
+    let has_lines = machine.grbl.own.startup.iter().any(|line| !line.is_empty());
+    if has_lines && machine.safety.state() == State::Idle {
+        // Without room too much is under way to begin.
+        let _ = machine.frames.push(Frame::Startup(0));
+    }
+}
+
+/// `$RST=$`, `$RST=#`, `$RST=*`: settings, offsets, or all of it and the startup lines as they were at first.
+async fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
+    may_set(machine)?;
+    if !matches!(what, "$" | "#" | "*") {
+        return Err(Failure::numbered(Error::Statement, "$RST=$ restores settings, $RST=# offsets, $RST=* all"));
+    }
+    if what != "#" {
+        let fresh = if what == "*" {
+            Own::default()
+        } else {
+            Own { report_mask: 1, inches: false, ..machine.grbl.own.clone() }
+        };
+        machine.grbl.own = fresh;
+        save_own(machine)?;
+        restore_motion(machine).await?;
+    }
+    if what != "$" {
+        machine.program.clear_offsets();
+    }
+    save(machine, to).await?;
+    machine.say(to, format_args!("[MSG:Restoring defaults]\n"));
+    Ok(Answer::Ok)
+}
+
+/// Steps and limits are as `config.ini` has them.
+async fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    machine.standstill().await?;
+    let config = motion_config(machine.config).map_err(|_| Failure::refused("the geometry fits no machine"))?;
+    let configured = machine.ports.motion(|motion| motion.configure(config));
+    configured.map_err(|error| Failure::Refused(message(format_args!("{error}"))))
+}
+
+// --- the rest ---
 
 /// A refusal that the machine is not idle is the reason of.
 fn not_idle(failure: Failure) -> Failure {
@@ -127,6 +348,9 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
     machine.program.reset();
     machine.resynchronise();
+    machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    machine.outputs.override_spindle(100.0);
+    begin_startup(machine);
     let halted = machine.safety.is_halted();
     if let Some(session) = machine.sessions.get_mut(id) {
         session.announce(format_args!("{BANNER}{}", if halted { LOCKED } else { "" }));
@@ -134,4 +358,55 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 }
 
 /// A byte that changes how fast things go, or what turns.
-pub(super) fn change<P: Ports>(_machine: &mut Machine<'_, P>, _request: Realtime, _id: SessionId) {}
+pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) {
+    let operates = machine.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
+    if !operates || machine.safety.is_halted() {
+        return;
+    }
+    let factors = machine.ports.motion(|motion| motion.overrides());
+    match request {
+        Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
+            let percent = overrides::changed(libm::round(factors.feed * 100.0), request);
+            machine.ports.motion(|motion| motion.set_overrides(percent / 100.0, factors.rapid));
+        }
+        Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
+            let rapid = overrides::rapid(request) / 100.0;
+            machine.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
+        }
+        Realtime::SpindleStop => {
+            // Only in a hold: a tool that stands must not be moved on.
+            if machine.safety.state() == State::Hold {
+                machine.outputs.stop_spindle(!machine.outputs.spindle_is_stopped());
+            }
+        }
+        Realtime::Flood | Realtime::Mist => {
+            let code = if request == Realtime::Flood { 8 } else { 7 };
+            if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
+                let change = machine.outputs.turn_over(machine.config, code);
+                apply(machine, change);
+            }
+        }
+        spindle => {
+            let percent = overrides::changed(f64::from(machine.outputs.spindle_percent()), spindle);
+            machine.outputs.override_spindle(percent as f32);
+        }
+    }
+    say_spindle(machine);
+}
+
+/// Has the spindle turn as the operator wants it. What rides on motion was told before: that comes first.
+pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.ports.heat(|heat| heat.has_effects()) {
+        return;
+    }
+    let change = machine.outputs.take_override(machine.config);
+    apply(machine, change);
+}
+
+fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
+    let now = machine.ports.now();
+    if let Some(output) = change {
+        // A switch takes anything.
+        let _ = machine.ports.heat(|heat| heat.apply(output, now));
+    }
+}

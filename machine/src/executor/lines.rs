@@ -10,7 +10,7 @@ use super::frames::{Frame, Origin, Rest};
 use super::{Machine, actions, commands, flow, grbl, operator, parameters, shapes, stack};
 use crate::failure::{Answer, Failure, Message, Outcome, message};
 use crate::grbl::numbers::Error;
-use crate::jobs::Next;
+use crate::jobs::{Next, of_number};
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
@@ -43,7 +43,7 @@ async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool)
         return true;
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
-    machine.tag = Tag::NONE;
+    machine.tag = if line.first() == Some(&b'N') { tag_of(&line) } else { Tag::NONE };
     pin!(run_session_line(machine, id, &line)).await;
     true
 }
@@ -87,6 +87,19 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
             answered(machine, id);
         }
     }
+}
+
+/// What the moves of a line with a number are made for.
+fn tag_of(line: &[u8]) -> Tag {
+    number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
+}
+
+/// The number that a line begins with.
+fn number_of(line: &[u8]) -> Option<i64> {
+    let digits = line.trim_ascii_start().strip_prefix(b"N")?.trim_ascii_start();
+    let digits = digits.iter().take_while(|digit| digit.is_ascii_digit());
+    let number = digits.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
+    (1..=i64::from(i32::MAX)).contains(&number).then_some(number)
 }
 
 fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
@@ -374,6 +387,9 @@ pub(super) fn finish<P: Ports>(
     if origin == Origin::Settings {
         return stack::settings_line_ended(machine, outcome);
     }
+    if let Origin::Startup(number) = origin {
+        grbl::startup_ended(machine, number, &outcome);
+    }
     let carried_out = outcome.is_ok();
     say_answer(machine, outcome, last, to);
     done(machine, carried_out, to, origin);
@@ -455,12 +471,9 @@ fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &
 /// upload), its checksum is not.
 fn decoder_expecting(line: &[u8]) -> Decoder {
     let mut decoder = Decoder::new();
-    let digits = line.trim_ascii_start().strip_prefix(b"N").unwrap_or(b"").trim_ascii_start();
-    let number = digits.iter().take_while(|digit| digit.is_ascii_digit());
-    let number = number.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
-    if number > 0 {
+    // A number too large for the decoder is refused by it, with the line itself.
+    if let Some(number) = number_of(line) {
         let setting = message(format_args!("N{} M110", number - 1));
-        // A number too large for the decoder is refused by it, here and with the line itself.
         let _ = decoder.decode(setting.as_bytes());
     }
     decoder

@@ -12,7 +12,7 @@ use super::frames::Frames;
 use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
-use crate::failure::{Failure, message};
+use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Files;
 use crate::grbl::Grbl;
 use crate::jobs::Jobs;
@@ -160,6 +160,19 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.serve();
             yield_once().await;
         }
+    }
+
+    /// `$C`: from now on programs are read and nothing is carried out, or the other way round.
+    pub(super) fn check_mode(&mut self, to: Recipient) -> Outcome {
+        if self.safety.apply(Event::CheckEnds) {
+            self.resynchronise();
+            self.say(to, format_args!("[MSG:Disabled]\n"));
+        } else if self.safety.apply(Event::CheckBegins) {
+            self.say(to, format_args!("[MSG:Enabled]\n"));
+        } else {
+            return Err(Failure::refused("check mode begins from standstill, without a suspended job"));
+        }
+        Ok(Answer::Ok)
     }
 
     // --- moving ---

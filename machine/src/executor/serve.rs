@@ -84,7 +84,11 @@ impl<P: Ports> Machine<'_, P> {
             let Some(request) = request else { return };
             match request {
                 Realtime::Status if self.sessions.get(id).is_some_and(|session| session.has_room_for_status()) => {
-                    functions::report_status(self, to);
+                    if self.sessions.dialect_of(to) == Dialect::Grbl {
+                        grbl::report_status(self, id);
+                    } else {
+                        functions::report_status(self, to);
+                    }
                 }
                 Realtime::Status => {
                     // It is the least urgent, so nothing else waits behind it.
@@ -119,7 +123,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    pub(super) fn may_operate(&self, id: SessionId) -> bool {
+    fn may_operate(&self, id: SessionId) -> bool {
         self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
@@ -149,6 +153,8 @@ impl<P: Ports> Machine<'_, P> {
         if !self.safety.apply(Event::Resume) {
             return;
         }
+        self.outputs.stop_spindle(false);
+        grbl::say_spindle(self);
         if was_door {
             let outputs = self.outputs.door_closes(self.config);
             self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
@@ -211,6 +217,7 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
         }
         self.follow_motion();
+        grbl::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
         self.follow_job();

@@ -25,6 +25,7 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
             Some(Frame::Rest(Rest { line, at, to, origin, last })) => {
                 lines::run_blocks(machine, Blocks::starting_at(&line, at), last, to, origin).await;
             }
+            Some(Frame::Startup(number)) => run_startup(machine, number).await,
             Some(Frame::Then(then)) => {
                 if let Err(failure) = go_on(machine, then).await {
                     fail(machine, failure);
@@ -32,6 +33,18 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             _ => {}
         },
+    }
+}
+
+/// A startup line, and then those behind it. An alarm is none's beginning.
+async fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
+    let Some(text) = machine.grbl.own.startup.get(usize::from(number)).cloned() else { return };
+    // The frame that was taken left its room.
+    let _ = machine.frames.push(Frame::Startup(number + 1));
+    if !text.is_empty() {
+        machine.tag = motion::Tag::NONE;
+        let blocks = Blocks::new(text.as_bytes());
+        lines::run_blocks(machine, blocks, None, Recipient::Nobody, Origin::Startup(number)).await;
     }
 }
 
@@ -120,7 +133,7 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
-            Frame::Script(..) | Frame::Then(_) => {}
+            Frame::Script(..) | Frame::Then(_) | Frame::Startup(_) => {}
         }
     }
 }

@@ -8,6 +8,11 @@ use core::fmt::{self, Write};
 
 use super::numbers::Error;
 
+/// What a session of this dialect is told first, and after each reset: senders wait for it.
+pub const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
+/// What follows it while the machine is halted.
+pub const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
+
 /// Where in a line the last piece ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
@@ -162,7 +167,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is said, in whatever pieces: one answer, and nothing else that a sender could take for one.
+        /// Whatever is said, in whatever pieces: one answer, and nothing else that a sender could take for
+        /// one.
         #[test]
         fn one_answer_a_line(
             pieces in proptest::collection::vec("(ok|error:|ok |// |\\[|a|\n){0,4}", 0..12), settles: bool,

@@ -6,16 +6,25 @@
 
 use gcode::{Code, Letter};
 
+use crate::sessions::MAX_SESSIONS;
+
 pub mod framing;
 pub(crate) mod jog;
 pub mod numbers;
+pub(crate) mod overrides;
+pub(crate) mod reports;
+pub(crate) mod settings;
+pub(crate) mod status;
+pub(crate) mod stored;
+pub(crate) mod told;
 
-/// What a session of this dialect is told first, and after each reset: senders wait for it.
-pub const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
-/// What follows it while the machine is halted.
-pub const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
 /// The answer to `$`.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\n";
+
+/// How many startup lines there are.
+pub(crate) const STARTUP_LINES: usize = 2;
+/// A startup line, or the build's text: as long as a line of GRBL's may be.
+pub(crate) type Text = heapless::String<80>;
 
 /// Whether a code that has nothing to do here is accepted all the same, as GRBL does: those that ask for what
 /// is so anyway, and those for a spindle or coolant that nothing here switches.
@@ -28,6 +37,30 @@ pub fn accepts(code: Code) -> bool {
     }
 }
 
-/// What the dialect has beside the machine's own settings.
+/// What the dialect has beside the machine's own settings, and keeps on the card in a file of its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Own {
+    /// `$10`: bit 0 machine position, else work position; bit 1 room in the buffers.
+    pub report_mask: u8,
+    /// `$13`: reports are in inches.
+    pub inches: bool,
+    /// `$N`
+    pub startup: [Text; STARTUP_LINES],
+    /// `$I=`
+    pub build: Text,
+}
+
+impl Default for Own {
+    fn default() -> Self {
+        Self { report_mask: 1, inches: false, startup: [const { Text::new() }; STARTUP_LINES], build: Text::new() }
+    }
+}
+
+/// The dialect's own state.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Grbl {}
+pub(crate) struct Grbl {
+    /// What is stored.
+    pub own: Own,
+    /// What each session was told in its last reports.
+    pub told: [told::Told; MAX_SESSIONS],
+}

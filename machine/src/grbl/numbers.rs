@@ -17,6 +17,8 @@ pub enum Error {
     Negative = 4,
     /// Homing is not configured, or a setting is read only.
     NotEnabled = 5,
+    /// The card keeps nothing.
+    Storage = 7,
     /// The machine is not idle.
     NotIdle = 8,
     /// Halted, or jogging.
@@ -91,6 +93,7 @@ impl Error {
         let Refusal::Syntax(error) = refusal else { return Self::LineNumber };
         match error.problem {
             P::MissingNumber(_) | P::NoDigits(_) | P::SecondPoint(_) | P::BadChecksum => Self::Number,
+            P::NoValue | P::TwoPoints | P::NotFinite | P::DivisionByZero | P::NoParameter => Self::Number,
             P::BadCode(_) | P::BadSubcode(_) => Self::NotWhole,
             P::BadLineNumber => Self::LineNumber,
             _ => Self::Letter,

@@ -27,6 +27,7 @@ use lines::FileLines;
 pub use lines::Next;
 pub use suspended::Suspended;
 use tags::Tags;
+pub(crate) use tags::of_number;
 
 const PRINTING: &str = "Currently printing, abort print first";
 

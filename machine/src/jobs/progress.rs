@@ -17,6 +17,12 @@ impl Jobs {
         self.place = tag.and_then(|tag| self.tags.executing(tag).or(self.place));
     }
 
+    /// The number of the line that moves with this tag are made for: the job's, or the one a session gave it.
+    #[must_use]
+    pub fn line_of(&self, tag: Tag) -> Option<u32> {
+        self.tags.number(tag)
+    }
+
     /// Number of the line, and the offset of its end, that the motors make, or that was read last.
     fn place(&self, job: &Job) -> (u32, u32) {
         self.place.unwrap_or((job.lines.number(), job.lines.read()))

@@ -8,6 +8,15 @@ use motion::Tag;
 /// Lines that are remembered; more than moves are queued in a usual look-ahead queue.
 const REMEMBERED: usize = 256;
 
+/// Of tags that are numbers which sessions gave to their own lines (`N`).
+const NUMBERED: u32 = 1 << 31;
+
+/// The tag of moves that a session's line of this number makes.
+#[must_use]
+pub(crate) const fn of_number(number: u32) -> Tag {
+    Tag(NUMBERED | number)
+}
+
 /// A line that moves are made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
@@ -36,7 +45,7 @@ impl Default for Tags {
 impl Tags {
     /// The tag of moves that this line, which ends at this offset of the file, makes.
     pub fn begin_line(&mut self, line: u32, offset: u32) -> Tag {
-        let mut next = self.newest.0.wrapping_add(1);
+        let mut next = self.newest.0.wrapping_add(1) & !NUMBERED;
         if next == Tag::NONE.0 {
             next = 1;
         }
@@ -52,13 +61,19 @@ impl Tags {
     /// this job. Of one that is too long ago, the oldest line that is remembered.
     #[must_use]
     pub fn executing(&self, tag: Tag) -> Option<(u32, u32)> {
-        let age = self.newest.0.wrapping_sub(tag.0);
-        if tag == Tag::NONE || age >= self.count {
+        let age = self.newest.0.wrapping_sub(tag.0) & !NUMBERED;
+        if tag == Tag::NONE || tag.0 & NUMBERED != 0 || age >= self.count {
             return None;
         }
         let oldest = REMEMBERED as u32 - 1;
         let place = self.places.get(index(self.newest.0.wrapping_sub(age.min(oldest))))?;
         Some((place.line, place.offset))
+    }
+
+    /// The number of the line that moves with this tag are made for.
+    #[must_use]
+    pub fn number(&self, tag: Tag) -> Option<u32> {
+        if tag.0 & NUMBERED != 0 { Some(tag.0 & !NUMBERED) } else { self.executing(tag).map(|(line, _)| line) }
     }
 
     /// Another job, or this one from its beginning: what was given before is none of it.
@@ -88,6 +103,14 @@ mod tests {
     }
 
     #[test]
+    fn a_sessions_number_is_no_line_of_the_job() {
+        let mut tags = Tags::default();
+        let first = tags.begin_line(3, 10);
+        assert_eq!((tags.number(first), tags.number(of_number(12))), (Some(3), Some(12)));
+        assert_eq!((tags.executing(of_number(1)), tags.number(Tag::NONE)), (None, None));
+    }
+
+    #[test]
     fn of_a_line_long_ago_the_oldest_one_is_told() {
         let mut tags = Tags::default();
         let first = tags.begin_line(1, 10);
@@ -109,7 +132,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn tags_are_never_none_and_progress_never_goes_back(start in any::<u32>(), steps in prop::collection::vec(1_u32..40, 1..600)) {
+        fn tags_are_never_none_and_progress_never_goes_back(start in 0..NUMBERED, steps in prop::collection::vec(1_u32..40, 1..600)) {
             let mut tags = Tags { newest: Tag(start), ..Tags::default() };
             let mut given = Vec::new();
             let mut offset = 0;
@@ -120,7 +143,7 @@ mod tests {
                 given.push(tag);
             }
             // Where the count begins anew, one place counts twice.
-            let begins_anew = start.checked_add(steps.len() as u32).is_none();
+            let begins_anew = start + steps.len() as u32 >= NUMBERED;
             let reported: Vec<u32> = given.iter().filter_map(|tag| tags.executing(*tag)).map(|(line, _)| line).collect();
             prop_assert!(reported.len() + usize::from(begins_anew) >= given.len());
             prop_assert!(begins_anew || reported.is_sorted());

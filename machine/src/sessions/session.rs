@@ -9,8 +9,7 @@ use units::Micros;
 
 use super::{Inbox, LineBytes, Received};
 use crate::files::paths::Path;
-use crate::grbl::BANNER;
-use crate::grbl::framing::Framing;
+use crate::grbl::framing::{BANNER, Framing};
 use crate::grbl::numbers::Error;
 use crate::ports::{FileHandle, SessionProfile};
 

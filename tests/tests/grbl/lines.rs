@@ -1,33 +1,12 @@
-//! GRBL 1.1 as its senders see it: what they send, byte for byte, and every line that they get.
+//! One answer a line, alarms, resets.
 
 use machine::Dialect;
 use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::{Rights, SessionId};
-use scenarios::{Bench, CARTESIAN, Plan};
+use scenarios::{CARTESIAN, Plan};
 use units::Actuator::Alpha;
 
-const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
-const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
-
-fn plan() -> Plan {
-    Plan::new(CARTESIAN).with("grbl_mode = false", "grbl_mode = true")
-}
-
-fn start() -> Bench {
-    plan().start()
-}
-
-/// The answer to a line: its messages, and the one line that answers.
-#[track_caller]
-fn refused(bench: &mut Bench, line: &str, number: u8) -> String {
-    let said = bench.say(line);
-    let (messages, answers): (Vec<&str>, Vec<&str>) = said.lines().partition(|line| line.starts_with("[MSG:"));
-    assert_eq!(answers, [format!("error:{number}")], "{line}: {said}");
-    assert!(!messages.is_empty(), "{line} is refused without a reason");
-    messages.join("\n")
-}
-
-// --- one answer a line ---
+use super::{BANNER, LOCKED, refused, start};
 
 #[test]
 fn every_session_of_the_dialect_is_greeted_with_grbls_banner() {
@@ -167,103 +146,4 @@ fn a_reset_drops_what_was_sent_before_it() {
     let place = bench.carriage(Alpha);
     bench.hear(1.0);
     assert_eq!(bench.carriage(Alpha), place);
-}
-
-// --- jogging ---
-
-#[test]
-fn a_jog_has_its_own_units_and_distance_mode_and_one_ok() {
-    let mut bench = start();
-    bench.run(&["$H", "G90 G21 G1 X10 F6000", "G4 P0"]);
-    for (jog, x) in [
-        ("$J=G91 X5 F3000", 15.0),
-        ("$J=G91X-5F3000", 10.0),
-        ("$J=G90 G21 X20 F3000", 20.0),
-        ("$J=G20G91X1F100", 45.4),
-        ("$J=G53 X30 F3000", 30.0),
-    ] {
-        bench.run(&[jog]);
-        bench.hear_until_idle();
-        assert!((bench.carriage(Alpha) - x).abs() < 0.02, "{jog}: {}", bench.carriage(Alpha));
-    }
-    let said = bench.say("$G");
-    assert!(
-        said.contains("[GC:G1 ") && said.contains(" G21 ") && said.contains(" G90 "),
-        "a jog changed modes: {said}"
-    );
-    // The program goes on from where the jogs ended.
-    bench.run(&["G91 G1 X1 F3000", "G4 P0"]);
-    assert!((bench.carriage(Alpha) - 31.0).abs() < 0.02);
-}
-
-#[test]
-fn what_is_no_jog_is_refused_and_moves_nothing() {
-    let mut bench = start();
-    bench.run(&["$H", "G1 X10 F6000", "G4 P0"]);
-    for (line, number) in [
-        ("$J=X1", 22),
-        ("$J=F100", 26),
-        ("$J=G1 X1 F100", 16),
-        ("$J=X1 F100 M3", 16),
-        ("$J=X9999 F100", 15),
-        ("$J=X1 F100 $", 1),
-        ("$J X1 F100", 3),
-    ] {
-        refused(&mut bench, line, number);
-    }
-    assert!(bench.status().starts_with("<Idle|"), "a jog out of travel is no alarm");
-    bench.run(&["G1 X30 F600"]);
-    refused(&mut bench, "$J=G91 X1 F100", 8);
-    bench.hear_until_idle();
-    assert!((bench.carriage(Alpha) - 30.0).abs() < 0.02);
-}
-
-#[test]
-fn a_jog_is_cancelled_at_once_and_the_place_is_known() {
-    for stop in [&b"\x85"[..], b"!"] {
-        let mut bench = start();
-        bench.run(&["$H", "$J=G91 X100 F1800", "$J=G91 Y100 F1800"]);
-        bench.hear(1.0);
-        assert!(bench.status().starts_with("<Jog|"), "{}", bench.status());
-        refused(&mut bench, "G1 X5 F600", 9);
-        bench.send(stop);
-        bench.hear(0.5);
-        let status = bench.status();
-        assert!(status.starts_with("<Idle|"), "{status}");
-        let x = bench.carriage(Alpha);
-        assert!((30.0..40.0).contains(&x), "{x}");
-        bench.run(&["$J=G91 X1 F600"]);
-        bench.hear_until_idle();
-        assert!((bench.carriage(Alpha) - x - 1.0).abs() < 0.02);
-        bench.run(&["G91 G1 X1 F600", "G4 P0"]);
-        assert!((bench.carriage(Alpha) - x - 2.0).abs() < 0.02);
-    }
-}
-
-/// Many short jogs, as from a pendant, with the byte that ends them in their midst: none of them goes on.
-#[test]
-fn jogs_that_wait_for_room_end_with_the_others() {
-    let mut bench = start();
-    bench.run(&["$H"]);
-    let jogs = "$J=G91 X0.1 F600\n".repeat(200);
-    bench.type_in(&jogs);
-    let mut said = bench.hear(1.0);
-    bench.send(b"\x85");
-    said += &bench.hear(3.0);
-    assert_eq!(said, "ok\n".repeat(200));
-    assert!(bench.status().starts_with("<Idle|"));
-}
-
-trait Wait {
-    fn hear_until_idle(&mut self);
-}
-
-impl Wait for Bench {
-    fn hear_until_idle(&mut self) {
-        let end = self.now_s() + 60.0;
-        while self.moves() || !self.status().starts_with("<Idle") {
-            assert!(self.now_s() < end, "it never rests: {}", self.status());
-            self.hear(0.02);
-        }
-    }
 }

@@ -1,0 +1,362 @@
+//! GRBL's numbered settings: which of ours each one reads and writes. One table.
+//!
+//! What a code changes at run time, `$n=` changes by that code: it acts at once, within the code's bounds.
+//! What stands in `config.ini` alone is read only: wiring and homing are read once, at boot.
+
+use config::{HomingDirection, MachineConfig};
+use motion::MotionConfig;
+use units::{Actuator, Axis, PerAxis};
+
+use super::Own;
+use super::numbers::Error;
+use crate::failure::{Failure, Message, message};
+
+/// What the values are taken from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sources<'m> {
+    /// Steps, limits and corners in force.
+    pub motion: &'m MotionConfig,
+    /// As it was read.
+    pub config: &'m MachineConfig,
+    /// The dialect's own.
+    pub own: &'m Own,
+    /// Moves are held against the travel.
+    pub soft_limits: bool,
+    /// The ends of the axes, machine position in mm.
+    pub ends: &'m [PerAxis<f64>; 2],
+}
+
+/// How a setting is changed.
+#[derive(Clone, Copy, Debug)]
+enum Write {
+    /// Only by this setting of `config.ini`.
+    Config(&'static str),
+    /// By this code, whose word has the axis's letter or this one; its value is the setting's times a factor.
+    Code(&'static str, Option<char>, f64),
+    /// Here.
+    Own(fn(&mut Own, f64)),
+    /// By this code, which switches something on or off.
+    Switch(&'static str),
+    /// A laser, which this firmware does not know yet.
+    Laser,
+}
+
+/// A row, or three: one for each of X Y Z.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    /// The first number.
+    number: u16,
+    /// X, Y and Z have a number each.
+    of_axes: bool,
+    /// What it is, with its unit.
+    meaning: &'static str,
+    decimals: usize,
+    read: fn(&Sources<'_>, Axis) -> f64,
+    write: Write,
+}
+
+const fn row(
+    number: u16,
+    decimals: usize,
+    meaning: &'static str,
+    read: fn(&Sources<'_>, Axis) -> f64,
+    write: Write,
+) -> Row {
+    Row { number, of_axes: number >= 100, meaning, decimals, read, write }
+}
+
+fn flag(is_so: bool) -> f64 {
+    f64::from(u8::from(is_so))
+}
+
+/// One bit for each of X Y Z.
+fn mask(is_so: impl Fn(Axis) -> bool) -> f64 {
+    f64::from((0..).zip(Axis::PRIMARY).filter(|(_, axis)| is_so(*axis)).fold(0_u8, |bits, (bit, _)| bits | 1 << bit))
+}
+
+fn motor(axis: Axis) -> Actuator {
+    Actuator::from_index(axis as usize).unwrap_or(Actuator::Alpha)
+}
+
+/// Of the first axis that homes.
+fn homing(config: &MachineConfig, pick: fn(&config::EndstopConfig) -> f64) -> f64 {
+    Axis::PRIMARY.into_iter().find_map(|axis| config.homing_endstop(axis)).map_or(0.0, pick)
+}
+
+fn homes(config: &MachineConfig) -> bool {
+    Axis::PRIMARY.into_iter().any(|axis| config.homing_endstop(axis).is_some())
+}
+
+fn travel(of: &Sources<'_>, axis: Axis) -> f64 {
+    let [least, most] = of.ends;
+    let length = most[axis] - least[axis];
+    if length.is_finite() { length } else { of.config.homing_endstop(axis).map_or(0.0, |stop| stop.max_travel.0) }
+}
+
+/// Every setting.
+pub(crate) const ROWS: &[Row] = &[
+    row(
+        0,
+        0,
+        "step pulse, us",
+        |of, _| f64::from(of.config.system.step_pulse_us),
+        Write::Config("[system] step_pulse_us"),
+    ),
+    row(1, 0, "step idle delay, ms: 255, motors keep their current", |_, _| 255.0, Write::Config("[current control]")),
+    row(
+        2,
+        0,
+        "step pins inverted, mask",
+        |of, _| mask(|axis| of.config.actuators[motor(axis)].step_pin.is_some_and(|pin| pin.inverted)),
+        Write::Config("[actuator] step_pin"),
+    ),
+    row(
+        3,
+        0,
+        "directions inverted, mask",
+        |of, _| mask(|axis| of.config.actuators[motor(axis)].direction_inverted()),
+        Write::Config("[actuator] dir_pin"),
+    ),
+    row(
+        4,
+        0,
+        "enable pins inverted",
+        |of, _| flag(of.config.actuators().any(|(_, motor)| motor.en_pin.is_some_and(|pin| pin.inverted))),
+        Write::Config("[actuator] en_pin"),
+    ),
+    row(
+        5,
+        0,
+        "limit pins inverted",
+        |of, _| flag(of.config.endstops.iter().any(|stop| stop.pin.is_some_and(|pin| pin.inverted))),
+        Write::Config("[endstops] pin"),
+    ),
+    row(
+        6,
+        0,
+        "probe pin inverted",
+        |of, _| flag(of.config.probe.pin.is_some_and(|pin| pin.inverted)),
+        Write::Config("[zprobe] probe_pin"),
+    ),
+    row(
+        10,
+        0,
+        "status report, mask",
+        |of, _| f64::from(of.own.report_mask),
+        Write::Own(|own, value| own.report_mask = value as u8),
+    ),
+    row(
+        11,
+        3,
+        "junction deviation, mm",
+        |of, _| of.motion.limits.junction_deviation.0,
+        Write::Code("M205", Some('X'), 1.0),
+    ),
+    row(
+        12,
+        3,
+        "arc tolerance, mm: 0, arcs are exact",
+        |of, _| of.config.motion.mm_max_arc_error.map_or(0.0, |error| error.0),
+        Write::Config("[motion control] mm_max_arc_error"),
+    ),
+    row(13, 0, "reports in inches", |of, _| flag(of.own.inches), Write::Own(|own, value| own.inches = value != 0.0)),
+    row(20, 0, "soft limits", |of, _| flag(of.soft_limits), Write::Switch("M211 S")),
+    row(
+        21,
+        0,
+        "hard limits",
+        |of, _| flag(of.config.endstops.iter().any(|stop| stop.limit_enable && stop.pin.is_some())),
+        Write::Config("[endstops] limit_enable"),
+    ),
+    row(22, 0, "homing", |of, _| flag(homes(of.config)), Write::Config("[endstops] homing_direction")),
+    row(
+        23,
+        0,
+        "homing towards the minimum, mask",
+        |of, _| {
+            let config = of.config;
+            let is_down =
+                |axis| config.homing_endstop(axis).is_some_and(|stop| stop.homing_direction == HomingDirection::ToMin);
+            mask(is_down)
+        },
+        Write::Config("[endstops] homing_direction"),
+    ),
+    row(
+        24,
+        3,
+        "homing feed rate, mm/min",
+        |of, _| homing(of.config, |stop| stop.slow_rate.per_minute()),
+        Write::Config("[endstops] slow_rate"),
+    ),
+    row(
+        25,
+        3,
+        "homing seek rate, mm/min",
+        |of, _| homing(of.config, |stop| stop.fast_rate.per_minute()),
+        Write::Config("[endstops] fast_rate"),
+    ),
+    row(
+        26,
+        0,
+        "homing debounce, ms",
+        |of, _| of.config.homing.debounce.0 as f64 / 1_000.0,
+        Write::Config("[endstops] common.debounce_ms"),
+    ),
+    row(
+        27,
+        3,
+        "homing pull-off, mm",
+        |of, _| homing(of.config, |stop| stop.retract.0),
+        Write::Config("[endstops] retract"),
+    ),
+    row(
+        30,
+        0,
+        "greatest S: percent of a pwm output",
+        |_, _| 100.0,
+        Write::Config("[switch] output_type: S is a percent"),
+    ),
+    row(31, 0, "least S", |_, _| 0.0, Write::Config("[switch] startup_value")),
+    row(32, 0, "laser mode", |_, _| 0.0, Write::Laser),
+    row(
+        100,
+        3,
+        "steps per mm",
+        |of, axis| of.motion.actuators[motor(axis)].map_or(0.0, |motor| motor.steps_per_mm),
+        Write::Code("M92", None, 1.0),
+    ),
+    row(
+        110,
+        3,
+        "greatest rate, mm/min",
+        |of, axis| {
+            let own = of.motion.limits.axis_speed.get(axis as usize).copied().flatten();
+            own.unwrap_or(of.motion.limits.actuator_rate[motor(axis)]).per_minute()
+        },
+        Write::Code("M203", None, 1.0 / 60.0),
+    ),
+    row(
+        120,
+        3,
+        "acceleration, mm/s^2",
+        |of, axis| of.motion.limits.actuator_acceleration[motor(axis)].unwrap_or(of.motion.limits.acceleration).0,
+        Write::Code("M204", None, 1.0),
+    ),
+    row(130, 3, "travel, mm", travel, Write::Config("[soft endstop] x_min ... z_max")),
+];
+
+/// A setting: its row and its axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setting {
+    row: &'static Row,
+    axis: Axis,
+}
+
+/// What setting it comes to.
+#[derive(Clone, Debug)]
+pub(crate) enum Change {
+    /// It has that value.
+    Nothing,
+    /// This code does it, and what M500 saves must be saved.
+    Code(Message),
+    /// This code does it, until the next reset.
+    Switch(Message),
+    /// The dialect's own changes.
+    Own(fn(&mut Own, f64), f64),
+}
+
+impl Setting {
+    /// Every setting, in order.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let axes = |row: &'static Row| Axis::PRIMARY.into_iter().take(if row.of_axes { 3 } else { 1 });
+        ROWS.iter().flat_map(move |row| axes(row).map(move |axis| Self { row, axis }))
+    }
+
+    /// The setting of a number.
+    #[must_use]
+    pub fn of(number: u16) -> Option<Self> {
+        Self::all().find(|setting| setting.number() == number)
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        self.row.number + if self.row.of_axes { self.axis as u16 } else { 0 }
+    }
+
+    /// Its value, and how many decimals are said.
+    #[must_use]
+    pub fn value(self, of: &Sources<'_>) -> (f64, usize) {
+        ((self.row.read)(of, self.axis), self.row.decimals)
+    }
+
+    /// What a new value comes to.
+    ///
+    /// # Errors
+    /// When it is no number that the setting takes, or the setting is read only.
+    pub fn change(self, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
+        let wanted = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() < 1e9);
+        let wanted = wanted.ok_or_else(|| Failure::numbered(Error::Number, "a setting takes a number"))?;
+        if wanted < 0.0 {
+            return Err(Failure::numbered(Error::Negative, "a setting is not negative"));
+        }
+        let (value, decimals) = self.value(of);
+        // As far as it is said.
+        let step = (0..decimals).fold(1.0, |step, _| step / 10.0);
+        if (wanted - value).abs() < step / 2.0 {
+            return Ok(Change::Nothing);
+        }
+        match self.row.write {
+            Write::Config(key) => {
+                let text = message(format_args!("{}: change {key} in config.ini and reset", self.row.meaning));
+                Err(Failure::Refused(text.numbered(Error::Statement)))
+            }
+            Write::Code(code, letter, factor) => {
+                let letter = letter.unwrap_or(self.axis.letter());
+                Ok(Change::Code(message(format_args!("{code} {letter}{:.9}", wanted * factor))))
+            }
+            Write::Switch(_) if wanted != 0.0 && !homes(of.config) => {
+                Err(Failure::numbered(Error::NeedsHoming, "soft limits need homing: no endstop has a homing_direction"))
+            }
+            Write::Switch(code) => Ok(Change::Switch(message(format_args!("{code}{}", u8::from(wanted != 0.0))))),
+            Write::Own(set) => Ok(Change::Own(set, wanted)),
+            Write::Laser => Err(Failure::numbered(
+                Error::NoLaserOutput,
+                "laser mode is not supported yet: M3 S keeps its power in G0",
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grbls_in_order() {
+        let numbers: Vec<u16> = Setting::all().map(Setting::number).collect();
+        let expected = (0..=6).chain(10..=13).chain(20..=27).chain(30..=32);
+        let axes = [100, 110, 120, 130].into_iter().flat_map(|first| first..first + 3);
+        assert_eq!(numbers, expected.chain(axes).collect::<Vec<_>>());
+        assert!(numbers.iter().all(|number| Setting::of(*number).map(Setting::number) == Some(*number)));
+        assert!(Setting::of(7).is_none() && Setting::of(103).is_none());
+    }
+
+    #[test]
+    fn the_page_has_every_setting() {
+        let page = include_str!("../../../docs/grbl.md");
+        for row in ROWS {
+            let numbers =
+                if row.of_axes { format!("{}-{}", row.number, row.number + 2) } else { format!("{}", row.number) };
+            let by = match row.write {
+                Write::Config(key) => format!("read only: `{key}`"),
+                Write::Code(code, ..) => code.to_string(),
+                Write::Switch(code) => format!("{} until the reset", code.trim_end_matches(" S")),
+                Write::Own(_) => "kept in `grbl-settings`".into(),
+                Write::Laser => "refused, error 17: lasers are not supported yet".into(),
+            };
+            let line = format!("| ${numbers} | {} | {by} |", row.meaning);
+            assert!(page.contains(&line), "docs/grbl.md has no `{line}`");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! `?` as GRBL 1.1 answers it: `<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>`.
+//!
+//! Fields that seldom change are told seldom: offsets in every thirtieth report while something goes on and
+//! in every tenth else, overrides in every twentieth and tenth, and both as soon as they have changed.
+
+use config::MachineConfig;
+use motion::Motion;
+use program::{Interpreter, State};
+use units::{Axis, PerAxis};
+
+use super::Own;
+use super::reports::{Length, MM_PER_INCH};
+use super::told::{Overrides, Told};
+use crate::outputs::Outputs;
+use crate::ports::{Input, Inputs, MotionPort};
+use crate::probing::touches;
+use crate::reports::{Line, add, free_axes};
+use crate::safety::Mode;
+use crate::sessions::Reply;
+use crate::tuning::Tuning;
+
+/// What a report is about, beside what ports know.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Report<'m> {
+    pub mode: Mode,
+    pub program: &'m Interpreter,
+    pub config: &'m MachineConfig,
+    pub tuning: &'m Tuning,
+    pub outputs: &'m Outputs,
+    pub own: &'m Own,
+    /// Percent of the spindle's speed.
+    pub spindle_percent: f64,
+    /// The line that the motors make.
+    pub line: Option<u32>,
+    /// Bytes that the session may still send.
+    pub room: usize,
+}
+
+impl Report<'_> {
+    /// Something may be moving, or waits to.
+    const fn is_busy(&self) -> bool {
+        matches!(
+            self.mode.state(),
+            State::Run | State::Hold | State::Homing | State::Probing | State::Jog | State::Door
+        )
+    }
+
+    fn overrides(&self, motion: &Motion) -> Overrides {
+        let factors = motion.overrides();
+        let codes = [3, 4, 8, 7].into_iter().enumerate();
+        let on = codes.filter(|(_, code)| self.outputs.is_on_by_code(self.config, *code));
+        Overrides {
+            percents: [libm::round(factors.feed * 100.0), libm::round(factors.rapid * 100.0), self.spindle_percent],
+            accessories: on.fold(0, |bits, (bit, _)| bits | 1 << bit),
+        }
+    }
+}
+
+/// Answers `?`.
+pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, told: &mut Told, reply: &mut Reply<'_>) {
+    let live = of.is_busy();
+    let (place, speed, overrides, room, rests) = ports.motion(|motion| {
+        let place = if live { motion.live_position() } else { motion.commanded_position() };
+        let (used, size) = motion.queue_level();
+        (place, motion.speed(), of.overrides(motion), size.saturating_sub(used), motion.speed().0 == 0.0)
+    });
+    let mut line = Line::new();
+    add!(line, "<{}{}", of.mode.state().name(), sub_state(of.mode.state(), rests));
+    let shows_machine = of.own.report_mask & 1 != 0;
+    add!(line, "|{}:", if shows_machine { "MPos" } else { "WPos" });
+    add_point(&mut line, of, &if shows_machine { place } else { of.program.modal().work(&place) });
+    if of.own.report_mask & 2 != 0 {
+        add!(line, "|Bf:{room},{}", of.room);
+    }
+    if let Some(number) = of.line {
+        add!(line, "|Ln:{number}");
+    }
+    let feed = speed.per_minute() / if of.own.inches { MM_PER_INCH } else { 1.0 };
+    let turns = [3, 4].into_iter().any(|code| of.outputs.is_on_by_code(of.config, code));
+    add!(line, "|FS:{feed:.0},{:.0}", if turns { of.program.modal().power } else { 0.0 });
+    add_pins(&mut line, of, ports);
+    add_seldom(&mut line, of, overrides, told);
+    reply.say(format_args!("{line}>\n"));
+}
+
+/// What of a hold or an open door is over: 0 it rests and may go on, else it still brakes.
+const fn sub_state(state: State, rests: bool) -> &'static str {
+    match (state, rests) {
+        (State::Hold | State::Door, true) => ":0",
+        (State::Hold, false) => ":1",
+        (State::Door, false) => ":2",
+        _ => "",
+    }
+}
+
+fn add_point(line: &mut Line, of: &Report<'_>, place: &PerAxis<f64>) {
+    for (index, axis) in Axis::PRIMARY.into_iter().chain(free_axes(of.config, of.program.tools())).enumerate() {
+        let length = Length { mm: place[axis], inches: of.own.inches };
+        add!(*line, "{}{length}", if index == 0 { "" } else { "," });
+    }
+}
+
+/// Inputs that are triggered: the axes of limit switches, `P` the probe; `D` while the door is open.
+fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
+    let levels = ports.inputs();
+    let is_hit = |axis: Axis| {
+        let stops = (0..).zip(&of.config.endstops).filter(|(_, stop)| stop.pin.is_some() && stop.axis == Some(axis));
+        stops.into_iter().any(|(index, _)| levels.is_active(Input::Endstop(index)))
+    };
+    let mut pins = heapless::String::<8>::new();
+    // At most seven letters.
+    Axis::PRIMARY.into_iter().filter(|axis| is_hit(*axis)).for_each(|axis| drop(pins.push(axis.letter())));
+    if of.config.probe.enable && of.config.probe.pin.is_some() && touches(levels, of.tuning) {
+        let _ = pins.push('P');
+    }
+    if of.mode.state() == State::Door {
+        let _ = pins.push('D');
+    }
+    if !pins.is_empty() {
+        add!(*line, "|Pn:{pins}");
+    }
+}
+
+fn add_seldom(line: &mut Line, of: &Report<'_>, overrides: Overrides, told: &mut Told) {
+    let modal = of.program.modal();
+    let offsets = Axis::PRIMARY.map(|axis| modal.offset(axis));
+    if told.offsets != offsets {
+        told.offsets_in = 0;
+    }
+    if told.overrides != overrides {
+        told.overrides_in = 0;
+    }
+    if told.offsets_in == 0 {
+        told.offsets_in = if of.is_busy() { 30 } else { 10 };
+        told.offsets = offsets;
+        let mut place = PerAxis([0.0; units::MAX_AXES]);
+        Axis::PRIMARY.into_iter().zip(offsets).for_each(|(axis, offset)| place[axis] = offset);
+        add!(*line, "|WCO:");
+        add_point(line, of, &place);
+        // One of the two at a time: the line stays short.
+        told.overrides_in = told.overrides_in.max(1);
+    }
+    told.offsets_in -= 1;
+    if told.overrides_in == 0 {
+        told.overrides_in = if of.is_busy() { 20 } else { 10 };
+        told.overrides = overrides;
+        let [feed, rapid, spindle] = overrides.percents;
+        add!(*line, "|Ov:{feed:.0},{rapid:.0},{spindle:.0}");
+        if overrides.accessories != 0 {
+            add!(*line, "|A:");
+            let letters = ['S', 'C', 'F', 'M'].into_iter().enumerate();
+            for (_, letter) in letters.filter(|(bit, _)| overrides.accessories & 1 << bit != 0) {
+                add!(*line, "{letter}");
+            }
+        }
+    }
+    told.overrides_in -= 1;
+}
