@@ -301,7 +301,10 @@ impl Bench {
             self.pass(10 * attempt * MS);
             said.push_str(&self.heard(CONSOLE));
             // The answer of M105 in a state in which it may answer.
-            if ["ok T", "ok B", "the configuration has errors"].iter().any(|answer| said.contains(answer)) {
+            if ["ok T", "ok B", "[MSG:T", "[MSG:B", "the configuration has errors"]
+                .iter()
+                .any(|answer| said.contains(answer))
+            {
                 return;
             }
         }

@@ -67,8 +67,6 @@ pub enum Alarm {
     /// Stopped in the middle. Whatever has no number of its own: it too means to home before going on.
     #[default]
     Abort = 3,
-    /// The probe was triggered before its search began.
-    ProbeState = 4,
     /// The probe found nothing.
     ProbeMiss = 5,
     /// Stopped while homing.

@@ -9,6 +9,7 @@ use super::slaves::SlavesAhead;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
+use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 
 /// Disturbed approaches that are repeated: the input fired but is open when the motors stand.
@@ -174,7 +175,12 @@ impl Approach {
         let Some(axis) = there.axes().next() else { return Ok(false) };
         hands.latch().disarm();
         if !self.may_be_there && progress.missing == self.set {
-            return Err(alarm(config, axis, "endstop does not open when backed off: stuck, or wired inverted"));
+            return Err(alarm(
+                config,
+                axis,
+                Alarm::HomingPullOff,
+                "endstop does not open when backed off: stuck, or wired inverted",
+            ));
         }
         progress.hits.unsure = progress.hits.unsure.or(there);
         progress.missing = progress.missing.without(there);
@@ -198,7 +204,12 @@ impl Progress {
         } else if self.disturbed < RETRIES {
             self.disturbed += 1;
         } else {
-            return Err(alarm(config, axis, "endstop fires but does not stay operated: check its wiring"));
+            return Err(alarm(
+                config,
+                axis,
+                Alarm::HomingSearch,
+                "endstop fires but does not stay operated: check its wiring",
+            ));
         }
         Ok(())
     }
@@ -219,11 +230,12 @@ impl Progress {
             Some(axis) => alarm(
                 config,
                 axis,
+                Alarm::HomingSearch,
                 "the switch of its slave closed first, more than 0.25 mm before: the axis is racked",
             ),
             None => {
                 let axis = self.missing.axes().next().unwrap_or(Axis::X);
-                alarm(config, axis, "endstop was not reached within its travel")
+                alarm(config, axis, Alarm::HomingSearch, "endstop was not reached within its travel")
             }
         }
     }
@@ -234,7 +246,7 @@ fn bit_of(trigger: &Trigger) -> Option<u32> {
     1_u32.checked_shl(u32::from(trigger.input))
 }
 
-fn alarm(config: &MachineConfig, axis: Axis, what: &str) -> Failure {
+fn alarm(config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
     let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
-    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())))
+    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number))
 }

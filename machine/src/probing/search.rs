@@ -6,6 +6,7 @@ use units::{Axis, Micros, MmPerSecond, PerAxis};
 
 use crate::executor::Hands;
 use crate::failure::Failure;
+use crate::grbl::numbers::Error;
 use crate::homing::wait_trigger;
 use crate::ports::{Input, InputLevels, Ports};
 use crate::safety::Event;
@@ -87,7 +88,7 @@ async fn search_at_standstill<P: Ports>(
     let dwell = hands.tuning().probe.dwell;
     hands.wait(dwell).await?;
     if is_at_end(hands, search.until) {
-        return Err(Failure::refused("ZProbe triggered before move, aborting command."));
+        return Err(Failure::numbered(Error::Target, "ZProbe triggered before move, aborting command."));
     }
     // Filters would delay the stop at the contact.
     hands.motion(|motion| motion.bypass_filters(true));

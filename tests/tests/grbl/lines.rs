@@ -6,7 +6,7 @@ use machine::sessions::{Rights, SessionId};
 use scenarios::{CARTESIAN, Plan};
 use units::Actuator::Alpha;
 
-use super::{BANNER, LOCKED, refused, start};
+use super::{BANNER, LOCKED, plan, refused, start};
 
 #[test]
 fn every_session_of_the_dialect_is_greeted_with_grbls_banner() {
@@ -117,6 +117,31 @@ fn homing_ends_an_alarm() {
     assert!(bench.status().starts_with("<Idle|"));
     refused(&mut bench, "$HQ", 3);
     bench.run(&["$HX", "$HZ"]);
+}
+
+#[test]
+fn each_alarm_has_grbls_number() {
+    for (fault, number) in [("switch-never:minx", 9), ("switch-always:minx", 8)] {
+        let mut bench = plan().fault(fault).start();
+        let said = bench.say("$H");
+        assert!(said.contains(&format!("\nALARM:{number}\n")) && said.ends_with("\nerror:9\n"), "{fault}: {said}");
+        assert!(said.contains("minx"), "{fault}: {said}");
+    }
+    let mut bench = start();
+    bench.type_in("$H\n");
+    bench.hear(0.5);
+    bench.type_in("\x18");
+    let said = bench.hear(1.0);
+    assert!(said.contains("\nALARM:6\n"), "{said}");
+    let mut bench = plan().set("[endstops] minx.limit_enable = true").set("[soft endstop] enable = false").start();
+    bench.run(&["$H", "G1 X20 F3000", "G4 P0", "G92 X50"]);
+    bench.type_in("G1 X0 F3000\n");
+    let said = bench.hear(3.0);
+    assert!(said.contains("\nALARM:1\n") && said.contains("Hard limit X was hit"), "{said}");
+    let mut bench = plan().set("[zprobe] enable = true").set("[zprobe] probe_pin = PB10^").start();
+    bench.run(&["$H", "G1 Z10 F3000"]);
+    let said = bench.say("G91 G38.2 Z-1 F300");
+    assert!(said.contains("\nALARM:5\n") && said.ends_with("error:9\n"), "{said}");
 }
 
 // --- reset ---

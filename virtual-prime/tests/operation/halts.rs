@@ -6,7 +6,7 @@ use virtual_prime::pin_state::Drive;
 
 use crate::common::MS;
 use crate::common::machine::{changes, drive, everything, pin, state, watch};
-use crate::common::velvet::{PROMPT, SECOND, Velvet};
+use crate::common::velvet::{SECOND, Velvet};
 
 const KILL: &str = "PJ6";
 /// Outputs, and the level at which each is safe: heaters, part fan, fan 2, relays (inverted), the two enables
@@ -26,6 +26,9 @@ const OUTPUTS: [(&str, bool); 8] = [
 const COMPARES: [u64; 2] = [0x4001_0034, 0x4001_0438];
 /// The slower of their periods (`pwm2.frequency`): a compare value counts from the next one on.
 const PWM_PERIOD_NS: u64 = 250_000;
+
+/// What GRBL's dialect, which has the door, greets with.
+const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
 
 /// How soon every output must be safe.
 const OUTPUTS_NS: u64 = MS;
@@ -82,7 +85,7 @@ const STATES: [(&str, fn(&mut Velvet)); 11] = [
     }),
     ("homing", |velvet| begin(velvet, "$H")),
     ("probing", |velvet| begin(velvet, "G38.2 Z-5 F120")),
-    ("jog", |velvet| begin(velvet, "$J X8 F600")),
+    ("jog", |velvet| begin(velvet, "$J=X8 F600")),
     ("suspended", |velvet| begin(velvet, "M600.1")),
     ("check", |velvet| begin(velvet, "$C")),
     ("door", |velvet| {
@@ -164,7 +167,7 @@ fn assert_state(velvet: &mut Velvet, name: &str) {
     velvet.bench.uart.send(b"get mode\n");
     velvet.hear(20);
     let said = String::from_utf8_lossy(&velvet.bench.uart.receive()).into_owned();
-    assert!(said.starts_with(name), "not {name}: {said}");
+    assert!(said.starts_with(&format!("[MSG:{name}")), "not {name}: {said}");
 }
 
 fn machine() -> Velvet {
@@ -173,7 +176,7 @@ fn machine() -> Velvet {
         plan = plan.watching(address..address + 4);
     }
     let mut velvet = plan.held();
-    velvet.hear_until(PROMPT, 2 * SECOND);
+    velvet.hear_until(BANNER, 2 * SECOND);
     drive(&mut velvet, KILL, true);
     for name in OUTPUTS.iter().map(|(name, _)| *name).chain([MOTORS_ENABLE]) {
         watch(&mut velvet, &[name]);
