@@ -16,7 +16,7 @@ pub const GENERAL: Section = Section {
             "grbl_mode",
             "false",
             |c, _, v| c.general.grbl_mode = v,
-            "Replies, alarm texts and the meanings of G4, G28, G30 and M30 follow GRBL instead of a 3D printer.",
+            "Consoles speak GRBL 1.1 (docs/grbl.md), and G4, G28, G30 and M30 mean what they mean there.",
         ),
         bool(
             "config-override",
