@@ -95,8 +95,13 @@ fn tag_of(line: &[u8]) -> Tag {
 }
 
 /// The number that a line begins with.
+#[inline]
 fn number_of(line: &[u8]) -> Option<i64> {
-    let digits = line.trim_ascii_start().strip_prefix(b"N")?.trim_ascii_start();
+    let rest = line.trim_ascii_start().strip_prefix(b"N")?;
+    number_in(rest.trim_ascii_start())
+}
+
+fn number_in(digits: &[u8]) -> Option<i64> {
     let digits = digits.iter().take_while(|digit| digit.is_ascii_digit());
     let number = digits.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
     (1..=i64::from(i32::MAX)).contains(&number).then_some(number)
@@ -384,11 +389,10 @@ pub(super) fn finish<P: Ports>(
     to: Recipient,
     origin: Origin,
 ) {
-    if origin == Origin::Settings {
-        return stack::settings_line_ended(machine, outcome);
-    }
-    if let Origin::Startup(number) = origin {
-        grbl::startup_ended(machine, number, &outcome);
+    match origin {
+        Origin::Settings => return stack::settings_line_ended(machine, outcome),
+        Origin::Startup(number) => grbl::startup_ended(machine, number, &outcome),
+        _ => {}
     }
     let carried_out = outcome.is_ok();
     say_answer(machine, outcome, last, to);

@@ -76,6 +76,8 @@ impl<P: Ports> Machine<'_, P> {
         jobs.session_ended(id);
     }
 
+    /// Seldom: kept out of what every line passes through.
+    #[inline(never)]
     fn serve_requests(&mut self, id: SessionId) {
         let to = Recipient::Session(id);
         loop {
