@@ -2,15 +2,16 @@
 
 use core::pin::pin;
 
-use gcode::{Block, Blocks, Code, Decoder, Letter, Line, Refusal, WholeLine};
+use gcode::{Block, Blocks, Code, Letter, Line, Refusal, WholeLine};
 use motion::Tag;
 use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
+use super::line_numbers::{decoder_expecting, tag_of};
 use super::{Machine, actions, commands, flow, grbl, operator, parameters, shapes, stack};
 use crate::failure::{Answer, Failure, Message, Outcome, message};
 use crate::grbl::numbers::Error;
-use crate::jobs::{Next, of_number};
+use crate::jobs::Next;
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
@@ -87,24 +88,6 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
             answered(machine, id);
         }
     }
-}
-
-/// What the moves of a line with a number are made for.
-fn tag_of(line: &[u8]) -> Tag {
-    number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
-}
-
-/// The number that a line begins with.
-#[inline]
-fn number_of(line: &[u8]) -> Option<i64> {
-    let rest = line.trim_ascii_start().strip_prefix(b"N")?;
-    number_in(rest.trim_ascii_start())
-}
-
-fn number_in(digits: &[u8]) -> Option<i64> {
-    let digits = digits.iter().take_while(|digit| digit.is_ascii_digit());
-    let number = digits.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
-    (1..=i64::from(i32::MAX)).contains(&number).then_some(number)
 }
 
 fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
@@ -344,7 +327,7 @@ pub(super) async fn run_block<P: Ports>(
     if state == State::Door {
         machine.wait_for_door(allowed).await?;
     }
-    let Some(row) = row else { return Ok(Answer::Unknown) };
+    let Some(row) = row else { return unknown(machine, block.code, to) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
     if origin == Origin::Settings && is_about_settings {
@@ -363,13 +346,23 @@ pub(super) async fn run_block<P: Ports>(
     }
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
-        Meaning::Unknown => Ok(Answer::Unknown),
+        Meaning::Unknown => unknown(machine, block.code, to),
         Meaning::Action(Action::Move(request))
             if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
         {
             Ok(Answer::Ok)
         }
         Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
+    }
+}
+
+/// A code that nobody knows: for whoever speaks GRBL's dialect an error.
+#[cold]
+fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
+    match code {
+        Some(code) if is_grbl(machine, to) && crate::grbl::accepts(code) => Ok(Answer::Ok),
+        Some(code) if is_grbl(machine, to) => Err(Failure::Refused(message(format_args!("{code} is not known here")))),
+        _ => Ok(Answer::Unknown),
     }
 }
 
@@ -411,12 +404,6 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
     match (outcome, last) {
         (Ok(Answer::Ok), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
         (Ok(Answer::Said), _) => {}
-        (Ok(Answer::Unknown), Some(code)) if is_grbl(machine, to) => {
-            if crate::grbl::accepts(code) {
-                return machine.say(to, format_args!("ok\n"));
-            }
-            machine.sessions.refuse(to, Error::Unsupported, format_args!("{code} is not known here"));
-        }
         (Ok(Answer::Unknown), Some(code)) => {
             // Of a file nobody reads the answers, and a G-code mostly says where to go.
             if to == Recipient::Nobody && code.letter == Letter::G {
@@ -469,35 +456,4 @@ fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
     machine.say(to, format_args!("ok\n"));
-}
-
-/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
-/// upload), its checksum is not.
-fn decoder_expecting(line: &[u8]) -> Decoder {
-    let mut decoder = Decoder::new();
-    // A number too large for the decoder is refused by it, with the line itself.
-    if let Some(number) = number_of(line) {
-        let setting = message(format_args!("N{} M110", number - 1));
-        let _ = decoder.decode(setting.as_bytes());
-    }
-    decoder
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_of_a_file_may_have_any_number_but_must_have_its_checksum() {
-        for (line, is_whole) in [
-            (&b"N1 G28*18"[..], true),
-            (b"N57 G28*33", true),
-            (b"N57 G28*34", false),
-            (b"  N57 G28", true),
-            (b"G28", true),
-        ] {
-            let decoded = decoder_expecting(line).decode(line);
-            assert_eq!(decoded.is_ok(), is_whole, "{}: {decoded:?}", line.escape_ascii());
-        }
-    }
 }

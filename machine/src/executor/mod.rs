@@ -14,6 +14,7 @@ mod functions;
 mod grbl;
 mod halt;
 mod hands;
+mod line_numbers;
 mod lines;
 mod machine;
 mod operator;

@@ -44,6 +44,10 @@ pub enum Error {
     FeedRate = 22,
     /// A whole number is wanted.
     NotWhole = 23,
+    /// Two codes that both need the line's axes.
+    AxesTwice = 24,
+    /// A word that stands twice.
+    WordTwice = 25,
     /// A code without the axes that it needs.
     NoAxes = 26,
     /// The line's number.
@@ -54,6 +58,8 @@ pub enum Error {
     CoordinateSystem = 29,
     /// The target cannot be moved to.
     Target = 33,
+    /// A word that nothing in the line takes.
+    UnusedWord = 36,
 }
 
 /// Why the machine halted, by GRBL 1.1's number.
@@ -114,6 +120,10 @@ impl Error {
                 Self::MissingWord
             }
             P::CoordinateSystem => Self::CoordinateSystem,
+            P::SameGroup(..) => Self::ModalGroup,
+            P::AxesTwice(..) => Self::AxesTwice,
+            P::WordTwice(_) => Self::WordTwice,
+            P::UnusedWord(_) => Self::UnusedWord,
             P::ProbeRate => Self::FeedRate,
             P::ProbeNothing => Self::NoAxes,
             P::ProbeNoWay => Self::Target,

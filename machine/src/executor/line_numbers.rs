@@ -1,0 +1,56 @@
+//! Line numbers: what a session's own numbers are made of, and what a file's are taken for.
+
+use gcode::Decoder;
+use motion::Tag;
+
+use crate::failure::message;
+use crate::jobs::of_number;
+
+/// What the moves of a line with a number are made for.
+pub(super) fn tag_of(line: &[u8]) -> Tag {
+    number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
+}
+
+/// The number that a line begins with.
+#[inline]
+fn number_of(line: &[u8]) -> Option<i64> {
+    let rest = line.trim_ascii_start().strip_prefix(b"N")?;
+    number_in(rest.trim_ascii_start())
+}
+
+fn number_in(digits: &[u8]) -> Option<i64> {
+    let digits = digits.iter().take_while(|digit| digit.is_ascii_digit());
+    let number = digits.fold(0_i64, |sum, digit| sum.saturating_mul(10).saturating_add(i64::from(digit - b'0')));
+    (1..=i64::from(i32::MAX)).contains(&number).then_some(number)
+}
+
+/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
+/// upload), its checksum is not.
+pub(super) fn decoder_expecting(line: &[u8]) -> Decoder {
+    let mut decoder = Decoder::new();
+    // A number too large for the decoder is refused by it, with the line itself.
+    if let Some(number) = number_of(line) {
+        let setting = message(format_args!("N{} M110", number - 1));
+        let _ = decoder.decode(setting.as_bytes());
+    }
+    decoder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_a_file_may_have_any_number_but_must_have_its_checksum() {
+        for (line, is_whole) in [
+            (&b"N1 G28*18"[..], true),
+            (b"N57 G28*33", true),
+            (b"N57 G28*34", false),
+            (b"  N57 G28", true),
+            (b"G28", true),
+        ] {
+            let decoded = decoder_expecting(line).decode(line);
+            assert_eq!(decoded.is_ok(), is_whole, "{}: {decoded:?}", line.escape_ascii());
+        }
+    }
+}
