@@ -37,10 +37,10 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
         Plane::Yz => 19,
     };
     let (units, distance) = (if modal.inches { 20 } else { 21 }, if modal.absolute { 90 } else { 91 });
-    reply.say(format_args!("[GC:{} ", modal.motion.code()));
+    reply.say(format_args!("[GC:{} ", modal.motion_code()));
     // A reply takes whatever is written.
     let _ = write_system_name(reply, modal.system);
-    reply.say(format_args!(" G{plane} G{units} G{distance} G94 "));
+    reply.say(format_args!(" G{plane} G{units} G{distance} {} ", modal.feed_mode.code()));
     let is_on = |code| outputs.is_on_by_code(config, code);
     reply.say(format_args!(
         "{}",
@@ -59,7 +59,7 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
         reply.say(format_args!("{}", if is_on(8) { " M8" } else { " M9" }));
     }
     let feed = modal.in_program_units(modal.feed_rate.per_minute());
-    let (power, tool) = (modal.power, program.tools().active_id());
+    let (power, tool) = (modal.power, program.tools().number());
     reply.say(format_args!(" T{tool} F{feed:.0} S{power:.0}]\n"));
 }
 
