@@ -26,13 +26,19 @@ fn number_in(digits: &[u8]) -> Option<i64> {
 
 /// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
 /// upload), its checksum is not.
+#[inline]
 pub(super) fn decoder_expecting(line: &[u8]) -> Decoder {
+    // Most lines have none, and this is asked for every line.
+    number_of(line).map_or(const { Decoder::new() }, decoder_before)
+}
+
+/// A decoder that expects this number.
+#[cold]
+fn decoder_before(number: i64) -> Decoder {
     let mut decoder = Decoder::new();
+    let setting = message(format_args!("N{} M110", number - 1));
     // A number too large for the decoder is refused by it, with the line itself.
-    if let Some(number) = number_of(line) {
-        let setting = message(format_args!("N{} M110", number - 1));
-        let _ = decoder.decode(setting.as_bytes());
-    }
+    let _ = decoder.decode(setting.as_bytes());
     decoder
 }
 
