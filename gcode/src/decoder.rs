@@ -2,6 +2,7 @@
 
 use crate::error::{Problem, SyntaxError};
 use crate::expression;
+use crate::extended::{Extended, is_extended};
 use crate::flow::{self, FlowLine};
 use crate::number;
 use crate::scanner::{Blocks, column};
@@ -14,6 +15,8 @@ pub enum Line<'a> {
     Blank,
     /// A console command, `ls -1` or `$H`, trimmed.
     Console(&'a str),
+    /// A command by name, `SET_PRESSURE_ADVANCE ADVANCE=0.05`.
+    Extended(Extended<'a>),
     /// G-code. A bad word shows up in turn, after the commands before it.
     Code(Blocks<'a>),
     /// An O word: a subroutine, a condition, a loop.
@@ -100,7 +103,14 @@ impl Decoder {
         if matches!(line.get(at), Some(b'O' | b'o')) && flow::begins(body.get(at..).unwrap_or(&[])) {
             return FlowLine::read(body, at).map(Line::Flow).map_err(Refusal::Syntax);
         }
-        if console { console_line(body, at) } else { Ok(Line::Code(blocks)) }
+        if console {
+            return Ok(Line::Console(text_of(body, at)?));
+        }
+        // Nearly every line is told apart by its second character.
+        if body.get(at + 1).is_some_and(|byte| *byte >= b'A') && is_extended(body.get(at..).unwrap_or(&[])) {
+            return Ok(Line::Extended(Extended::new(text_of(body, at)?)));
+        }
+        Ok(Line::Code(blocks))
     }
 
     /// `N5 M110` and `M110 N5`: the line just read counts as line 5.
@@ -129,6 +139,10 @@ fn skip_blanks(line: &[u8], mut at: usize) -> usize {
 /// A leading `N` word: its number and where it ends. A lower-case `n` only with the number right behind it.
 fn line_number(line: &[u8], at: usize) -> Result<Option<(i32, usize)>, SyntaxError> {
     let digits = match line.get(at) {
+        // A command by name may begin with an N too.
+        Some(b'N') if line.get(at + 1).is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_') => {
+            return Ok(None);
+        }
         Some(b'N') => skip_blanks(line, at + 1),
         Some(b'n') if line.get(at + 1).is_some_and(|&byte| number::starts(byte)) => at + 1,
         _ => return Ok(None),
@@ -157,9 +171,10 @@ fn is_set_line_number(body: &[u8]) -> bool {
         && !body.get(M110.len()).is_some_and(|&byte| byte.is_ascii_digit() || byte == b'.')
 }
 
-fn console_line(body: &[u8], at: usize) -> Result<Line<'_>, Refusal> {
+/// The line from here on, which is to be text.
+fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
     match core::str::from_utf8(body.get(at..).unwrap_or(&[])) {
-        Ok(text) => Ok(Line::Console(text.trim_matches([' ', '\t']))),
+        Ok(text) => Ok(text.trim_matches([' ', '\t'])),
         Err(error) => {
             Err(Refusal::Syntax(SyntaxError { column: column(at + error.valid_up_to()), problem: Problem::NotText }))
         }
@@ -248,6 +263,23 @@ mod tests {
     }
 
     #[test]
+    fn commands_by_name_are_neither_code_nor_console() {
+        let name = |line: &str| match decode(&mut Decoder::new(), line) {
+            Ok(Line::Extended(command)) => Some(command.name().to_owned()),
+            _ => None,
+        };
+        let numbered = numbered(1, "PAUSE");
+        for (line, expected) in
+            [("PRINT_START BED=60", "PRINT_START"), ("  NEXT_PART", "NEXT_PART"), (&numbered, "PAUSE")]
+        {
+            assert_eq!(name(line).as_deref(), Some(expected), "{line}");
+        }
+        for line in ["set_velocity_limit", "G1 X1", "N5 G28", "T1", "M117 PAUSE", "pause"] {
+            assert_eq!(name(line), None, "{line}");
+        }
+    }
+
+    #[test]
     fn numbered_lines_in_turn_are_executed() {
         let mut decoder = Decoder::new();
         for number in 1..5 {
@@ -311,7 +343,7 @@ mod tests {
         let syntax = |column, problem| Refusal::Syntax(SyntaxError { column, problem });
         assert_eq!(refused("N1 G28*x"), syntax(7, Problem::BadChecksum));
         assert_eq!(refused("N1 G28*300"), syntax(7, Problem::BadChecksum));
-        assert_eq!(refused(" NX G28"), syntax(2, Problem::BadLineNumber));
+        assert_eq!(refused(" N-X G28"), syntax(2, Problem::BadLineNumber));
         assert_eq!(refused("N9999999999 G28"), syntax(1, Problem::BadLineNumber));
     }
 

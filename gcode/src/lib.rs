@@ -3,7 +3,7 @@
 //!
 //! Understood: RepRap (`N` and `*` checksums, resends, several commands on a line, text after the codes of
 //! `TEXT_M_CODES` in `scanner.rs`) and NIST RS-274 line syntax (blanks anywhere, lower case, `( )` and `;`
-//! comments, block delete, `%`). Lines of a console command (`ls`, `$H`) are told apart from lower-case
+//! comments, block delete, `%`), and Klipper's commands by name ([`Extended`]). Lines of a console command (`ls`, `$H`) are told apart from lower-case
 //! G-code (`g1 x10`).
 //!
 //! This crate knows no positions, modal state or units: a number is a number, with the column it stood in.
@@ -13,6 +13,7 @@ mod block;
 mod decoder;
 mod error;
 pub mod expression;
+mod extended;
 mod flow;
 mod line_buffer;
 mod number;
@@ -24,6 +25,7 @@ pub use block::{Block, Code, Letter};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
 pub use error::{Problem, SyntaxError};
 pub use expression::{NoParameters, Parameter, Parameters};
+pub use extended::{Extended, KeyValues};
 pub use flow::{FlowLine, FlowWord};
 pub use line_buffer::{Gathered, LineBuffer, MAX_LINE_LENGTH};
 pub use scanner::Blocks;

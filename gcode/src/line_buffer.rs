@@ -11,7 +11,7 @@ const DELETE: u8 = 127;
 pub enum Gathered<'a> {
     /// A line, without its end; may be empty.
     Line(&'a [u8]),
-    /// The end of a line that was too long; none of it was kept.
+    /// The end of a line that was too long; only [`LineBuffer::beginning`] is left of it.
     TooLong,
 }
 
@@ -79,9 +79,19 @@ impl LineBuffer {
                 place.copy_from_slice(run);
                 self.length = end;
             }
-            None => self.skip(),
+            None => {
+                let rest = self.bytes.get_mut(self.length..).unwrap_or(&mut []);
+                rest.iter_mut().zip(run).for_each(|(place, byte)| *place = *byte);
+                self.skip();
+            }
         }
         length
+    }
+
+    /// The first [`MAX_LINE_LENGTH`] bytes of a line that was too long, right behind its end.
+    #[must_use]
+    pub const fn beginning(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// The unfinished line at the end of a file, if there is one.
@@ -206,6 +216,7 @@ mod tests {
                     prop_assert_eq!(rest.len(), later.len());
                 }
                 prop_assert_eq!((singly.length, singly.state), (in_runs.length, in_runs.state));
+                prop_assert!(singly.state != State::Skipping || singly.beginning() == in_runs.beginning());
             }
         }
 

@@ -6,7 +6,9 @@ use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
 
 /// M-codes whose argument is text, kept as it stands.
-pub(crate) const TEXT_M_CODES: [u16; 7] = [23, 28, 30, 32, 117, 501, 504];
+///
+/// M115 is followed by the version that a file wants (`M115 U3.13.2`), M486 by names of objects.
+pub(crate) const TEXT_M_CODES: [u16; 10] = [23, 28, 30, 32, 115, 117, 118, 486, 501, 504];
 /// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
 const NUMBERED_G_CODES: [u16; 22] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 73, 81, 82, 83, 85, 89, 92, 93, 94, 98, 99];
 
@@ -138,7 +140,13 @@ impl<'a> Blocks<'a> {
             return Ok(true);
         }
         let flags_allowed = code.is_some_and(allows_flags);
-        while let Some(letter) = self.next_word(parameters)? {
+        loop {
+            let letter = match self.next_word(parameters) {
+                Ok(Some(letter)) => letter,
+                Ok(None) => break,
+                Err(_) if self.skips_string_or_list(block) => continue,
+                Err(error) => return Err(error),
+            };
             if matches!(letter, b'G' | b'M') {
                 break;
             }
@@ -147,6 +155,27 @@ impl<'a> Blocks<'a> {
             block.set(letter, value, begin.saturating_add(1).min(usize::from(u8::MAX)) as u8);
         }
         Ok(true)
+    }
+
+    /// RepRapFirmware's values of M-codes: a string, `P"zvd"`, which is the block's text, and the rest of a
+    /// list, `E400:400`, of which the first number counts.
+    fn skips_string_or_list(&mut self, block: &mut Block<'a>) -> bool {
+        if block.code.is_none_or(|code| code.letter != Letter::M) {
+            return false;
+        }
+        let rest = self.rest();
+        let length = match rest {
+            [b'"', string @ ..] => {
+                let Some(length) = memchr::memchr(b'"', string) else { return false };
+                let text = string.get(..length).and_then(|text| core::str::from_utf8(text).ok());
+                block.text = block.text.or(text);
+                length + 2
+            }
+            [b':', list @ ..] => 1 + list.iter().take_while(|byte| number::starts(**byte)).count(),
+            _ => return false,
+        };
+        self.at += length;
+        true
     }
 
     /// A code's number and subcode, the letter being at hand.
@@ -414,6 +443,19 @@ mod tests {
         assert!(blocks.read(&mut block, &mut NoParameters).unwrap());
         assert_eq!(blocks.take_remark(), Some(&b"PRINT, #1"[..]), "of two, the last");
         assert_eq!(blocks.take_remark(), None);
+    }
+
+    #[test]
+    fn m_codes_may_have_strings_and_lists() {
+        assert_eq!(blocks("M593 P\"zvd; 2\" F40.5")[0].text, Some("zvd; 2"));
+        assert_eq!(blocks("M593 P\"zvd\" F40.5")[0].get('F'), Some(40.5));
+        assert_eq!(blocks("M862.3 P \"MK3S\" ; model")[0].text, Some("MK3S"));
+        assert_eq!(blocks("M566 X600 E120:130:-1 Y5"), [m(566).with('X', 600.0).with('E', 120.0).with('Y', 5.0)]);
+        assert_eq!(blocks("M115 U3.12.2")[0].text, Some("U3.12.2"));
+        assert_eq!(blocks("M486 AShape-Box (1)")[0].text, Some("AShape-Box (1)"));
+        assert_eq!(failing("G1 X1:2"), (0, 6, Problem::NotALetter(b':')));
+        assert_eq!(failing("G29 P\"x\""), (0, 6, Problem::NotALetter(b'"')));
+        assert_eq!(failing("M98 P\"x"), (0, 6, Problem::NotALetter(b'"')));
     }
 
     #[test]

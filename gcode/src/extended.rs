@@ -1,0 +1,145 @@
+//! Klipper's extended commands: `SET_VELOCITY_LIMIT ACCEL=3000`, a word and `KEY=VALUE` parameters.
+//!
+//! Values may stand in quotes, which may hold blanks and `;`. `;` and `#` begin a comment
+//! (Klipper, "G-Codes", section "G-Code commands").
+
+/// Where the line's first word begins a command by name instead of a code: letters, digits and underscores,
+/// the second of which is no digit.
+pub(crate) fn is_extended(body: &[u8]) -> bool {
+    let begins = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'_';
+    match body {
+        [first, second, ..] => begins(second) && begins(first) && word_end(body).is_some(),
+        _ => false,
+    }
+}
+
+/// Where the first word ends, when nothing but blanks or a comment can follow it.
+fn word_end(body: &[u8]) -> Option<usize> {
+    let end = body.iter().position(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_')).unwrap_or(body.len());
+    matches!(body.get(end), None | Some(b' ' | b'\t' | b';' | b'#' | b'\r')).then_some(end)
+}
+
+/// A command by name, with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extended<'a> {
+    name: &'a str,
+    rest: &'a str,
+}
+
+impl<'a> Extended<'a> {
+    /// Reads a command from a line without number and checksum, in upper or lower case.
+    #[must_use]
+    pub fn new(text: &'a str) -> Self {
+        let text = text.get(..comment(text)).unwrap_or(text).trim();
+        let end = word_end(text.as_bytes()).unwrap_or(text.len());
+        let (name, rest) = text.split_at(end);
+        Self { name, rest: rest.trim() }
+    }
+
+    /// Its name, as it is written.
+    #[must_use]
+    pub const fn name(&self) -> &'a str {
+        self.name
+    }
+
+    /// Whether this is its name, in upper or lower case.
+    #[must_use]
+    pub const fn is(&self, name: &str) -> bool {
+        self.name.eq_ignore_ascii_case(name)
+    }
+
+    /// The value of a parameter; that of its last writing.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&'a str> {
+        self.parameters().filter(|(written, _)| written.eq_ignore_ascii_case(key)).last().map(|(_, value)| value)
+    }
+
+    /// Keys and values in order. What has no `=` is a key with an empty value.
+    #[must_use]
+    pub const fn parameters(&self) -> KeyValues<'a> {
+        KeyValues { rest: self.rest }
+    }
+}
+
+/// Where a comment begins, or the text ends.
+fn comment(text: &str) -> usize {
+    let mut quoted = false;
+    let begins = |byte: u8| {
+        quoted ^= byte == b'"';
+        matches!(byte, b';' | b'#') && !quoted
+    };
+    text.bytes().position(begins).unwrap_or(text.len())
+}
+
+/// The parameters of a command.
+#[derive(Clone, Copy, Debug)]
+pub struct KeyValues<'a> {
+    rest: &'a str,
+}
+
+impl<'a> Iterator for KeyValues<'a> {
+    type Item = (&'a str, &'a str);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let text = self.rest.trim_start();
+        if text.is_empty() {
+            return None;
+        }
+        let mut quoted = false;
+        let ends = |byte: u8| {
+            quoted ^= byte == b'"';
+            matches!(byte, b' ' | b'\t') && !quoted
+        };
+        let end = text.bytes().position(ends).unwrap_or(text.len());
+        let (parameter, rest) = text.split_at(end);
+        self.rest = rest;
+        let (key, value) = parameter.split_once('=').unwrap_or((parameter, ""));
+        let unquoted = value.strip_prefix('"').map(|value| value.strip_suffix('"').unwrap_or(value));
+        Some((key, unquoted.unwrap_or(value)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn commands_are_told_from_codes() {
+        for line in
+            ["SET_VELOCITY_LIMIT ACCEL=3000", "PAUSE", "T_1 X=2", "M_CODE", "PRINT_START;x", "_NEW_FRAME", "PA_2"]
+        {
+            assert!(is_extended(line.as_bytes()), "{line}");
+        }
+        for line in ["", "G", "G1 X2", "X Y", "T0", "M117 HELLO", "Z-5", "O100 SUB", "#1=5", "GX=5", "XY-5", "G(x)"] {
+            assert!(!is_extended(line.as_bytes()), "{line}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_keys_and_values() {
+        let command = Extended::new("Set_Pressure_Advance  EXTRUDER=extruder\tadvance=0.05 ; more=1");
+        assert!(command.is("SET_PRESSURE_ADVANCE") && !command.is("SET_PRESSURE"));
+        assert_eq!(command.get("ADVANCE"), Some("0.05"));
+        assert_eq!(command.get("EXTRUDER"), Some("extruder"));
+        assert_eq!((command.get("MORE"), command.parameters().count()), (None, 2));
+    }
+
+    #[test]
+    fn values_may_be_quoted() {
+        let command = Extended::new("RESPOND TYPE=echo MSG=\"layer 1; of = 20 #\" X= Y # \"no\"");
+        assert_eq!(command.get("MSG"), Some("layer 1; of = 20 #"));
+        assert_eq!((command.get("X"), command.get("Y"), command.get("NO")), (Some(""), Some(""), None));
+        assert_eq!(Extended::new("RESPOND MSG=\"open").get("MSG"), Some("open"));
+        assert_eq!(Extended::new("M A=1 A=2").get("a"), Some("2"));
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_written_is_read(text in "[A-Za-z_=\"; #0-9\u{e4}]{0,60}") {
+            let command = Extended::new(&text);
+            prop_assert!(command.parameters().count() <= text.len());
+            prop_assert!(command.name().len() <= text.len());
+        }
+    }
+}
