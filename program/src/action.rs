@@ -69,6 +69,8 @@ pub enum Action<'b> {
     ChangeTool(u32),
     /// Tell whoever sent the line something about it.
     Note(&'static str),
+    /// Moves accelerate with so much from now on, mm/s2.
+    Acceleration(f64),
     /// Everything else, with its words.
     Function(Function, Words<'b>),
 }
@@ -236,6 +238,7 @@ pub enum Function {
     DeleteGrid,
     LoadGrid,
     ShowGrid,
+    UseGrid,
     GridPoint,
     ProbePoint,
     BedPlane,
@@ -248,6 +251,8 @@ pub enum Function {
     AxisSpeeds,
     MotorSpeeds,
     Accelerations,
+    Jerk,
+    InputShaping,
     CornerSettings,
     SpeedFactor,
     PressureAdvance,
@@ -268,11 +273,14 @@ pub enum Function {
     MaximumTemperature,
     PidGains,
     TunePid,
+    WaitForHeaters,
     // Reports.
     ReportHoming,
     ReportPosition,
     ReportFirmware,
     ReportSwitches,
+    SayToAll,
+    LabelObject,
     // Files and settings.
     ListFiles,
     Mount,
@@ -381,6 +389,7 @@ impl fmt::Display for Described<'_, '_> {
             Action::Return => f.write_str("end of subroutine"),
             Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),
             Action::Note(text) => write!(f, "note: {text}"),
+            Action::Acceleration(value) => write!(f, "accelerate with {value} mm/s2"),
             Action::Function(function, words) => write!(f, "{function}{words}"),
         }
     }

@@ -45,7 +45,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("rm", "file ...", "delete files, or empty folders; quote names with blanks"),
     command("mv", "from to", "rename or move"),
     command("mkdir", "folder", "make a folder"),
-    command("play", "file [-v] [-p] [-t]", "play a file: show its lines, begin paused, tell its end").working(),
+    command("play", "file [-v] [-p] [-t] [-f dialect]", "play a file: show its lines, begin paused, tell its end")
+        .working(),
     command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),
     command("abort", "", "stop the file being played; heaters stay as they are"),
     command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),

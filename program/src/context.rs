@@ -31,6 +31,8 @@ pub enum Meaning<'b> {
     Nothing,
     /// This is to be done, then what [`crate::Interpreter::next_action`] gives.
     Action(Action<'b>),
+    /// It is accepted and not carried out.
+    PassedOver,
     /// Nobody knows this code.
     Unknown,
 }

@@ -21,12 +21,19 @@ use crate::words::Words;
 
 impl Interpreter {
     /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its
-    /// code.
+    /// code in this dialect.
     #[must_use]
-    pub fn row(&self, block: &Block<'_>) -> Option<&'static CodeInfo> {
+    pub fn row(&self, block: &Block<'_>, dialect: Dialect) -> Option<&'static CodeInfo> {
         let code = block.code.unwrap_or_else(|| self.modal.motion_code());
         if code.letter == Letter::T {
             return Some(codes::TOOL);
+        }
+        // Moves mean the same to all.
+        if dialect.is_other_printers() && (code.letter == Letter::M || code.number >= codes::FIRST_G_READ_OTHERWISE) {
+            let otherwise = codes::find_in(code, dialect);
+            if otherwise.is_some() {
+                return otherwise;
+            }
         }
         let known = codes::find(code);
         if known.is_none() && self.setup.claims.may_have(code) {
@@ -38,8 +45,12 @@ impl Interpreter {
     /// What a question asks for: it changes nothing, and may be answered while a line is being carried out.
     /// `None` when the block is no question, or a word of it is wrong.
     #[must_use]
-    pub fn question<'b>(&self, block: &'b Block<'b>) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
-        let row = self.row(block).filter(|row| row.waits == codes::Waits::Question)?;
+    pub fn question<'b>(
+        &self,
+        block: &'b Block<'b>,
+        dialect: Dialect,
+    ) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
+        let row = self.row(block, dialect).filter(|row| row.waits == codes::Waits::Question)?;
         let (Handler::Function(function) | Handler::Both(_, function)) = row.handler else { return None };
         let words = row.words_of(block, self.modal.inches);
         words.check().is_ok().then_some((row, function, words))
@@ -61,13 +72,18 @@ impl Interpreter {
         if row.is_bounded {
             words.check()?;
         }
+        let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
+        // Nearly every line of a program.
+        if let (Handler::Interpret(interpret), None) = (row.handler, claimed) {
+            return interpret(self, &Context { words, facts, dialect, function: None });
+        }
         let function = match row.handler {
             Handler::Function(function) | Handler::Both(_, function) => Some(function),
             _ => None,
         };
         let context = Context { words, facts, dialect, function };
-        let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
-        if let Some(meaning) = claimed.map(|code| self.claimed(code, &context)).transpose()?.flatten() {
+        if let Some(meaning) = claimed.map(|code| self.claimed(fan_of(code, &context), &context)).transpose()?.flatten()
+        {
             return Ok(meaning);
         }
         match row.handler {
@@ -75,8 +91,12 @@ impl Interpreter {
             Handler::Function(_) => Ok(context.function()),
             Handler::Tool => extruders::select_tool(self, context.words.code().number, words.column()),
             Handler::Nothing => NOTHING,
-            Handler::Claimed if claimed.is_some() => NOTHING,
-            Handler::Claimed => Ok(Meaning::Unknown),
+            Handler::PassedOver => Ok(Meaning::PassedOver),
+            Handler::Missing => Ok(Meaning::Unknown),
+            Handler::Claimed => {
+                let claims = claimed.and_then(|code| self.setup.claims.of(fan_of(code, &context)).next());
+                Ok(if claims.is_some() { Meaning::Nothing } else { Meaning::Unknown })
+            }
         }
     }
 
@@ -219,5 +239,14 @@ impl Interpreter {
     pub fn end_program(&mut self) {
         self.flow.reset();
         self.memory.end();
+    }
+}
+
+/// `M106 P1` is another fan than the part's: what listens to `M106.1` is that.
+fn fan_of(code: Code, context: &Context<'_>) -> Code {
+    let is_fan = code.letter == Letter::M && matches!(code.number, 106 | 107) && code.subcode == 0;
+    match context.words.get('P') {
+        Some(fan) if is_fan && context.dialect.numbers_fans() => code.sub(fan.clamp(0.0, 255.0) as u8),
+        _ => code,
     }
 }

@@ -48,6 +48,7 @@ pub struct Interpreter {
 struct Before {
     position: PerAxis<f64>,
     tool_offset: [f64; 3],
+    shift: [f64; 3],
     /// E of the active tool, and the lift of Z that it is retracted with.
     e: f64,
     retracted: Option<f64>,
@@ -86,7 +87,8 @@ impl Interpreter {
         self.following.clear();
         self.cycles.stop();
         let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
-        self.before = Before { position: self.position, tool_offset: self.modal.tool_offset, e, retracted };
+        let (tool_offset, shift) = (self.modal.tool_offset, self.modal.shift);
+        self.before = Before { position: self.position, tool_offset, shift, e, retracted };
     }
 
     /// What is to be done before the action of the last block.
@@ -185,9 +187,9 @@ impl Interpreter {
     pub fn take_back(&mut self) {
         self.following.clear();
         self.cycles.take_back();
-        let Before { position, tool_offset, e, retracted } = self.before;
+        let Before { position, tool_offset, shift, e, retracted } = self.before;
         self.position = position;
-        self.modal.tool_offset = tool_offset;
+        (self.modal.tool_offset, self.modal.shift) = (tool_offset, shift);
         if let Some(tool) = self.tools.active_mut() {
             (tool.e, tool.retracted) = (e, retracted);
         }

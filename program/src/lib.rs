@@ -6,8 +6,8 @@
 //! told back.
 //!
 //! What codes there are, what words they take, when they may run and what they wait for is one table,
-//! [`codes`]; what console commands there are is another, [`commands`]. Dispatch, `help` and the
-//! documentation come from these.
+//! [`codes`]; what console commands there are is another, [`commands`]; Klipper's commands by name are a
+//! third, [`extended`]. Dispatch, `help` and the documentation come from these.
 #![cfg_attr(not(any(test, feature = "docs")), no_std)]
 #![forbid(unsafe_code)]
 
@@ -20,6 +20,7 @@ mod cycle;
 mod cycles;
 mod dialect;
 mod dispatch;
+pub mod extended;
 mod fault;
 mod flow;
 mod holes;
@@ -47,10 +48,11 @@ pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
 pub use cycle::{Cycle, Retract};
 pub use cycles::ToCome;
-pub use dialect::Dialect;
+pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use interpreter::{Interpreter, Kept};
+pub use meaning::printers::said_by_m118;
 pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;

@@ -122,8 +122,10 @@ pub struct Modal {
     pub inches: bool,
     /// G90.
     pub absolute: bool,
-    /// M82.
+    /// Coordinates of the extruder are places: M82, and what the dialect has G90 and G91 say.
     pub e_absolute: bool,
+    /// M82 was said, not M83.
+    pub e_places: bool,
     /// Rate of G1 to G5.
     pub feed_rate: MmPerSecond,
     /// Rate of G0.
@@ -138,8 +140,10 @@ pub struct Modal {
     pub g92: [f64; 3],
     /// What G92.2 has taken away, and G92.3 brings back.
     pub(crate) g92_kept: [f64; 3],
-    /// Tool offset, X Y Z in mm.
+    /// Tool offset and shift together, X Y Z in mm.
     pub tool_offset: [f64; 3],
+    /// Shift of everything (M290), X Y Z in mm.
+    pub shift: [f64; 3],
     /// G53: the next motion code is in machine coordinates.
     pub machine_next: bool,
 }
@@ -159,6 +163,7 @@ impl Modal {
             inches: false,
             absolute: true,
             e_absolute: true,
+            e_places: true,
             feed_rate,
             seek_rate,
             power: 0.0,
@@ -167,6 +172,7 @@ impl Modal {
             g92: [0.0; 3],
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
+            shift: [0.0; 3],
             machine_next: false,
         }
     }
@@ -199,6 +205,21 @@ impl Modal {
         let index = axis as usize;
         let pick = |offsets: &[f64; 3]| offsets.get(index).copied().unwrap_or(0.0);
         self.systems.get(self.system).map_or(0.0, pick) - pick(&self.g92) + pick(&self.tool_offset)
+    }
+
+    /// Another tool offset; what is shifted stays so.
+    pub fn set_tool_offset(&mut self, offset: [f64; 3]) {
+        self.tool_offset = offset;
+        self.tool_offset.iter_mut().zip(self.shift).for_each(|(sum, shift)| *sum += shift);
+    }
+
+    /// Shifts everything that follows.
+    pub fn add_shift(&mut self, axis: Axis, mm: f64) {
+        for offset in [&mut self.shift, &mut self.tool_offset] {
+            if let Some(offset) = offset.get_mut(axis as usize) {
+                *offset += mm;
+            }
+        }
     }
 
     /// Work position, in mm, of a machine position.

@@ -113,6 +113,18 @@ impl Tools {
         self.tools.get(place).ok_or(Problem::NoExtruder.refused(0))
     }
 
+    /// The extruder that a word names by its number, else the active one.
+    ///
+    /// # Errors
+    /// When there is none with that number.
+    pub fn named_by(&self, words: &Words<'_>, letter: char) -> Result<&Tool, Fault> {
+        let place = match words.get(letter) {
+            Some(word) => self.numbered(word).ok_or(Problem::NoSuchTool(word).refused(words.column_of(letter)))?,
+            None => self.active,
+        };
+        self.tools.get(place).ok_or(Problem::NoExtruder.refused(0))
+    }
+
     pub(crate) fn selected_mut(&mut self, words: &Words<'_>) -> Result<&mut Tool, Fault> {
         let place = self.place(words)?;
         self.tools.get_mut(place).ok_or(Problem::NoExtruder.refused(0))

@@ -27,6 +27,12 @@ impl<'b> Words<'b> {
         Self { block, known, code, inches }
     }
 
+    /// No words of a code, where a dialect says the same by another one.
+    pub(crate) const fn bare(code: Code) -> Self {
+        static BARE: Block<'static> = Block::new(None, 1);
+        Self { block: &BARE, known: &[], code, inches: false }
+    }
+
     /// The code they belong to.
     #[must_use]
     pub const fn code(&self) -> Code {

@@ -6,7 +6,8 @@
 //! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
 //! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
 
-use gcode::{Block, Blocks, Decoder, Line, WholeLine};
+use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
+use program::extended::{Asked, CodeLine, Names, translate};
 use program::{
     Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings,
 };
@@ -39,13 +40,13 @@ fn setup() -> Setup {
         let codes = if id == 254 { [140, 190, 105] } else { [104, 109, 105] };
         let claims = [Claim::Target(*heater), Claim::TargetAndWait(*heater), Claim::Temperature(*heater)];
         for (code, claim) in codes.into_iter().zip(claims).skip(if id == 7 { 2 } else { 0 }) {
-            assert!(setup.claims.add(gcode::Code::m(code), claim));
+            assert!(setup.claims.add(Code::m(code), claim));
         }
     }
     for (switch, on, off) in [(0, 106, Some(107)), (1, 3, Some(5)), (2, 106, None)] {
-        assert!(setup.claims.add(gcode::Code::m(on), Claim::SwitchOn(SwitchId(switch))));
+        assert!(setup.claims.add(Code::m(on), Claim::SwitchOn(SwitchId(switch))));
         if let Some(off) = off {
-            assert!(setup.claims.add(gcode::Code::m(off), Claim::SwitchOff(SwitchId(switch))));
+            assert!(setup.claims.add(Code::m(off), Claim::SwitchOff(SwitchId(switch))));
         }
     }
     setup
@@ -66,7 +67,7 @@ impl Session {
 
     fn told(&mut self, words: &str) {
         match words.split_once(' ').unwrap_or((words, "")) {
-            ("dialect", "grbl") => self.dialect = Dialect::Grbl,
+            ("dialect", name) => self.dialect = Dialect::named(name).unwrap(),
             ("cycles", "off") => self.cycles_are(CycleSetup { is_off: true, ..CycleSetup::default() }),
             ("cycles", "dwell in ms") => self.cycles_are(CycleSetup { dwell_in_ms: true, ..CycleSetup::default() }),
             ("homed", axes) => {
@@ -132,6 +133,7 @@ impl Session {
 
     /// What the machine is asked for by a line of the program, and which line comes next.
     fn run(&mut self, line: &str, here: Place, after: Place, asked: &mut Vec<String>) -> Next {
+        let mut codes = CodeLine::new();
         match Decoder::new().decode(line.as_bytes()) {
             Ok(Line::Flow(line)) => match self.interpreter.flow_line(&line, here, after) {
                 Ok(next) => return next,
@@ -141,6 +143,15 @@ impl Session {
             Ok(Line::Code(blocks)) => self.run_blocks(blocks, asked),
             Ok(Line::Blank) => {}
             Ok(Line::Console(_)) => asked.push("a console command".into()),
+            Ok(Line::Extended(command)) => match translate(&command, self, &mut codes) {
+                Ok(Asked::Codes) => {
+                    asked.push(format!("is {}", codes.trim()));
+                    self.run_blocks(Blocks::new(codes.as_bytes()), asked);
+                }
+                Ok(Asked::Console(command)) => asked.push(format!("is the console's {command}")),
+                Ok(Asked::PassedOver(name)) => asked.push(format!("passed over, as {name}")),
+                Err(fault) => asked.push(format!("error: {} {fault}", command.name())),
+            },
             Err(refusal) => asked.push(format!("error: {refusal}")),
         }
         Next::Following
@@ -189,7 +200,7 @@ impl Session {
 
     /// False when it was refused.
     fn run_block(&mut self, block: &Block<'_>, asked: &mut Vec<String>) -> bool {
-        let Some(row) = self.interpreter.row(block) else {
+        let Some(row) = self.interpreter.row(block, self.dialect) else {
             asked.push("unknown".into());
             return true;
         };
@@ -214,12 +225,28 @@ impl Session {
         match meaning {
             Meaning::Nothing => {}
             Meaning::Action(action) => say(asked, action),
+            Meaning::PassedOver => asked.push("passed over".into()),
             Meaning::Unknown => asked.push("unknown".into()),
         }
         while let Some(action) = self.interpreter.next_action() {
             say(asked, action);
         }
         true
+    }
+}
+
+/// `fan` is switch 0, `extruder` heater 0, `heater_bed` heater 1.
+impl Names for Session {
+    fn switch(&self, name: &str) -> Option<Code> {
+        (name == "fan").then_some(Code::m(106))
+    }
+
+    fn heater(&self, name: &str) -> Option<(Code, u8)> {
+        self.heater_at(["extruder", "heater_bed"].iter().position(|known| *known == name)?)
+    }
+
+    fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
+        [(Code::m(104), 0), (Code::m(140), 254)].get(place).copied()
     }
 }
 

@@ -25,7 +25,7 @@ pub const TEMPERATURE: CodeInfo = CodeInfo::asks(Code::m(105), Function::ReportT
 pub const SWITCH: CodeInfo = switch(Code::m(106));
 
 pub const ROWS: &[CodeInfo] = &[
-    target(Code::m(104)),
+    target(Code::m(104)).needed(),
     CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
         .waits(Waits::Question)
         .states(EVERYWHERE_BUT_INVALID),
@@ -38,7 +38,7 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID)
         .differs("waits until the moves before it have ended"),
-    target_and_wait(Code::m(109)),
+    target_and_wait(Code::m(109)).needed(),
     target(Code::m(140)),
     target_and_wait(Code::m(190)),
     CodeInfo::asks(Code::m(143), Function::MaximumTemperature, "the highest temperature of a heater")

@@ -2,8 +2,10 @@
 
 use core::fmt::{self, Write};
 
-use super::{Bounds, CodeInfo, TOPICS, WordInfo};
+use super::{Bounds, CodeInfo, Otherwise, READ_OTHERWISE, TOPICS, WordInfo};
 use crate::commands::COMMANDS;
+use crate::dialect::Dialect;
+use crate::extended;
 
 /// Writes the tables of codes, a chapter for each topic.
 ///
@@ -31,14 +33,24 @@ fn write_row(out: &mut impl Write, rows: &[CodeInfo]) -> fmt::Result {
     for (place, row) in rows.iter().enumerate() {
         write!(out, "{}{}", if place == 0 { "" } else { ", " }, row.code)?;
     }
-    write!(out, " | {} | ", escaped(row.help))?;
+    let kept = match (row.is_missing(), row.is_passed_over()) {
+        (true, _) => "missing: ",
+        (_, true) => "left out: ",
+        _ => "",
+    };
+    write!(out, " | {kept}{} | ", escaped(row.help))?;
+    write_all_words(out, row)?;
+    writeln!(out, " | {} | {} |", row.waits.name(), escaped(row.difference.text()))
+}
+
+fn write_all_words(out: &mut impl Write, row: &CodeInfo) -> fmt::Result {
     for (place, words) in row.words.chunk_by(|a, b| a.text.text() == b.text.text() && a.unit == b.unit).enumerate() {
         if place > 0 {
             write!(out, "<br>")?;
         }
         write_words(out, words)?;
     }
-    writeln!(out, " | {} | {} |", row.waits.name(), escaped(row.difference.text()))
+    Ok(())
 }
 
 /// Words that are the same but for their letter.
@@ -55,6 +67,38 @@ fn write_words(out: &mut impl Write, words: &[WordInfo]) -> fmt::Result {
         Bounds::Above(bound) => write!(out, ", above {bound}"),
         Bounds::Within(least, most) | Bounds::Whole(least, most) => write!(out, ", {least} to {most}"),
     }
+}
+
+/// Writes the table of codes that some dialects read otherwise than Smoothieware.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn write_otherwise(out: &mut impl Write) -> fmt::Result {
+    writeln!(out, "| code | in | what it does | words |\n|---|---|---|---|")?;
+    for Otherwise { dialects, row } in READ_OTHERWISE {
+        write!(out, "| {} | ", row.code)?;
+        let names = Dialect::ALL.into_iter().filter(|dialect| dialects.has(*dialect)).map(Dialect::name);
+        for (place, name) in names.enumerate() {
+            write!(out, "{}{name}", if place == 0 { "" } else { ", " })?;
+        }
+        let kept = if row.is_passed_over() { "left out: " } else { "" };
+        write!(out, " | {kept}{} | ", escaped(row.help))?;
+        write_all_words(out, row)?;
+        writeln!(out, " |")?;
+    }
+    writeln!(out)
+}
+
+/// Writes the table of commands by name.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn write_named(out: &mut impl Write) -> fmt::Result {
+    writeln!(out, "| command | parameters | what it does |\n|---|---|---|")?;
+    for command in extended::COMMANDS {
+        writeln!(out, "| `{}` | {} | {}{} |", command.name, command.takes, command.kept(), escaped(command.help))?;
+    }
+    writeln!(out)
 }
 
 /// Writes the table of console commands.
@@ -92,6 +136,27 @@ mod tests {
         std::format!("{before}{begin}\n{text}{end}{after}")
     }
 
+    const DIALECTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/dialects.md");
+
+    /// Writes a page, or holds it against what it is to be.
+    fn settle(path: &str, page: &str, is: String) {
+        if std::env::var_os("WRITE_DOCS").is_some() {
+            return fs::write(path, is).unwrap();
+        }
+        let stale = page.lines().zip(is.lines()).position(|(a, b)| a != b);
+        assert_eq!(page, is, "{path} is stale from line {:?} on; see this test", stale.map(|line| line + 1));
+    }
+
+    #[test]
+    fn the_page_of_dialects_is_that_of_the_tables() {
+        let page = fs::read_to_string(DIALECTS).unwrap();
+        let (mut codes, mut commands) = (String::new(), String::new());
+        write_otherwise(&mut codes).unwrap();
+        write_named(&mut commands).unwrap();
+        let is = with(&with(&page, "codes read otherwise", &codes), "commands by name", &commands);
+        settle(DIALECTS, &page, is);
+    }
+
     /// `WRITE_DOCS=1 cargo test -p program --features docs` writes it.
     #[test]
     fn the_page_of_commands_is_that_of_the_tables() {
@@ -100,10 +165,6 @@ mod tests {
         write_codes(&mut codes).unwrap();
         write_commands(&mut commands).unwrap();
         let is = with(&with(&page, "codes", &codes), "console commands", &commands);
-        if std::env::var_os("WRITE_DOCS").is_some() {
-            return fs::write(PAGE, is).unwrap();
-        }
-        let stale = page.lines().zip(is.lines()).position(|(a, b)| a != b);
-        assert_eq!(page, is, "docs/commands.md is stale from line {:?} on; see this test", stale.map(|line| line + 1));
+        settle(PAGE, &page, is);
     }
 }

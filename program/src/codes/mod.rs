@@ -7,6 +7,7 @@
 mod cycles;
 mod extruder;
 mod files;
+mod flavours;
 mod heat;
 mod leveling;
 #[cfg(feature = "docs")]
@@ -14,20 +15,22 @@ mod markdown;
 mod motion;
 mod motors;
 mod offsets;
+mod printers;
 mod program;
 mod row;
 
 use gcode::{Code, Letter};
 
 use crate::claims::Claim;
+use crate::dialect::Dialect;
 pub use crate::word::{Bounds, Doc, Unit, WordInfo};
 #[cfg(feature = "docs")]
-pub use markdown::{write_codes, write_commands};
+pub use markdown::{write_codes, write_commands, write_named, write_otherwise};
 pub(crate) use row::Handler;
 pub use row::{CodeInfo, Group, Waits};
 
 /// The rows by topic, each with its title.
-pub const TOPICS: [(&str, &[CodeInfo]); 9] = [
+pub const TOPICS: [(&str, &[CodeInfo]); 10] = [
     ("Moves", motion::ROWS),
     ("Canned cycles and feed modes", cycles::ROWS),
     ("Units, planes and offsets", offsets::ROWS),
@@ -37,7 +40,22 @@ pub const TOPICS: [(&str, &[CodeInfo]); 9] = [
     ("Motors and limits", motors::ROWS),
     ("Jobs, files and settings", files::ROWS),
     ("Program and machine", program::ROWS),
+    ("Codes of printers beside Smoothieware's", printers::ROWS),
 ];
+
+pub use flavours::{Otherwise, READ_OTHERWISE};
+
+/// G-codes below this are read alike in all dialects.
+pub(crate) const FIRST_G_READ_OTHERWISE: u16 = 10;
+
+/// The row of a code that one dialect reads otherwise than Smoothieware.
+pub(crate) fn find_in(code: Code, dialect: Dialect) -> Option<&'static CodeInfo> {
+    if !dialect.is_other_printers() {
+        return None;
+    }
+    let reads = |other: &&Otherwise| other.row.code == code && other.dialects.has(dialect);
+    READ_OTHERWISE.iter().find(reads).map(|other| &other.row)
+}
 
 /// Every row.
 pub fn all() -> impl Iterator<Item = &'static CodeInfo> {

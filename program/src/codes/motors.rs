@@ -61,6 +61,8 @@ pub const ROWS: &[CodeInfo] = &[
         word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
         word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
         word('S', Unit::MmPerSecond, "least speed"),
+        word('V', Unit::MmPerSecond, "square corner velocity; sets junction deviations aside").least(0.0),
+        word('C', Unit::Number, "share of the way between slow places that is left for cruising").within(0.0, 0.95),
     ]),
     CodeInfo::asks(Code::m(220), Function::SpeedFactor, "scale all speeds, at once").takes(&[word(
         'S',
@@ -86,7 +88,11 @@ pub const ROWS: &[CodeInfo] = &[
         word('Z', Unit::Mm, "by motor"),
     ]),
     CodeInfo::asks(Code::m(900), Function::PressureAdvance, "pressure advance; without K, say it")
-        .takes(&[word('K', Unit::Seconds, "how much").least(0.0), TOOL_WORD])
+        .takes(&[
+            word('K', Unit::Seconds, "how much").least(0.0),
+            word('W', Unit::Seconds, "smoothed over so long").least(0.0),
+            TOOL_WORD,
+        ])
         .waits(Waits::Standstill)
         .differs("not known"),
     CodeInfo::asks(Code::m(906), Function::MotorMilliamps, "motor currents in mA")

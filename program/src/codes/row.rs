@@ -32,6 +32,9 @@ pub struct CodeInfo {
     pub states: States,
     /// A part that it cannot do without.
     pub part: Option<Part>,
+    /// A file in which it is not carried out makes another part, or harms somebody: the file waits for a
+    /// person.
+    pub is_needed: bool,
     /// What it does, in one line.
     pub help: &'static str,
     /// What Smoothieware v2 does instead; empty where it does the same.
@@ -54,6 +57,10 @@ pub(crate) enum Handler {
     Claimed,
     /// It is accepted, and there is nothing to do.
     Nothing,
+    /// It is accepted and not carried out; a file that is played makes the same part.
+    PassedOver,
+    /// It is known, and not carried out.
+    Missing,
 }
 
 /// Modal groups (NIST RS-274/NGC, section 3.4), and those of the printers' codes.
@@ -125,6 +132,7 @@ impl CodeInfo {
             waits: Waits::Nothing,
             states: States::WORKING,
             part: None,
+            is_needed: false,
             help,
             difference: doc(""),
             handler,
@@ -156,6 +164,28 @@ impl CodeInfo {
         Self::new(code, Handler::Nothing, help)
     }
 
+    /// A code that is accepted and not carried out, which leaves the part as it is.
+    pub(crate) const fn passed_over(code: Code, help: &'static str) -> Self {
+        Self::new(code, Handler::PassedOver, help)
+    }
+
+    /// A code that is known and not carried out, which makes another part or harms somebody.
+    pub(crate) const fn missing(code: Code, help: &'static str) -> Self {
+        Self::new(code, Handler::Missing, help).needed()
+    }
+
+    /// Whether it is known, and not carried out.
+    #[must_use]
+    pub const fn is_missing(&self) -> bool {
+        matches!(self.handler, Handler::Missing)
+    }
+
+    /// Whether it is accepted and not carried out, which leaves the part as it is.
+    #[must_use]
+    pub const fn is_passed_over(&self) -> bool {
+        matches!(self.handler, Handler::PassedOver)
+    }
+
     /// How T is read.
     pub(crate) const fn tool(help: &'static str) -> Self {
         Self::new(Code::t(0), Handler::Tool, help)
@@ -168,6 +198,11 @@ impl CodeInfo {
             self.is_bounded |= !matches!(words[index].bounds, Bounds::Any);
             index += 1;
         }
+        self
+    }
+
+    pub(crate) const fn needed(mut self) -> Self {
+        self.is_needed = true;
         self
     }
 

@@ -15,8 +15,8 @@ pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u1
     }
     let place = program.tools.numbered(f64::from(number));
     program.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
-    if let Some(tool) = program.tools.active() {
-        program.modal.tool_offset = tool.settings.offset;
+    if let Some(offset) = program.tools.active().map(|tool| tool.settings.offset) {
+        program.modal.set_tool_offset(offset);
     }
     NOTHING
 }
@@ -61,17 +61,35 @@ fn needs_extruder(program: &Interpreter) -> Result<(), Fault> {
 
 /// G10 L1 Pn: offset of tool n - 1.
 pub(crate) fn set_tool_offset<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
-    let active = program.tools.active_id();
     let place = words.get('P').and_then(|p| program.tools.numbered(p - 1.0));
+    offset_tool(program, words, place, 'P')?;
+    NOTHING
+}
+
+/// X Y and Z are the offset of a tool, which a word names.
+pub(crate) fn offset_tool(
+    program: &mut Interpreter,
+    words: &Words<'_>,
+    place: Option<usize>,
+    letter: char,
+) -> Result<(), Fault> {
+    let active = program.tools.active_id();
     let tool = place.and_then(|place| program.tools.tools.get_mut(place));
-    let tool = tool.ok_or(Problem::ToolOfOffset.refused(words.column_of('P')))?;
+    let tool = tool.ok_or(
+        match letter {
+            'P' if words.code().number == 10 && words.has('L') => Problem::ToolOfOffset,
+            letter => Problem::NoSuchTool(words.get(letter).unwrap_or(0.0)),
+        }
+        .refused(words.column_of(letter)),
+    )?;
     for (offset, axis) in tool.settings.offset.iter_mut().zip(Axis::PRIMARY) {
         *offset = words.axis(axis).unwrap_or(*offset);
     }
     if tool.settings.id == active {
-        program.modal.tool_offset = tool.settings.offset;
+        let offset = tool.settings.offset;
+        program.modal.set_tool_offset(offset);
     }
-    NOTHING
+    Ok(())
 }
 
 /// M200.

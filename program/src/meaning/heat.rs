@@ -22,7 +22,9 @@ pub(crate) fn heat<'b>(
     if matches!(claim, Claim::Temperature(_)) {
         return Ok(Meaning::Action(Action::Function(Function::ReportTemperatures, *words)));
     }
-    let Some(celsius) = words.get('S') else { return NOTHING };
+    // R is Marlin's word for a target that is waited for from above too.
+    let waits = claims.iter().any(|claim| matches!(claim, Claim::TargetAndWait(_)));
+    let Some(celsius) = words.get('S').or(words.get('R').filter(|_| waits)) else { return NOTHING };
     let (heater, waits) = addressed(program, claims, context)?;
     let target = meant(program, heater, celsius);
     if waits {
@@ -53,6 +55,20 @@ fn addressed(program: &Interpreter, claims: &[Claim], context: &Context<'_>) -> 
         Some(word) => Problem::NoHeaterOf(number, word).refused(context.words.column_of('T')),
         None => Problem::ToolWithoutHeater(number, active).refused(0),
     })
+}
+
+/// A target of the heater that a tool has by its number.
+pub(crate) fn of_tool(
+    program: &Interpreter,
+    code: u16,
+    tool: f64,
+    celsius: f64,
+    column: u16,
+) -> Result<(HeaterId, Celsius), Fault> {
+    let wanted = ToolId::from_word(tool);
+    let heater = HeaterId::all().zip(&program.heaters).find(|(_, heater)| Some(heater.id) == wanted);
+    let (heater, _) = heater.ok_or(Problem::NoHeaterOf(code, tool).refused(column))?;
+    Ok((heater, meant(program, heater, celsius)))
 }
 
 /// What a target means: 1 and 2 stand for the presets.

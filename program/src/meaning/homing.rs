@@ -15,7 +15,7 @@ pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>)
     if context.dialect.parks(words.code().subcode) {
         return go_to_park(program, words, context.facts);
     }
-    if let Some(letter) = words.other_than("XYZABC") {
+    if let Some(letter) = words.other_than(context.dialect.homing_words()) {
         return Err(Problem::NotHomable(letter).refused(words.column_of(letter)));
     }
     Ok(Meaning::Action(Action::Home(words.axes())))

@@ -8,6 +8,7 @@ pub(crate) mod heat;
 pub(crate) mod homing;
 pub(crate) mod moves;
 pub(crate) mod offsets;
+pub(crate) mod printers;
 pub(crate) mod probing;
 pub(crate) mod program;
 pub(crate) mod splines;

@@ -4,6 +4,7 @@ use units::{Axis, PerAxis, Plane};
 
 use crate::action::{Action, Corner};
 use crate::context::{Context, Meaning, NOTHING};
+use crate::dialect::ExtruderFollows;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::extruders;
@@ -27,7 +28,13 @@ pub(crate) fn length_unit<'b>(program: &mut Interpreter, context: &Context<'b>) 
 
 /// G90, G91.
 pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    program.modal.absolute = context.words.code().number == 90;
+    let modal = &mut program.modal;
+    modal.absolute = context.words.code().number == 90;
+    modal.e_absolute = match context.dialect.extruder_follows() {
+        ExtruderFollows::Nothing => modal.e_absolute,
+        ExtruderFollows::TheLast => modal.absolute,
+        ExtruderFollows::Both => modal.absolute && modal.e_places,
+    };
     NOTHING
 }
 
@@ -49,7 +56,10 @@ pub(crate) fn extruder_distance_mode<'b>(
     program: &mut Interpreter,
     context: &Context<'b>,
 ) -> Result<Meaning<'b>, Fault> {
-    program.modal.e_absolute = context.words.code().number == 82;
+    let modal = &mut program.modal;
+    modal.e_places = context.words.code().number == 82;
+    let is_both = context.dialect.extruder_follows() == ExtruderFollows::Both;
+    modal.e_absolute = modal.e_places && (modal.absolute || !is_both);
     NOTHING
 }
 
@@ -98,7 +108,7 @@ pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) 
 
 /// G49.
 pub(crate) fn no_tool_length<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    program.modal.tool_offset = [0.0; 3];
+    program.modal.set_tool_offset([0.0; 3]);
     NOTHING
 }
 

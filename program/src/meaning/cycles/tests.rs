@@ -20,7 +20,7 @@ fn begin(program: &mut Interpreter, line: &str) -> Result<Option<Action<'static>
     let mut first = None;
     for block in blocks {
         let block = block.unwrap();
-        let row = program.row(&block).unwrap();
+        let row = program.row(&block, Dialect::Smoothie).unwrap();
         first = match program.run(&block, row, FACTS, Dialect::Grbl)? {
             Meaning::Action(Action::Move(request)) => Some(Action::Move(request)),
             Meaning::Action(Action::Dwell(time)) => Some(Action::Dwell(time)),

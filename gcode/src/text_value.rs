@@ -1,0 +1,67 @@
+//! RepRapFirmware's values of M-codes: strings, `P"zvd"`, and lists, `E400:400`.
+
+use crate::number;
+
+/// What goes on with the value of a word, at its beginning: how long it is, and what it says. Of a list the
+/// first number counts, which has been read.
+pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
+    match rest {
+        [b'"', string @ ..] => {
+            let length = memchr::memchr(b'"', string)?;
+            Some((length + 2, string.get(..length).and_then(|text| core::str::from_utf8(text).ok())))
+        }
+        [b':', list @ ..] => Some((1 + list.iter().take_while(|byte| number::starts(**byte)).count(), None)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Block, Blocks, Code, Problem, SyntaxError};
+
+    fn blocks(line: &str) -> Vec<Block<'_>> {
+        Blocks::new(line.as_bytes()).map(|block| block.unwrap()).collect()
+    }
+
+    fn failing(line: &str) -> (u16, Problem) {
+        let error = Blocks::new(line.as_bytes()).last().unwrap().unwrap_err();
+        (error.column, error.problem)
+    }
+
+    fn g(number: u16) -> Block<'static> {
+        Block::new(Some(Code::g(number)), 1)
+    }
+
+    fn m(number: u16) -> Block<'static> {
+        Block::new(Some(Code::m(number)), 1)
+    }
+
+    #[test]
+    fn m_codes_may_have_strings_and_lists() {
+        assert_eq!(blocks("M593 P\"zvd; 2\" F40.5")[0].text, Some("zvd; 2"));
+        assert_eq!(blocks("M593 P\"zvd\" F40.5")[0].get('F'), Some(40.5));
+        assert_eq!(blocks("M862.3 P \"MK3S\" ; model")[0].text, Some("MK3S"));
+        assert_eq!(blocks("M566 X600 E120:130:-1 Y5"), [m(566).with('X', 600.0).with('E', 120.0).with('Y', 5.0)]);
+        assert_eq!(blocks("M115 U3.12.2")[0].text, Some("U3.12.2"));
+        assert_eq!(blocks("M486 AShape-Box (1)")[0].text, Some("AShape-Box (1)"));
+        assert_eq!(failing("G1 X1:2"), (6, Problem::NotALetter(b':')));
+        assert_eq!(failing("G29 P\"x\""), (6, Problem::NotALetter(b'"')));
+        assert_eq!(failing("M98 P\"x"), (6, Problem::NotALetter(b'"')));
+    }
+
+    #[test]
+    fn text_codes_keep_their_text() {
+        assert_eq!(blocks("M117 Hello, World! (50%)  ; note")[0].text, Some("Hello, World! (50%)"));
+        assert_eq!(blocks("m23 My File.gcode")[0].text, Some("My File.gcode"));
+        assert_eq!(blocks("M28 a.g")[0].text, Some("a.g"));
+        assert_eq!(blocks("M32/b.g")[0].text, Some("/b.g"));
+        assert_eq!(blocks("G4 P1 M30"), [g(4).with('P', 1.0), m(30)]);
+        assert_eq!(blocks("M23.1 S1")[0].text, None);
+        assert_eq!(blocks("M30 (end of part)")[0].text, None);
+        assert_eq!(blocks("M30 old (2).gcode")[0].text, Some("old (2).gcode"));
+        assert_eq!(
+            Blocks::new(b"M117 \xff").next().unwrap().unwrap_err(),
+            SyntaxError { column: 5, problem: Problem::NotText }
+        );
+    }
+}

@@ -1,0 +1,154 @@
+//! Codes that the firmwares of other printers read otherwise than Smoothieware.
+//!
+//! A code that has no row here means the same to all of them. Sources: Marlin's "G-code Index", the Duet
+//! project's "GCode dictionary", Klipper's "G-Codes".
+
+use gcode::Code;
+
+use super::row::{CodeInfo, Waits};
+use crate::action::Function;
+use crate::dialect::{Dialect, Dialects};
+use crate::fault::Part;
+use crate::meaning::printers;
+use crate::word::{Unit, WordInfo, word};
+
+/// A row that is for some dialects alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Otherwise {
+    /// Which.
+    pub dialects: Dialects,
+    /// How they read the code.
+    pub row: CodeInfo,
+}
+
+const MARLIN: Dialects = Dialects::of(Dialect::Marlin);
+const REPRAP: Dialects = Dialects::of(Dialect::RepRapFirmware);
+
+const fn reads(dialects: Dialects, row: CodeInfo) -> Otherwise {
+    Otherwise { dialects, row }
+}
+
+const LEVEL: &str = "measure the bed and level by it";
+const LEVEL_WORDS: &[WordInfo] = &[
+    word('P', Unit::Number, "Marlin: 1 measures, other numbers have nothing to do"),
+    word('S', Unit::Number, "RepRapFirmware: 0 measures, 1 loads the saved grid, 2: no leveling"),
+    word('A', Unit::Flag, "Marlin: has nothing to do, what was measured is in force"),
+    word('C', Unit::Flag, "Marlin: has nothing to do, all of the bed is measured at once"),
+    word('L', Unit::Flag, "Marlin: load the saved grid"),
+    word('D', Unit::Flag, "Marlin: no leveling"),
+];
+const JERK: &[WordInfo] = &[
+    word('X', Unit::MmPerSecond, "jerk; the lesser of X and Y is the square corner velocity"),
+    word('Y', Unit::MmPerSecond, "jerk; the lesser of X and Y is the square corner velocity"),
+    word('Z', Unit::MmPerSecond, "has nothing to do"),
+    word('E', Unit::MmPerSecond, "has nothing to do"),
+    word('J', Unit::Mm, "junction deviation, instead").above(0.0),
+    word('S', Unit::MmPerSecond, "least feed rate: has nothing to do"),
+    word('T', Unit::MmPerSecond, "the same of moves that do not print"),
+    word('V', Unit::MmPerSecond, "square corner velocity").least(0.0),
+    word('C', Unit::Number, "share of the way left for cruising").within(0.0, 0.95),
+];
+const ACCELERATIONS: &[WordInfo] = &[
+    word('S', Unit::MmPerSecond2, "of all moves").above(0.0),
+    word('P', Unit::MmPerSecond2, "of moves that print; here of all moves").above(0.0),
+    word('T', Unit::MmPerSecond2, "of moves that do not; Klipper: of all, if less than P").above(0.0),
+    word('R', Unit::MmPerSecond2, "of retractions: has nothing to do"),
+];
+const SPEEDS: &[WordInfo] = &[
+    word('X', Unit::MmPerMinute, "of this axis"),
+    word('Y', Unit::MmPerMinute, "of this axis"),
+    word('Z', Unit::MmPerMinute, "of this axis"),
+    word('E', Unit::MmPerMinute, "of the extruder's motor"),
+];
+const IDLE: &[WordInfo] = &[
+    word('S', Unit::Seconds, "turn them off after standing so long: has nothing to do"),
+    word('E', Unit::Flag, "the motor of the active extruder"),
+];
+
+/// The rows, and who reads them so.
+pub static READ_OTHERWISE: &[Otherwise] = &[
+    reads(
+        REPRAP,
+        CodeInfo::means(Code::g(10), printers::tool_settings, "temperature and offset of a tool; without P, retract")
+            .takes(&[
+                word('P', Unit::Id, "which tool"),
+                word('S', Unit::Celsius, "its temperature"),
+                word('R', Unit::Celsius, "when it is not in use: has nothing to do"),
+                word('L', Unit::Number, "as in Smoothieware"),
+                word('X', Unit::Length, "offset"),
+                word('Y', Unit::Length, "offset"),
+                word('Z', Unit::Length, "offset"),
+            ])
+            .waits(Waits::Path),
+    ),
+    reads(Dialects::PRINTERS, level(Code::g(29))),
+    // Prusa's, of the MK2 and MK3.
+    reads(MARLIN, level(Code::g(80))),
+    reads(Dialects::PRINTERS, motors_off(18)),
+    reads(Dialects::PRINTERS, motors_off(84)),
+    reads(MARLIN, CodeInfo::passed_over(Code::m(120), "watch the end switches: they are, where configured")),
+    reads(MARLIN, CodeInfo::passed_over(Code::m(121), "do not watch the end switches: they are, where configured")),
+    reads(
+        REPRAP,
+        CodeInfo::asks(Code::m(203), Function::AxisSpeeds, "greatest speeds of axes, a minute").takes(SPEEDS),
+    ),
+    reads(
+        Dialects::PRINTERS,
+        CodeInfo::means(Code::m(204), printers::accelerations, "acceleration").takes(ACCELERATIONS),
+    ),
+    reads(
+        Dialects::PRINTERS,
+        CodeInfo::asks(Code::m(205), Function::Jerk, "speed changes allowed in corners").takes(JERK),
+    ),
+    reads(
+        MARLIN,
+        CodeInfo::means(Code::m(218), printers::hotend_offset, "offset of a tool").takes(&[
+            word('T', Unit::Id, "which tool"),
+            word('X', Unit::Length, "by axis"),
+            word('Y', Unit::Length, "by axis"),
+            word('Z', Unit::Length, "by axis"),
+        ]),
+    ),
+    reads(
+        REPRAP,
+        CodeInfo::means(Code::m(568), printers::tool_settings, "temperature of a tool")
+            .takes(&[
+                word('P', Unit::Id, "which tool"),
+                word('S', Unit::Celsius, "its temperature"),
+                word('R', Unit::Celsius, "when it is not in use: has nothing to do"),
+                word('A', Unit::Number, "whether it is in use: has nothing to do"),
+            ])
+            .waits(Waits::Path),
+    ),
+];
+
+const fn level(code: Code) -> CodeInfo {
+    CodeInfo::either(code, printers::level, Function::ProbeStrategy, LEVEL)
+        .takes(LEVEL_WORDS)
+        .waits(Waits::Result)
+        .part(Part::Probe)
+}
+
+const fn motors_off(number: u16) -> CodeInfo {
+    CodeInfo::either(Code::m(number), printers::motors_off, Function::MotorsOff, "motors off, all or those named")
+        .takes(IDLE)
+        .waits(Waits::Standstill)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codes::{FIRST_G_READ_OTHERWISE, find_in};
+
+    #[test]
+    fn every_row_is_found_in_its_dialects_alone() {
+        for other in READ_OTHERWISE {
+            for dialect in Dialect::ALL {
+                let found = find_in(other.row.code, dialect).is_some_and(|row| core::ptr::eq(row, &other.row));
+                assert_eq!(found, other.dialects.has(dialect), "{} {}", other.row.code, dialect.name());
+            }
+            assert!(other.row.code.letter != gcode::Letter::G || other.row.code.number >= FIRST_G_READ_OTHERWISE);
+            assert!(other.row.help.len() > 8 && other.row.help.len() <= 90);
+        }
+    }
+}

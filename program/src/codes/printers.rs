@@ -1,0 +1,129 @@
+//! Codes that printers' firmwares share and Smoothieware has not: what is carried out; what makes no
+//! difference here, and is counted while a file is played and listed at its end; what would make one and is
+//! not carried out, and pauses the file.
+
+use gcode::Code;
+
+use super::row::{CodeInfo, Waits};
+use crate::action::Function;
+use crate::meaning::printers;
+use crate::word::{Unit, WordInfo, word};
+
+const NOT_KNOWN: &str = "not known";
+/// Accelerations by axis, as Marlin and RepRapFirmware write them.
+const BY_AXIS: &[WordInfo] = &[
+    word('X', Unit::MmPerSecond2, "of this axis' motor"),
+    word('Y', Unit::MmPerSecond2, "of this axis' motor"),
+    word('Z', Unit::MmPerSecond2, "of this axis' motor"),
+    word('E', Unit::MmPerSecond2, "of the extruder's motor"),
+];
+
+pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::asks(Code::m(116), Function::WaitForHeaters, "wait until every heater has come up to its target")
+        .takes(&[
+            word('P', Unit::Id, "only the heater with this tool_id"),
+            word('A', Unit::Celsius, "until it is so warm, whatever its target"),
+            word('B', Unit::Celsius, "until it is no warmer"),
+        ])
+        .waits(Waits::Result)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(201), Function::Accelerations, "greatest accelerations of axes")
+        .takes(BY_AXIS)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(
+        Code::m(290),
+        printers::babystep,
+        "shift everything that follows, and move there; see docs/dialects.md",
+    )
+    .takes(&[
+        word('X', Unit::Length, "by so much"),
+        word('Y', Unit::Length, "by so much"),
+        word('Z', Unit::Length, "by so much"),
+        word('S', Unit::Length, "the same as Z"),
+        word('R', Unit::Number, "0: to so much, not by so much"),
+        word('Q', Unit::Number, "0: the next moves go there, not this one"),
+    ])
+    .waits(Waits::Path)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(420), Function::UseGrid, "level by the saved grid, or as the bed was measured; S0: not")
+        .takes(&[word('S', Unit::Number, "0: no leveling")])
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(566), Function::Jerk, "speed changes allowed in corners")
+        .takes(&[
+            word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
+            word('Y', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
+        ])
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(572), Function::PressureAdvance, "pressure advance; without S, say it")
+        .takes(&[
+            word('S', Unit::Seconds, "how much").least(0.0),
+            word('W', Unit::Seconds, "smoothed over so long").least(0.0),
+            word('D', Unit::Number, "of this extruder"),
+        ])
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(593), Function::InputShaping, "input shaping; without words, say it")
+        .takes(&[
+            word('X', Unit::Flag, "of this axis; of X and Y where none is named"),
+            word('Y', Unit::Flag, "of this axis"),
+            word('F', Unit::Number, "frequency in Hz; 0: none").least(0.0),
+            word('D', Unit::Number, "damping ratio").within(0.0, 0.99),
+            word('S', Unit::Number, "damping ratio").within(0.0, 0.99),
+        ])
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
+    quiet(73, "progress and time left, as the slicer reckons"),
+    quiet(74, "weight of the part"),
+    quiet(75, "start the print timer"),
+    quiet(76, "pause the print timer"),
+    quiet(77, "stop the print timer"),
+    quiet(108, "stop waiting for a temperature"),
+    quiet(111, "what to log"),
+    CodeInfo::asks(Code::m(118), Function::SayToAll, "say a text on every console").differs(NOT_KNOWN),
+    quiet(141, "temperature of the chamber: there is no such heater"),
+    quiet(191, "wait for the temperature of the chamber: there is no such heater"),
+    quiet(150, "colour of the lights"),
+    quiet(300, "sound a tone"),
+    quiet(302, "allow cold extrusion: it is not watched"),
+    quiet(355, "light of the case"),
+    quiet(401, "lower the probe"),
+    quiet(402, "raise the probe"),
+    quiet(412, "watch for the end of the filament"),
+    quiet(413, "save the job for when power is lost"),
+    quiet(425, "backlash of another machine"),
+    CodeInfo::asks(
+        Code::m(486),
+        Function::LabelObject,
+        "which object the lines that follow make; none can be left out",
+    )
+    .differs(NOT_KNOWN),
+    quiet(555, "where on the bed the part is"),
+    quiet(569, "mode of a motor driver: see the configuration"),
+    quiet(603, "lengths of a change of filament"),
+    quiet(862, "which printer the file is for").any_subcode(),
+    quiet(908, "motor current as a number of its converter"),
+    quiet(910, "settings of a motor driver"),
+    quiet(913, "threshold of a motor driver's modes"),
+    quiet(914, "sensitivity of a motor driver's stall detection"),
+    missing(4, "spindle on, counter-clockwise"),
+    missing(42, "switch a pin by its number"),
+    missing(163, "share of a mixing extruder"),
+    missing(125, "park, and wait for a person"),
+    missing(226, "wait for an input, or a person"),
+    missing(280, "turn a servo"),
+    missing(291, "show a text, and wait for an answer"),
+    missing(605, "mode of a second carriage"),
+    missing(701, "load filament"),
+    missing(702, "unload filament"),
+    missing(808, "repeat a part of the file"),
+    missing(851, "offset of a probe"),
+];
+
+const fn quiet(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::passed_over(Code::m(number), help).differs(NOT_KNOWN)
+}
+
+const fn missing(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::missing(Code::m(number), help).differs(NOT_KNOWN)
+}

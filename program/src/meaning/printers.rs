@@ -1,0 +1,131 @@
+//! What printers' firmwares say otherwise than Smoothieware, in its terms.
+
+use gcode::Code;
+use units::Axis;
+
+use crate::action::{Action, Effect, Function};
+use crate::context::{Context, Meaning, NOTHING};
+use crate::dialect::Dialect;
+use crate::fault::Fault;
+use crate::interpreter::Interpreter;
+use crate::meaning::{extruders, heat, offsets};
+use crate::words::Words;
+
+/// A function with another code's meaning, and none of this one's words.
+const fn as_code<'b>(function: Function, code: Code) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Function(function, Words::bare(code))))
+}
+
+/// G29, and Prusa's G80: G31, or what its words say of the grid.
+pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let (phase, what) = (words.get('P').unwrap_or(1.0), words.get('S').unwrap_or(0.0));
+    if context.dialect == Dialect::RepRapFirmware {
+        return match what {
+            0.0 => as_code(Function::ProbeStrategy, Code::g(31)),
+            1.0 => as_code(Function::LoadGrid, Code::m(375)),
+            2.0 => as_code(Function::LevelingOff, Code::m(370)),
+            _ => Ok(Meaning::PassedOver),
+        };
+    }
+    match () {
+        () if words.has('D') => as_code(Function::LevelingOff, Code::m(370)),
+        () if words.has('L') => as_code(Function::LoadGrid, Code::m(375)),
+        // Prusa's later steps: more points, filling in, putting it into force. All of that has happened.
+        () if phase != 1.0 || words.has('C') || words.has('A') && !words.has('P') => NOTHING,
+        () => as_code(Function::ProbeStrategy, Code::g(31)),
+    }
+}
+
+/// M18 and M84: with S they set a time that motors stay on for, and turn nothing off.
+pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(if context.words.has('S') { Meaning::PassedOver } else { context.function() })
+}
+
+/// M204: P and T are of moves that print and of those that do not. Here all moves have one: that of moves
+/// that print, and in Klipper the lesser.
+pub(crate) fn accelerations<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let (print, travel) = (words.get('S').or(words.get('P')), words.get('T'));
+    let both = match (print, travel) {
+        (Some(print), Some(travel)) if context.dialect == Dialect::Klipper => Some(print.min(travel)),
+        _ => print,
+    };
+    Ok(both.map_or(Meaning::PassedOver, |acceleration| Meaning::Action(Action::Acceleration(acceleration))))
+}
+
+/// RepRapFirmware's G10 P and M568: the temperature and the offset of a tool.
+pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let is_offset = words.code().number == 10;
+    let Some(id) = words.get('P').filter(|_| !words.has('L')) else {
+        return if is_offset { offsets::set_offsets(program, context) } else { Ok(Meaning::PassedOver) };
+    };
+    let (code, column) = (words.code().number, words.column_of('P'));
+    let target = words.get('S').map(|celsius| heat::of_tool(program, code, id, celsius, column)).transpose()?;
+    if is_offset && "XYZ".chars().any(|letter| words.has(letter)) {
+        extruders::offset_tool(program, words, program.tools.numbered(id), 'P')?;
+    }
+    if let Some((heater, target)) = target {
+        program.by_the_way(Effect::Target { heater, target });
+    }
+    NOTHING
+}
+
+/// Marlin's M218: the offset of tool T.
+pub(crate) fn hotend_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let tool = words.get('T').map_or(Some(program.tools.active), |id| program.tools.numbered(id));
+    extruders::offset_tool(program, words, tool, 'T')?;
+    NOTHING
+}
+
+/// M290: what follows lies so much higher. It begins with a move there, so that it can be seen at once.
+pub(crate) fn babystep<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let moves = words.get('Q') != Some(0.0);
+    let mut target = program.position;
+    for (place, axis) in Axis::PRIMARY.into_iter().enumerate() {
+        let word = words.axis(axis).or(words.get('S').filter(|_| axis == Axis::Z));
+        let Some(mm) = word else { continue };
+        let now = program.modal.shift.get(place).copied().unwrap_or(0.0);
+        let by = if words.get('R') == Some(0.0) { mm - now } else { mm };
+        program.modal.add_shift(axis, by);
+        target[axis] += by;
+    }
+    if !moves || target == program.position {
+        return NOTHING;
+    }
+    Ok(Meaning::Action(program.rapid_to(target)))
+}
+
+/// What M118 says, without Marlin's and RepRapFirmware's words of where to.
+#[must_use]
+pub fn said_by_m118(text: &str) -> &str {
+    let mut text = text.trim();
+    while let Some((word, rest)) = text.split_once(' ')
+        && matches!(word.as_bytes(), [b'A' | b'E' | b'P' | b'L', digits @ ..] if !digits.is_empty() && digits.iter().all(u8::is_ascii_digit))
+    {
+        text = rest.trim_start();
+    }
+    let quoted = text.strip_prefix("S\"").and_then(|text| text.split('"').next());
+    quoted.unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_a_text_is_to_be_said_is_no_part_of_it() {
+        for (line, text) in [
+            ("E1 A1 hello you", "hello you"),
+            ("P0 S\"hello; you\"", "hello; you"),
+            ("Ready 10 %", "Ready 10 %"),
+            ("E1", "E1"),
+            ("", ""),
+        ] {
+            assert_eq!(said_by_m118(line), text);
+        }
+    }
+}
