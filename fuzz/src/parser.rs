@@ -40,6 +40,10 @@ fn look(line: &[u8], decoder: &mut Decoder) {
     match decoder.decode(line) {
         Ok(Line::Blank) => assert_eq!(decoder.expected(), expected, "a blank line counts"),
         Ok(Line::Console(text)) => assert!(text.len() <= line.len(), "text out of nothing"),
+        Ok(Line::Extended(command)) => {
+            assert!(!command.name().is_empty(), "a command without a name");
+            assert!(command.parameters().count() <= line.len(), "parameters out of nothing");
+        }
         Ok(Line::Code(blocks)) => {
             let mut count = 0;
             let mut ended = false;

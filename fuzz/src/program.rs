@@ -2,6 +2,7 @@
 //! the program always knows where it is.
 
 use gcode::{Block, Blocks, Decoder, FlowLine, Line};
+use program::extended::{self, Asked, CodeLine};
 use program::{
     Action, Claim, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Rate, Setup, ToolSettings,
 };
@@ -55,6 +56,23 @@ fn setup() -> Setup {
     setup
 }
 
+/// A machine whose heaters and switches have no names.
+struct NoNames;
+
+impl extended::Names for NoNames {
+    fn switch(&self, _: &str) -> Option<gcode::Code> {
+        Some(gcode::Code::m(106))
+    }
+
+    fn heater(&self, _: &str) -> Option<(gcode::Code, u8)> {
+        self.heater_at(0)
+    }
+
+    fn heater_at(&self, place: usize) -> Option<(gcode::Code, u8)> {
+        (place == 0).then_some((gcode::Code::m(104), 0))
+    }
+}
+
 /// Lines that are carried out: loops may have no end.
 const MOST_TURNS: u32 = 3_000;
 
@@ -68,12 +86,12 @@ struct Session {
     refuses: bool,
 }
 
-/// Has a program mean something, line by line, in the dialect of Smoothieware and in that of GRBL.
+/// Has a program mean something, line by line, in every dialect.
 ///
 /// # Panics
 /// When something of the above is not so.
 pub fn run(bytes: &[u8]) {
-    for dialect in [Dialect::Smoothie, Dialect::Grbl] {
+    for dialect in Dialect::ALL {
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
         let mut session = Session {
             interpreter: Interpreter::new(setup()),
@@ -112,11 +130,20 @@ impl Session {
                 Some(kept) => self.interpreter.come_back_to(kept),
                 None => self.kept = Some(self.interpreter.keep()),
             },
-            line => match self.decoder.decode(line) {
-                Ok(Line::Flow(flow)) => return self.flow(&flow, at),
-                Ok(Line::Code(blocks)) if !self.interpreter.flow().passes_over() => self.blocks(blocks),
-                _ => {}
-            },
+            line => {
+                let mut codes = CodeLine::new();
+                let passes_over = self.interpreter.flow().passes_over();
+                match self.decoder.decode(line) {
+                    Ok(Line::Flow(flow)) => return self.flow(&flow, at),
+                    Ok(Line::Code(blocks)) if !passes_over => self.blocks(blocks),
+                    Ok(Line::Extended(command))
+                        if !passes_over && extended::translate(&command, &NoNames, &mut codes) == Ok(Asked::Codes) =>
+                    {
+                        self.blocks(Blocks::new(codes.as_bytes()));
+                    }
+                    _ => {}
+                }
+            }
         }
         after
     }
@@ -144,10 +171,10 @@ impl Session {
                 Ok(false) => break,
                 Err(_) => return self.interpreter.drop_line(),
             }
-            if let Some((row, _, _)) = self.interpreter.question(&block) {
+            if let Some((row, _, _)) = self.interpreter.question(&block, self.dialect) {
                 assert_eq!(row.waits, program::Waits::Question, "{block}: no question");
             }
-            if let Some(row) = self.interpreter.row(&block)
+            if let Some(row) = self.interpreter.row(&block, self.dialect)
                 && !self.block(&block, row)
             {
                 return self.interpreter.drop_line();

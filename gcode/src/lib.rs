@@ -3,8 +3,8 @@
 //!
 //! Understood: RepRap (`N` and `*` checksums, resends, several commands on a line, text after the codes of
 //! `TEXT_M_CODES` in `scanner.rs`) and NIST RS-274 line syntax (blanks anywhere, lower case, `( )` and `;`
-//! comments, block delete, `%`), and Klipper's commands by name ([`Extended`]). Lines of a console command (`ls`, `$H`) are told apart from lower-case
-//! G-code (`g1 x10`).
+//! comments, block delete, `%`), and Klipper's commands by name ([`Extended`]). Lines of a console command
+//! (`ls`, `$H`) are told apart from lower-case G-code (`g1 x10`).
 //!
 //! This crate knows no positions, modal state or units: a number is a number, with the column it stood in.
 #![cfg_attr(not(test), no_std)]
@@ -19,6 +19,7 @@ mod line_buffer;
 mod number;
 pub mod realtime;
 mod scanner;
+mod text_value;
 mod whole_line;
 
 pub use block::{Block, Code, Letter};

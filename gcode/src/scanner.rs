@@ -4,6 +4,7 @@ use crate::block::{Block, Code, Letter};
 use crate::error::{Problem, SyntaxError};
 use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
+use crate::text_value::string_or_list;
 
 /// M-codes whose argument is text, kept as it stands.
 ///
@@ -157,23 +158,11 @@ impl<'a> Blocks<'a> {
         Ok(true)
     }
 
-    /// RepRapFirmware's values of M-codes: a string, `P"zvd"`, which is the block's text, and the rest of a
-    /// list, `E400:400`, of which the first number counts.
+    /// Passes over what goes on with the value of an M-code: see [`string_or_list`].
     fn skips_string_or_list(&mut self, block: &mut Block<'a>) -> bool {
-        if block.code.is_none_or(|code| code.letter != Letter::M) {
-            return false;
-        }
-        let rest = self.rest();
-        let length = match rest {
-            [b'"', string @ ..] => {
-                let Some(length) = memchr::memchr(b'"', string) else { return false };
-                let text = string.get(..length).and_then(|text| core::str::from_utf8(text).ok());
-                block.text = block.text.or(text);
-                length + 2
-            }
-            [b':', list @ ..] => 1 + list.iter().take_while(|byte| number::starts(**byte)).count(),
-            _ => return false,
-        };
+        let is_m = block.code.is_some_and(|code| code.letter == Letter::M);
+        let Some((length, text)) = string_or_list(self.rest()).filter(|_| is_m) else { return false };
+        block.text = block.text.or(text);
         self.at += length;
         true
     }
@@ -388,22 +377,6 @@ mod tests {
         assert_eq!(blocks("G28 X1 X")[0].get('X'), None);
     }
 
-    #[test]
-    fn text_codes_keep_their_text() {
-        assert_eq!(blocks("M117 Hello, World! (50%)  ; note")[0].text, Some("Hello, World! (50%)"));
-        assert_eq!(blocks("m23 My File.gcode")[0].text, Some("My File.gcode"));
-        assert_eq!(blocks("M28 a.g")[0].text, Some("a.g"));
-        assert_eq!(blocks("M32/b.g")[0].text, Some("/b.g"));
-        assert_eq!(blocks("G4 P1 M30"), [g(4).with('P', 1.0), m(30)]);
-        assert_eq!(blocks("M23.1 S1")[0].text, None);
-        assert_eq!(blocks("M30 (end of part)")[0].text, None);
-        assert_eq!(blocks("M30 old (2).gcode")[0].text, Some("old (2).gcode"));
-        assert_eq!(
-            Blocks::new(b"M117 \xff").next().unwrap().unwrap_err(),
-            SyntaxError { column: 5, problem: Problem::NotText }
-        );
-    }
-
     /// Keeps #1 to #9; what is written is there at once.
     #[derive(Default)]
     struct Few([f64; 10]);
@@ -443,19 +416,6 @@ mod tests {
         assert!(blocks.read(&mut block, &mut NoParameters).unwrap());
         assert_eq!(blocks.take_remark(), Some(&b"PRINT, #1"[..]), "of two, the last");
         assert_eq!(blocks.take_remark(), None);
-    }
-
-    #[test]
-    fn m_codes_may_have_strings_and_lists() {
-        assert_eq!(blocks("M593 P\"zvd; 2\" F40.5")[0].text, Some("zvd; 2"));
-        assert_eq!(blocks("M593 P\"zvd\" F40.5")[0].get('F'), Some(40.5));
-        assert_eq!(blocks("M862.3 P \"MK3S\" ; model")[0].text, Some("MK3S"));
-        assert_eq!(blocks("M566 X600 E120:130:-1 Y5"), [m(566).with('X', 600.0).with('E', 120.0).with('Y', 5.0)]);
-        assert_eq!(blocks("M115 U3.12.2")[0].text, Some("U3.12.2"));
-        assert_eq!(blocks("M486 AShape-Box (1)")[0].text, Some("AShape-Box (1)"));
-        assert_eq!(failing("G1 X1:2"), (0, 6, Problem::NotALetter(b':')));
-        assert_eq!(failing("G29 P\"x\""), (0, 6, Problem::NotALetter(b'"')));
-        assert_eq!(failing("M98 P\"x"), (0, 6, Problem::NotALetter(b'"')));
     }
 
     #[test]

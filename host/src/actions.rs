@@ -102,6 +102,7 @@ impl Run {
             _ if self.program.flow().passes_over() => Ok(()),
             Ok(Line::Code(blocks)) => self.blocks(blocks, after),
             Ok(Line::Blank) => Ok(()),
+            Ok(Line::Extended(command)) => bail!("a command by name: {}", command.name()),
             Ok(Line::Console(text)) => bail!("a console command: {text}"),
             Err(refusal) => bail!("{refusal}"),
         }
@@ -181,7 +182,7 @@ impl Run {
     }
 
     fn block(&mut self, block: &Block<'_>, after: Place) -> Result<()> {
-        let Some(row) = self.program.row(block) else {
+        let Some(row) = self.program.row(block, self.dialect) else {
             bail!("{} is not known", block.code.map_or_else(String::new, |code| code.to_string()));
         };
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };

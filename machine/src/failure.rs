@@ -127,6 +127,8 @@ pub enum Answer {
     Ok,
     /// It has answered completely, or will.
     Said,
+    /// With `ok`: it is accepted, and not carried out.
+    PassedOver,
     /// Nobody knows this code.
     Unknown,
 }

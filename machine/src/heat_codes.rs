@@ -5,7 +5,7 @@ mod gains;
 use core::fmt::{self, Write};
 
 use config::{HeaterId, MachineConfig, ToolId};
-use program::Part;
+use program::{Part, Words};
 use units::{Celsius, Micros};
 
 use crate::executor::Hands;
@@ -71,9 +71,18 @@ pub(crate) async fn wait_for_temperature<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     heater: HeaterId,
 ) -> Result<(), Failure> {
+    wait_until(hands, heater, None).await
+}
+
+/// Waits until the reading has come up to the target, or is within bounds.
+async fn wait_until<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    heater: HeaterId,
+    bounds: Option<(Celsius, Celsius)>,
+) -> Result<(), Failure> {
     let config = hands.config();
     let mut report_due = hands.now().plus(WAIT_REPORT);
-    while !hands.heat(|heat| has_arrived(heat, heater)) {
+    while !hands.heat(|heat| has_arrived(heat, heater, bounds)) {
         if hands.now() >= report_due {
             report_due = report_due.plus(WAIT_REPORT);
             if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
@@ -88,12 +97,44 @@ pub(crate) async fn wait_for_temperature<P: Ports>(
     Ok(())
 }
 
+/// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
+/// reading is between these.
+///
+/// # Errors
+/// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
+pub(crate) async fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+    let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
+    let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
+    if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
+        return Err(Failure::refused("M116: no heater has that id"));
+    }
+    let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
+    let (least, most) = (bound('A'), bound('B'));
+    let bounds = (least.is_some() || most.is_some())
+        .then_some((Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))));
+    hands.standstill().await?;
+    for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
+        let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
+        if let (Some((least, _)), Some((reading, target))) = (bounds, state)
+            && reading.is_none_or(|reading| reading < least)
+            && target < least
+        {
+            return Err(Failure::refused("M116: that heater is not set to become so warm"));
+        }
+        wait_until(hands, heater, bounds).await?;
+    }
+    Ok(())
+}
+
 /// Whether a wait for a heater is over.
-fn has_arrived(heat: &HeatControl, heater: HeaterId) -> bool {
+fn has_arrived(heat: &HeatControl, heater: HeaterId, bounds: Option<(Celsius, Celsius)>) -> bool {
     match heat.heater(heater).map(|heater| (heater.reading(), heater.target())) {
         // A fault has taken the target away. The machine halts at one of the next waiting points; going on to
         // the next line before that would move a machine that must stand.
         _ if heat.is_halted() => false,
+        Some((reading, _)) if let Some((least, most)) = bounds => {
+            reading.is_some_and(|reading| reading >= least && reading <= most)
+        }
         Some((Some(reading), target)) if reading >= target => true,
         // Without a target it was turned off meanwhile: there is nothing to wait for.
         Some((_, target)) => target <= Celsius(0.0),
@@ -332,8 +373,8 @@ mod tests {
         let config = config();
         let mut control = control(&config);
         let hotend = HeaterId::all().nth(1).unwrap();
-        assert!(has_arrived(&control, hotend));
+        assert!(has_arrived(&control, hotend, None));
         control.halt();
-        assert!(!has_arrived(&control, hotend));
+        assert!(!has_arrived(&control, hotend, None));
     }
 }

@@ -4,7 +4,7 @@
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
 use config::MachineConfig;
-use motion::{ConfigError, Limits, MotionConfig};
+use motion::{ConfigError, Limits, MotionConfig, Shaper, ShaperKind};
 use program::{Interpreter, Tools, Words};
 use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
 
@@ -19,6 +19,8 @@ use crate::tuning::Tuning;
 const FACTOR: core::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// An overall speed limit up to this, mm/s, means none.
 const NO_LIMIT: f64 = 0.1;
+/// Damping ratio of a resonance where none is given, Klipper's.
+const USUAL_DAMPING: f64 = 0.1;
 
 fn motors() -> impl Iterator<Item = (Axis, Actuator)> {
     Axis::ALL.into_iter().zip(Actuator::ALL)
@@ -163,6 +165,47 @@ pub(crate) fn accelerations(
     set_limits(ports, limits)
 }
 
+/// M204 of printers' firmwares: the acceleration of all moves.
+///
+/// # Errors
+/// When motion refuses it; nothing has changed then.
+pub(crate) fn acceleration(ports: &mut impl MotionPort, value: f64) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
+    limits.acceleration = MmPerSecond2(value);
+    set_limits(ports, limits)
+}
+
+/// M205 and M566 of printers' firmwares: the jerk of X and Y is the speed that is kept through a right angle.
+///
+/// # Errors
+/// When motion refuses the limits; nothing has changed then.
+pub(crate) fn jerk(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
+    let jerk = match (words.get('X'), words.get('Y')) {
+        (Some(x), Some(y)) => Some(x.min(y)),
+        (x, y) => x.or(y),
+    };
+    if let Some(speed) = jerk {
+        limits.square_corner_velocity = Some(MmPerSecond(speed));
+    }
+    if let Some(deviation) = words.get('J') {
+        limits.junction_deviation = Mm(deviation);
+        limits.square_corner_velocity = None;
+    }
+    take_corner_words(&mut limits, words);
+    set_limits(ports, limits)
+}
+
+/// What M205 says alike in every dialect.
+fn take_corner_words(limits: &mut Limits, words: &Words<'_>) {
+    if let Some(speed) = words.get('V') {
+        limits.square_corner_velocity = Some(MmPerSecond(speed));
+    }
+    if let Some(ratio) = words.get('C') {
+        limits.cruise_ratio = ratio;
+    }
+}
+
 /// M205: junction deviation and least speed.
 ///
 /// # Errors
@@ -180,6 +223,7 @@ pub(crate) fn corner_settings(ports: &mut impl MotionPort, words: &Words<'_>) ->
     if let Some(speed) = words.get('S') {
         limits.minimum_speed = MmPerSecond(speed);
     }
+    take_corner_words(&mut limits, words);
     set_limits(ports, limits)
 }
 
@@ -274,8 +318,8 @@ fn set_steps(
     Ok(())
 }
 
-/// M900 K: sets the pressure advance of the tool in use, or of tool P, in seconds; without K says it. The
-/// machine stands still.
+/// M900 K and M572 S: sets the pressure advance of the tool in use, or of tool P or D, in seconds, W the time
+/// it is smoothed over; without them says it. The machine stands still.
 ///
 /// # Errors
 /// When there is no such extruder, it has no pressure advance, or motion refuses it; nothing has changed
@@ -287,19 +331,72 @@ pub(crate) fn pressure_advance(
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let index = advance_of(extruder_axis(words, tools, config)?);
-    let Some(factor) = words.get('K') else {
+    let tool = tools.named_by(words, if words.has('D') { 'D' } else { 'P' });
+    let index = advance_of(tool.map_err(|fault| failure_of(config, &fault, false))?.settings.axis);
+    let (factor, smooth_time) = (words.get('K').or(words.get('S')), words.get('W'));
+    if factor.is_none() && smooth_time.is_none() {
         let settings = ports.motion(|motion| motion.config().copied());
         if let Some(Some(advance)) = settings.and_then(|settings| settings.filters.advance.get(index).copied()) {
             reply.say(format_args!("K:{:.4} smooth time:{:.4}\n", advance.factor, advance.smooth_time));
         }
         return Ok(Answer::Ok);
-    };
+    }
     let mut settings = motion_config(ports)?;
     let Some(Some(advance)) = settings.filters.advance.get_mut(index) else {
         return Err(Failure::refused("this extruder has no pressure advance"));
     };
-    advance.factor = factor;
+    advance.factor = factor.unwrap_or(advance.factor);
+    advance.smooth_time = smooth_time.unwrap_or(advance.smooth_time);
     ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
     Ok(Answer::Ok)
+}
+
+/// M593: input shaping of X, of Y, or of both; F is the frequency in Hz, 0 for none; the text is the kind of
+/// shaper. Without words says what there is. The machine stands still.
+///
+/// # Errors
+/// When the kind is not known, or motion refuses the shaper; nothing has changed then.
+pub(crate) fn input_shaping(ports: &mut impl MotionPort, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+    let mut settings = motion_config(ports)?;
+    if words.is_bare() {
+        for (axis, shaper) in Axis::PRIMARY.into_iter().zip(settings.filters.shapers) {
+            let frequency = shaper.map_or(0.0, |shaper| shaper.frequency);
+            reply.say(format_args!("M593 {} F{frequency:.1}\n", axis.letter()));
+        }
+        return Ok(Answer::Ok);
+    }
+    let kind = words.text().map(shaper_kind).transpose()?;
+    let named = words.has('X') || words.has('Y');
+    for (axis, shaper) in [Axis::X, Axis::Y].into_iter().zip(&mut settings.filters.shapers) {
+        if named && !words.has(axis.letter()) {
+            continue;
+        }
+        let before = *shaper;
+        let Some(frequency) = words.get('F').or(before.map(|shaper| shaper.frequency)) else { continue };
+        let damping = words.get('D').or(words.get('S')).or(before.map(|shaper| shaper.damping));
+        *shaper = (frequency > 0.0).then_some(Shaper {
+            // Marlin's only one.
+            kind: kind.or(before.map(|shaper| shaper.kind)).unwrap_or(ShaperKind::Zv),
+            frequency,
+            damping: damping.unwrap_or(USUAL_DAMPING),
+        });
+    }
+    ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
+    Ok(Answer::Ok)
+}
+
+/// Klipper's and RepRapFirmware's names.
+fn shaper_kind(name: &str) -> Result<ShaperKind, Failure> {
+    const KINDS: [(&str, ShaperKind); 8] = [
+        ("zv", ShaperKind::Zv),
+        ("mzv", ShaperKind::Mzv),
+        ("zvd", ShaperKind::Zvd),
+        ("ei", ShaperKind::Ei),
+        ("2hump_ei", ShaperKind::TwoHumpEi),
+        ("3hump_ei", ShaperKind::ThreeHumpEi),
+        ("ei2", ShaperKind::TwoHumpEi),
+        ("ei3", ShaperKind::ThreeHumpEi),
+    ];
+    let kind = KINDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, kind)| *kind);
+    kind.ok_or_else(|| Failure::refused("M593: the kinds of input shapers are zv, mzv, zvd, ei, 2hump_ei and 3hump_ei"))
 }

@@ -1,6 +1,6 @@
 //! The configuration's words for the program, in `program`'s own types.
 
-use config::{CommandCode, MachineConfig};
+use config::{CommandCode, FileDialect, MachineConfig};
 use gcode::Code;
 use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, Setup, ToolSettings};
 use units::{Axis, SwitchId};
@@ -9,6 +9,52 @@ use units::{Axis, SwitchId};
 #[must_use]
 pub const fn dialect(config: &MachineConfig) -> Dialect {
     if config.general.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
+}
+
+/// The dialect of every file that is played; `None`: what the file says of itself.
+#[must_use]
+pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
+    match config.player.dialect {
+        FileDialect::Auto => None,
+        FileDialect::Smoothie => Some(Dialect::Smoothie),
+        FileDialect::Marlin => Some(Dialect::Marlin),
+        FileDialect::RepRapFirmware => Some(Dialect::RepRapFirmware),
+        FileDialect::Klipper => Some(Dialect::Klipper),
+        FileDialect::Grbl => Some(Dialect::Grbl),
+    }
+}
+
+/// What commands by name call the machine's parts: as its configuration does, and as Klipper calls those that
+/// every printer has.
+pub struct PartNames<'c>(pub &'c MachineConfig);
+
+impl program::extended::Names for PartNames<'_> {
+    fn switch(&self, name: &str) -> Option<Code> {
+        let outputs = || self.0.switches.iter().filter(|switch| !switch.is_input());
+        let named = outputs().find(|switch| switch.name.eq_ignore_ascii_case(name));
+        let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| code(on) == Code::m(106)));
+        let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
+        switch.and_then(|switch| switch.input_on_command).map(code)
+    }
+
+    fn heater(&self, name: &str) -> Option<(Code, u8)> {
+        let heaters = || self.0.temperatures.iter();
+        let named = heaters().find(|heater| heater.name.eq_ignore_ascii_case(name));
+        let bed = || heaters().find(|heater| heater.set_m_code == 140);
+        let tool = |id: u8| heaters().find(|heater| heater.tool_id.0 == id);
+        let heater = match (named, name.strip_prefix("extruder")) {
+            (Some(heater), _) => Some(heater),
+            (None, Some("")) => tool(0),
+            (None, Some(number)) => number.parse().ok().and_then(tool),
+            (None, None) if name.eq_ignore_ascii_case("heater_bed") => bed(),
+            (None, None) => None,
+        };
+        heater.map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
+    }
+
+    fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
+        self.0.temperatures.get(place).map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
+    }
 }
 
 /// What the program is told of the machine.

@@ -20,7 +20,7 @@ fn start() -> Bench {
 #[test]
 fn no_row_of_the_table_is_passed_over() {
     let mut passed_over = BTreeSet::new();
-    for row in codes::all() {
+    for row in codes::all().filter(|row| !row.is_missing()) {
         let mut bench = start();
         bench.hear(0.05);
         bench.type_in(&format!("{}\n", row.code));

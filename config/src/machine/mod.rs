@@ -22,7 +22,9 @@ pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, Soft
 pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
-pub use system::{BoardId, CyclesConfig, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig};
+pub use system::{
+    BoardId, CyclesConfig, FileDialect, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig,
+};
 
 use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};

@@ -119,4 +119,24 @@ pub struct PlayerConfig {
     pub after_suspend_gcode: Command,
     /// Line executed before resuming; empty for none.
     pub before_resume_gcode: Command,
+    /// What files are written in.
+    pub dialect: FileDialect,
+}
+
+/// What files are written in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FileDialect {
+    /// What they say of themselves; else what the machine's consoles speak.
+    #[default]
+    Auto,
+    /// Smoothieware's.
+    Smoothie,
+    /// Marlin's.
+    Marlin,
+    /// RepRapFirmware's.
+    RepRapFirmware,
+    /// Klipper's.
+    Klipper,
+    /// GRBL's.
+    Grbl,
 }

@@ -2,7 +2,7 @@
 
 use super::build::{bool, integer, pin, text, word};
 use super::{Form, PinRole, Section};
-use crate::machine::{Command, Parity};
+use crate::machine::{Command, FileDialect, Parity};
 use crate::pin::PinName;
 
 const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
@@ -225,5 +225,22 @@ pub const PLAYER: Section = Section {
             "A line executed before resuming. Underscores stand for blanks.",
         )
         .v1("before_resume_gcode"),
+        word(
+            "dialect",
+            "auto",
+            &["auto", "smoothie", "marlin", "reprapfirmware", "klipper", "grbl"],
+            |c, _, v| {
+                c.player.dialect = match v {
+                    1 => FileDialect::Smoothie,
+                    2 => FileDialect::Marlin,
+                    3 => FileDialect::RepRapFirmware,
+                    4 => FileDialect::Klipper,
+                    5 => FileDialect::Grbl,
+                    _ => FileDialect::Auto,
+                }
+            },
+            "What files are written in. auto: what their slicer says in them, else as grbl_mode says.",
+        )
+        .velvet(),
     ],
 };

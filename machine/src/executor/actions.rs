@@ -9,6 +9,7 @@ use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
 use crate::heat_codes;
+use crate::motion_codes;
 use crate::needs::{failure_of, needs};
 use crate::outputs::Outputs;
 use crate::ports::Ports;
@@ -58,6 +59,7 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to).await,
         Action::Message(_) => {}
+        Action::Acceleration(value) => return motion_codes::acceleration(&mut machine.ports, value),
         Action::Call { number, times } => return flow::call(machine, number, times),
         Action::Return => return flow::end_call(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),

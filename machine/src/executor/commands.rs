@@ -5,7 +5,7 @@ use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Meaning, Part, State};
 
 use super::frames::{Frame, Origin, Rest};
-use super::{Hands, Machine, actions, functions, grbl, lines, suspend};
+use super::{Hands, Machine, actions, functions, grbl, lines, passed_over, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
@@ -201,8 +201,13 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
     }
+    if let Some(row) = program::extended::find(about) {
+        machine.say(to, format_args!("{} {} - {}\n", row.name, row.takes, row.help));
+        return Ok(Answer::Ok);
+    }
+    let dialect = machine.sessions.dialect_of(to);
     let block = Blocks::new(about.as_bytes()).next().and_then(Result::ok);
-    let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| machine.program.row(block));
+    let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| machine.program.row(block, dialect));
     match row {
         Some(row) => {
             machine.say(to, format_args!("{about} - {}\n", row.help));
@@ -263,6 +268,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     if suspended {
         machine.say(to, format_args!("Suspend cleared\n"));
     }
+    passed_over::say(machine);
     if !machine.jobs.close(&mut machine.ports) {
         if !suspended {
             machine.say(to, format_args!("Not currently playing\n"));
@@ -303,8 +309,8 @@ async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipien
         (Some(Ok(block)), None) => block,
         _ => return Err(Failure::refused("$P takes the words of G30")),
     };
-    let Some(row) = machine.program.row(&block) else { return Ok(Answer::Unknown) };
     let (facts, dialect) = (machine.facts(), machine.sessions.dialect_of(to));
+    let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
     match machine.program.run(&block, row, facts, dialect) {
         Ok(Meaning::Action(action)) => actions::carry_out_all(machine, &action, to).await,
         Ok(_) => Ok(Answer::Ok),

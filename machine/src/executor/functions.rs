@@ -40,6 +40,17 @@ pub(super) async fn run<P: Ports>(
     if is_checking {
         return Ok(Answer::Ok);
     }
+    let function = match function {
+        Function::UseGrid if words.get('S') == Some(0.0) => Function::LevelingOff,
+        // What was measured must not give way to what was saved once.
+        Function::UseGrid
+            if machine.ports.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat) =>
+        {
+            return Ok(Answer::Ok);
+        }
+        Function::UseGrid => Function::LoadGrid,
+        function => function,
+    };
     let hands = &mut Hands::new(machine, to);
     match function {
         Function::ProbeStrategy => probe_strategy(machine, &words, to).await,
@@ -51,6 +62,7 @@ pub(super) async fn run<P: Ports>(
         Function::BedPlane => leveling::bed_plane(hands, &words).await,
         Function::Skew => leveling::skew(hands, &words).await,
         Function::ArmSettings => arms::arm_settings(hands, &words).await.map(|()| Answer::Ok),
+        Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).await.map(|()| Answer::Ok),
         Function::TunePid => autotune::tune_pid(hands, &words).await,
         Function::SaveSettings => save_settings(machine, words.text(), to).await,
         _ => Ok(Answer::Unknown),
@@ -72,7 +84,8 @@ async fn probe_strategy<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_
 fn stands_first(function: Function, words: &Words<'_>) -> bool {
     match function {
         Function::StepsPerMm => !words.is_bare(),
-        Function::PressureAdvance => words.has('K'),
+        Function::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
+        Function::InputShaping => !words.is_bare(),
         Function::MotorsOff => true,
         _ => false,
     }
@@ -90,6 +103,7 @@ fn set_standing<P: Ports>(
     Some(match function {
         Function::StepsPerMm => motion_codes::steps_per_mm(ports, config, program.tools(), words, reply),
         Function::PressureAdvance => motion_codes::pressure_advance(ports, config, program.tools(), words, reply),
+        Function::InputShaping => motion_codes::input_shaping(ports, words, reply),
         Function::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));
@@ -135,6 +149,7 @@ fn motion_or_heat<P: Ports>(
         Function::MotorSpeeds => motion_codes::motor_speeds(ports, config, program.tools(), words, reply),
         Function::Accelerations => motion_codes::accelerations(ports, config, program.tools(), words),
         Function::CornerSettings => motion_codes::corner_settings(ports, words),
+        Function::Jerk => motion_codes::jerk(ports, words),
         Function::SpeedFactor => motion_codes::speed_factor(ports, words, reply),
         Function::Trims => arms::trims(tuning, words, reply).map(ok),
         Function::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
@@ -186,6 +201,11 @@ fn report<P: Ports>(
         }
         Function::FilamentDiameter => reports::filament_diameter(config, program.tools(), words, reply),
         Function::FlowFactor => reports::flow_factor(config, program.tools(), words, reply),
+        Function::SayToAll => {
+            let text = program::said_by_m118(words.text().unwrap_or(""));
+            sessions.say(Recipient::All, format_args!("{text}\n"));
+            Ok(Answer::Ok)
+        }
         Function::RetractSettings | Function::RecoverSettings => Ok(Answer::Ok),
         Function::DriverStatus => describe_drivers(machine, words, to),
         Function::ShowGrid => begin_listing(machine, Listing::Grid { row: 0 }, to),
@@ -227,6 +247,13 @@ fn file_or_job<P: Ports>(
             Ok(Answer::Ok)
         }
         Function::RestartJob => jobs.restart(ports),
+        Function::LabelObject => match jobs.noted() {
+            Some(noted) => noted
+                .objects
+                .label(name.unwrap_or(""), reply)
+                .map_or_else(|why| Err(Failure::refused(why)), |()| Ok(Answer::Ok)),
+            None => Ok(Answer::Ok),
+        },
         Function::ReportJob => {
             jobs.say_bytes(reply);
             Ok(Answer::Ok)
@@ -308,7 +335,9 @@ pub(super) fn job_progress<P: Ports>(machine: &mut Machine<'_, P>) -> Option<(u6
 /// Answers a line that is one question. False for every other line.
 pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, to: Recipient) -> bool {
     let (Some(Ok(block)), None) = (blocks.next(), blocks.next()) else { return false };
-    let Some((row, function, words)) = machine.program.question(&block) else { return false };
+    let Some((row, function, words)) = machine.program.question(&block, machine.sessions.dialect_of(to)) else {
+        return false;
+    };
     if !row.states.has(machine.safety.state()) {
         return false;
     }

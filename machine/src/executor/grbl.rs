@@ -157,7 +157,7 @@ fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
 async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
     let block = Blocks::new(code.as_bytes()).next().and_then(Result::ok);
     let block = block.ok_or_else(|| Failure::numbered(Error::Number, code))?;
-    let Some(row) = machine.program.row(&block) else { return Ok(Answer::Unknown) };
+    let Some(row) = machine.program.row(&block, Dialect::Grbl) else { return Ok(Answer::Unknown) };
     let inches = machine.program.count_in_mm();
     let facts = machine.facts();
     let meaning = machine.program.run(&block, row, facts, Dialect::Grbl);
@@ -211,7 +211,8 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
             let number = Error::of_refusal(&Refusal::Syntax(error));
             Failure::Refused(message(format_args!("{error}")).numbered(number))
         })?;
-        let is_known = machine.program.row(&block).is_some() || block.code.is_some_and(crate::grbl::accepts);
+        let is_known =
+            machine.program.row(&block, Dialect::Grbl).is_some() || block.code.is_some_and(crate::grbl::accepts);
         if !is_known {
             return Err(Failure::refused("a startup line has only known codes"));
         }

@@ -8,7 +8,8 @@ use program::{Action, Dialect, Meaning, State, Waits};
 
 use super::frames::{Frame, Origin, Rest};
 use super::line_numbers::{decoder_expecting, tag_of};
-use super::{Machine, actions, commands, flow, grbl, operator, parameters, shapes, stack};
+use super::named::Named;
+use super::{Machine, actions, commands, flow, grbl, named, operator, parameters, passed_over, shapes, stack};
 use crate::failure::{Answer, Failure, Message, Outcome, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -60,7 +61,10 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     // A copy: the line is not read yet.
     let mut decoder = session.decoder;
     let Ok(Line::Code(mut blocks)) = decoder.decode(line) else { return false };
-    blocks.any(|block| block.is_ok_and(|block| machine.program.row(&block).is_some_and(|row| row.waits == Waits::Path)))
+    let dialect = session.dialect;
+    blocks.any(|block| {
+        block.is_ok_and(|block| machine.program.row(&block, dialect).is_some_and(|row| row.waits == Waits::Path))
+    })
 }
 
 async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
@@ -119,6 +123,10 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
                 pin!(run_own_line(machine, &line, to, Origin::Job)).await;
             }
         }
+        Next::Nothing => {}
+        Next::Dialect(dialect) => {
+            machine.announce(format_args!("// NOTE the file is read as {}'s, as it says\n", dialect.name()));
+        }
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End => return end_job(machine).await,
         Next::Failed(why) => {
@@ -155,6 +163,7 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     }
     parameters::save(machine).await;
     let to = machine.jobs.tells_end();
+    passed_over::say(machine);
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
     true
@@ -194,13 +203,17 @@ async fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: R
 async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, to: Recipient, origin: Origin) {
     match decoded {
         Line::Blank => finish(machine, Ok(Answer::Ok), None, to, origin),
-        Line::Console(command) => commands::run_line(machine, command, to, origin).await,
         // In place: what it waits in is large, and would be copied for every line.
         Line::Code(blocks) => pin!(run_blocks(machine, blocks, None, to, origin)).await,
         Line::Flow(line) => {
             let outcome = flow::run_line(machine, &line, to, origin);
             finish(machine, outcome, None, to, origin);
         }
+        line => match named::command_of(machine, &line, to, origin) {
+            Named::Console(command) => commands::run_line(machine, command, to, origin).await,
+            Named::Codes => {}
+            Named::Ended(outcome) => finish(machine, outcome, None, to, origin),
+        },
     }
 }
 
@@ -213,7 +226,7 @@ pub(super) async fn run_blocks<P: Ports>(
     to: Recipient,
     origin: Origin,
 ) {
-    if dialect_for(machine, to).orders_lines() && pin!(run_in_order(machine, &blocks, to, origin)).await {
+    if dialect_for(machine, to, origin).orders_lines() && pin!(run_in_order(machine, &blocks, to, origin)).await {
         return;
     }
     let mut answer = Answer::Ok;
@@ -236,7 +249,12 @@ pub(super) async fn run_blocks<P: Ports>(
         let height = machine.frames.len();
         let outcome = pin!(run_block(machine, &block, to, origin)).await;
         match outcome {
-            Ok(now) => answer = now,
+            Ok(now @ (Answer::Ok | Answer::Said)) => answer = now,
+            Ok(now) if origin != Origin::Job => answer = now,
+            Ok(_) => match passed_over::settle(machine, &block, dialect_for(machine, to, Origin::Job)) {
+                Ok(now) => answer = now,
+                Err(failure) => break Some(failure),
+            },
             Err(failure) => {
                 machine.frames.drop_down_to(height);
                 break Some(failure);
@@ -282,6 +300,9 @@ async fn run_in_order<P: Ports>(
                 last = part.code;
                 let block = whole.part(part.code, |letter| part.takes(letter));
                 outcome = pin!(run_block(machine, block, to, origin)).await;
+                if origin == Origin::Job && matches!(outcome, Ok(Answer::Unknown | Answer::PassedOver)) {
+                    outcome = passed_over::settle(machine, block, dialect_for(machine, to, Origin::Job));
+                }
                 if outcome.is_err() {
                     break;
                 }
@@ -316,7 +337,8 @@ pub(super) async fn run_block<P: Ports>(
 ) -> Outcome {
     machine.wait_release().await;
     let state = machine.safety.state();
-    let row = machine.program.row(block);
+    let dialect = dialect_for(machine, to, origin);
+    let row = machine.program.row(block, dialect);
     let allowed = row.map_or(program::States::WORKING, |row| row.states);
     if !allowed.has(state) {
         return Err(match state {
@@ -336,7 +358,7 @@ pub(super) async fn run_block<P: Ports>(
     if let Some(part) = row.part {
         needs(machine.config, part, machine.jobs.is_playing())?;
     }
-    let (facts, dialect) = (machine.facts(), dialect_for(machine, to));
+    let facts = machine.facts();
     let meaning = match machine.program.run(block, row, facts, dialect) {
         Ok(meaning) => meaning,
         Err(fault) => return Err(actions::failed_by(machine, &fault)),
@@ -346,6 +368,7 @@ pub(super) async fn run_block<P: Ports>(
     }
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
+        Meaning::PassedOver => Ok(Answer::PassedOver),
         Meaning::Unknown => unknown(machine, block.code, to),
         Meaning::Action(Action::Move(request))
             if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
@@ -366,11 +389,13 @@ fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient
     }
 }
 
-fn dialect_for<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> Dialect {
-    match to {
-        // A file is written for the machine.
-        Recipient::Nobody => crate::program_setup::dialect(machine.config),
-        to => machine.sessions.dialect_of(to),
+fn dialect_for<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Dialect {
+    let said = if origin == Origin::Job { machine.jobs.dialect() } else { None };
+    match (said, to) {
+        (Some(dialect), _) => dialect,
+        // A file is written for the machine, and so is the configuration.
+        (None, Recipient::Nobody) => crate::program_setup::dialect(machine.config),
+        (None, to) => machine.sessions.dialect_of(to),
     }
 }
 
@@ -402,15 +427,9 @@ fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, to: Recipient
 
 fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, to: Recipient) {
     match (outcome, last) {
-        (Ok(Answer::Ok), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
+        (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
         (Ok(Answer::Said), _) => {}
-        (Ok(Answer::Unknown), Some(code)) => {
-            // Of a file nobody reads the answers, and a G-code mostly says where to go.
-            if to == Recipient::Nobody && code.letter == Letter::G {
-                machine.announce(format_args!("// WARNING {code} is not known here and was passed over\n"));
-            }
-            machine.say(to, format_args!("ok - {code} ignored\n"));
-        }
+        (Ok(Answer::Unknown), Some(code)) => machine.say(to, format_args!("ok - {code} ignored\n")),
         (Err(Failure::Halted), _) => say_locked(machine, to),
         (Err(Failure::Alarm(text)), _) => alarm(machine, &text, to),
         (Err(Failure::Refused(text)), _) => {

@@ -79,7 +79,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             axes: Axes::new(config),
             bed: Bed::new(&config.leveling),
             outputs: Outputs::new(&config.switches),
-            jobs: Jobs::default(),
+            jobs: Jobs::new(crate::program_setup::file_dialect(config)),
             files: Files::default(),
             tuning: Tuning::new(config),
             frames: Frames::default(),

@@ -1,5 +1,6 @@
 //! What jobs are told: `play`, M23, M24, M26, M32.
 
+use program::Dialect;
 use units::Micros;
 
 use super::{Jobs, Listeners, PRINTING};
@@ -10,13 +11,14 @@ use crate::sessions::{Recipient, Reply};
 
 /// What is answered where a job would be lost, or go on from the wrong place.
 const SUSPENDED: &str = "the job is suspended: resume or M601 goes on with it, abort ends it";
+const DIALECTS: &str = "-f takes smoothie, marlin, reprapfirmware, klipper or grbl";
 const NOTHING_SELECTED: &str = "no file is selected";
 
 impl Jobs {
-    /// `play <file> [-v] [-p] [-t]`
+    /// `play <file> [-v] [-p] [-t] [-f dialect]`
     ///
     /// # Errors
-    /// None: what failed is said.
+    /// When nobody knows the dialect. What else failed is said.
     pub fn play_command(
         &mut self,
         files: &Files,
@@ -27,6 +29,11 @@ impl Jobs {
     ) -> Outcome {
         let (name, options) = split_options(arguments);
         let path = files.absolute(name);
+        let dialect = match options.split_once("-f").map(|(_, rest)| rest.split_whitespace().next().unwrap_or("")) {
+            None => None,
+            Some(name) => Some(Dialect::named(name).ok_or_else(|| Failure::refused(DIALECTS))?),
+        };
+        let options = options.split("-f").next().unwrap_or("");
         let wanted = |option| if options.contains(option) { reply.to() } else { Recipient::Nobody };
         let listeners = Listeners { echo: wanted("-v"), tells_end: wanted("-t") };
         if self.job.is_some() {
@@ -36,6 +43,9 @@ impl Jobs {
         match self.open(&path, listeners, storage, now) {
             Ok(size) => {
                 self.set_paused(options.contains("-p"));
+                if let Some(dialect) = dialect {
+                    self.read_as(dialect);
+                }
                 reply.say(format_args!("Playing {path}\n  File size {size}\n"));
             }
             Err(_) => reply.say(format_args!("File not found: {path}\n")),
@@ -112,7 +122,7 @@ fn on_card(name: &str) -> Option<Path> {
 
 /// A name that may have blanks, and options that begin at the first ` -` whose letter is one of ours.
 fn split_options(arguments: &str) -> (&str, &str) {
-    let place = [" -v", " -p", " -t"].into_iter().filter_map(|option| arguments.find(option)).min();
+    let place = [" -v", " -p", " -t", " -f"].into_iter().filter_map(|option| arguments.find(option)).min();
     let (name, options) = arguments.split_at(place.unwrap_or(arguments.len()));
     (name.trim(), options)
 }

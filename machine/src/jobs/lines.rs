@@ -2,7 +2,7 @@
 
 use gcode::{Gathered, LineBuffer};
 use heapless::Vec;
-use program::Place;
+use program::{Dialect, Place};
 
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::LineBytes;
@@ -17,6 +17,10 @@ pub enum Next {
     Line,
     /// A line that is longer than any.
     TooLong,
+    /// Nothing yet: its dialect is looked for.
+    Nothing,
+    /// Its dialect, which it says itself.
+    Dialect(Dialect),
     /// Its end.
     End,
     /// Nothing: it cannot be read, for this reason.
@@ -64,6 +68,11 @@ impl FileLines {
 
     /// The next line.
     pub fn next(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
+        let next = self.gather(storage, line);
+        if next == Next::TooLong { cut(self.gathering.beginning(), line) } else { next }
+    }
+
+    fn gather(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         if self.at_end {
             return Next::End;
         }
@@ -141,6 +150,16 @@ fn handed_out(gathered: Gathered<'_>, line: &mut LineBytes) -> Next {
     }
 }
 
+/// A line that was too long, of which this is the beginning. Of a comment nothing is lost, slicers write
+/// their settings in some of kilobytes; and of the definition of an object only its outline.
+#[cold]
+fn cut(beginning: &[u8], line: &mut LineBytes) -> Next {
+    const OUTLINED: &[u8] = b"EXCLUDE_OBJECT_DEFINE ";
+    let text = beginning.trim_ascii_start();
+    let is_outlined = text.get(..OUTLINED.len()).is_some_and(|start| start.eq_ignore_ascii_case(OUTLINED));
+    if text.starts_with(b";") || is_outlined { handed_out(Gathered::Line(beginning), line) } else { Next::TooLong }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,7 +181,7 @@ mod tests {
                 }
                 Next::TooLong => all.push(("too long".into(), lines.number(), lines.read())),
                 Next::End => return all,
-                Next::Failed(why) => panic!("{why}"),
+                other => panic!("{other:?}"),
             }
         }
     }
@@ -188,6 +207,19 @@ mod tests {
         let kinds: std::vec::Vec<_> = all.iter().map(|(text, ..)| text.len()).collect();
         assert_eq!(kinds, [255, 8, 3, 255, 8, 3, 255, 8, 3]);
         assert_eq!((all[7].1, lines.read()), (8, text.len() as u32));
+    }
+
+    #[test]
+    fn long_comments_and_outlines_lose_their_ends() {
+        let mut card = Card::default();
+        let comment = format!("  ; start_gcode = {}", "G28\\n".repeat(500));
+        let outline = format!("EXCLUDE_OBJECT_DEFINE NAME=a POLYGON=[{}[1,1]]", "[100.5,100.5],".repeat(60));
+        let mut lines = open(&mut card, &format!("{comment}\nG1 X1\n{outline}\nG1 {comment}"));
+        let all = all(&mut lines, &mut card);
+        let kinds: std::vec::Vec<_> = all.iter().map(|(text, number, _)| (text.len(), *number)).collect();
+        assert_eq!(kinds, [(255, 1), (5, 2), (255, 3), (8, 4)], "the last is no comment from its beginning");
+        assert_eq!((all[0].0.as_str(), all[2].0.as_str()), (&comment[..255], &outline[..255]));
+        assert_eq!(all[3].0, "too long");
     }
 
     #[test]

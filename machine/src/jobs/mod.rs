@@ -6,7 +6,10 @@
 //! on from the wrong place breaks what it meets. Nothing is lost: `M24` goes on with the next line.
 
 mod commands;
+mod flavour;
 mod lines;
+mod objects;
+mod passed_over;
 mod progress;
 mod suspended;
 mod tags;
@@ -16,15 +19,19 @@ use core::fmt::Write as _;
 use config::MachineConfig;
 use heapless::Vec;
 use motion::Tag;
-use program::Place;
+use program::{Dialect, Place};
 use units::Micros;
 
 use crate::failure::{Failure, about_file};
 use crate::files::paths::Path;
 use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
+use flavour::Lookup;
 use lines::FileLines;
 pub use lines::Next;
+use objects::Objects;
+pub use passed_over::Name;
+use passed_over::PassedOver;
 pub use suspended::Suspended;
 use tags::Tags;
 pub(crate) use tags::of_number;
@@ -41,6 +48,13 @@ pub struct Listeners {
     pub echo: Recipient,
     /// Hears of its end.
     pub tells_end: Recipient,
+}
+
+/// What is noted of a file while it is played.
+#[derive(Debug, Default)]
+pub struct Noted {
+    pub passed_over: PassedOver,
+    pub objects: Objects,
 }
 
 /// A file that is open to be played.
@@ -62,6 +76,9 @@ struct Job {
     here: Place,
     /// Files that have called subroutines in files of their own, and wait for their ends.
     callers: Vec<FileLines, MOST_CALLERS>,
+    /// What it is written in is still looked for.
+    lookup: Option<Lookup>,
+    noted: Noted,
 }
 
 /// The job, and what a suspended one goes on with.
@@ -77,9 +94,19 @@ pub struct Jobs {
     /// Its line waits for a temperature.
     is_heating: bool,
     boot_file_is_due: bool,
+    /// What the file is written in; `None`: what the machine is configured for.
+    dialect: Option<Dialect>,
+    /// The dialect of every file; `None`: what the file says.
+    forced: Option<Dialect>,
 }
 
 impl Jobs {
+    /// No job. Every file is in this dialect, whatever it says.
+    #[must_use]
+    pub fn new(forced: Option<Dialect>) -> Self {
+        Self { forced, ..Self::default() }
+    }
+
     /// A file is being played and not paused.
     #[must_use]
     pub fn is_playing(&self) -> bool {
@@ -162,11 +189,10 @@ impl Jobs {
         })?;
         // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
-        let lines = FileLines::new(file);
         self.job = Some(Job {
             path,
             size,
-            lines,
+            lines: FileLines::new(file),
             started: now,
             listeners,
             paused: false,
@@ -175,7 +201,10 @@ impl Jobs {
             has_begun: false,
             here: Place::default(),
             callers: Vec::new(),
+            lookup: self.forced.is_none().then(|| Lookup::new(size)),
+            noted: Noted::default(),
         });
+        self.dialect = self.forced;
         self.is_heating = false;
         self.forget_places();
         Ok(size)
@@ -212,11 +241,34 @@ impl Jobs {
         }
     }
 
+    // --- its dialect ---
+
+    /// What the file is written in; `None`: what the machine is configured for.
+    #[must_use]
+    pub const fn dialect(&self) -> Option<Dialect> {
+        self.dialect
+    }
+
+    /// The file is in this dialect, whatever it says.
+    pub fn read_as(&mut self, dialect: Dialect) {
+        if let Some(job) = &mut self.job {
+            (self.dialect, job.lookup) = (Some(dialect), None);
+        }
+    }
+
     // --- its lines ---
+
+    /// What is noted of it.
+    pub fn noted(&mut self) -> Option<&mut Noted> {
+        self.job.as_mut().map(|job| &mut job.noted)
+    }
 
     /// The next line of the file. After its end it says so again and again, until [`Self::close`].
     pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let Some(job) = &mut self.job else { return Next::End };
+        if job.lookup.is_some() {
+            return flavour::look(&mut job.lookup, &mut self.dialect, &mut job.lines, storage);
+        }
         job.here = job.lines.place();
         let next = job.lines.next(storage, line);
         job.in_comment = next == Next::Line && is_comment(line);
@@ -357,6 +409,7 @@ mod tests {
     fn open(text: &str, listeners: Listeners) -> (Jobs, Card) {
         let (mut jobs, mut card) = (Jobs::default(), Card::with(&[("/sd/a.g", text)]));
         assert_eq!(jobs.open("/sd/a.g", listeners, &mut card, Micros(0)), Ok(text.len() as u32));
+        jobs.read_as(Dialect::Smoothie);
         (jobs, card)
     }
 

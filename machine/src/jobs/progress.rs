@@ -99,6 +99,7 @@ mod tests {
         let mut card = Card::with(&[("/sd/a.g", &"G1 X1 Y12\n".repeat(10))]);
         let mut jobs = Jobs::default();
         assert_eq!(jobs.open("/sd/a.g", Listeners::default(), &mut card, Micros::from_seconds(5)), Ok(100));
+        jobs.read_as(program::Dialect::Smoothie);
         let mut line = LineBytes::new();
         let mut tags = Vec::new();
         for _ in 0..lines {

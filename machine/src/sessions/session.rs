@@ -323,8 +323,8 @@ impl Session {
         let Self { framing, output, .. } = self;
         // Writing cannot fail.
         let _ = match self.dialect {
-            Dialect::Smoothie => output.write_fmt(text),
             Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),
+            _ => output.write_fmt(text),
         };
     }
 
@@ -333,8 +333,8 @@ impl Session {
         let Self { framing, output, .. } = self;
         // Writing cannot fail.
         let _ = match self.dialect {
-            Dialect::Smoothie => writeln!(output, "error:{why}"),
             Dialect::Grbl => framing.refuse(error, why, output),
+            _ => writeln!(output, "error:{why}"),
         };
     }
 

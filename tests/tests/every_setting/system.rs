@@ -7,6 +7,8 @@ const BUTTON: &[&str] = &["[kill button] enable = true", "[kill button] pin = PB
 const LATCHING: &[&str] =
     &["[kill button] enable = true", "[kill button] pin = PB7^", "[kill button] toggle_enable = true"];
 const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
+/// M203 is of minutes in one dialect and of seconds in the others.
+const PLAYED: &[&str] = &["M28 a.g", "M203 X600", "M29", "play /sd/a.g", "G4 P200", "M203"];
 const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin = PB9"];
 
 pub const ROWS: &[Row] = &[
@@ -32,6 +34,7 @@ pub const ROWS: &[Row] = &[
     row("[player] leave_heaters_on_suspend", "true", "false", Say(&["M104 S50", "M600", "get temp hotend"])),
     row("[player] after_suspend_gcode", "", "G91_G1_X1_F600", Edges(&["G91", "G1 Y1 F600", "M600"])),
     row("[player] before_resume_gcode", "", "G91_G1_Z1_F600", Edges(&["G91", "G1 Y1 F600", "M600", "resume"])),
+    row("[player] dialect", "klipper", "reprapfirmware", Say(PLAYED)),
     row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
 ];
 

@@ -1,0 +1,74 @@
+//! Commands by name, `SET_VELOCITY_LIMIT ACCEL=3000`: the line of codes that each comes to.
+
+use gcode::{Extended, Line};
+use program::extended::{self, Asked, CodeLine};
+
+use super::Machine;
+use super::frames::{Frame, Origin, Rest};
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::jobs::Name;
+use crate::ports::Ports;
+use crate::program_setup::PartNames;
+use crate::sessions::{LineBytes, Recipient};
+
+/// What a command by name has come to.
+pub(super) enum Named<'a> {
+    /// Its codes come next, and answer it.
+    Codes,
+    /// It is this command of the console.
+    Console(&'a str),
+    /// It has ended: it is not carried out, or cannot be.
+    Ended(Outcome),
+}
+
+/// What a line is that is neither codes nor a flow word: a command of the console, or one by name.
+#[cold]
+pub(super) fn command_of<'a, P: Ports>(
+    machine: &mut Machine<'_, P>,
+    line: &Line<'a>,
+    to: Recipient,
+    origin: Origin,
+) -> Named<'a> {
+    match *line {
+        Line::Console(text) if is_named(text) => start(machine, &Extended::new(text), to, origin),
+        Line::Console(text) => Named::Console(text),
+        Line::Extended(command) => start(machine, &command, to, origin),
+        _ => Named::Ended(Ok(Answer::Ok)),
+    }
+}
+
+/// Has the codes of a command by name carried out next.
+fn start<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    command: &Extended<'_>,
+    to: Recipient,
+    origin: Origin,
+) -> Named<'static> {
+    let mut codes = CodeLine::new();
+    match extended::translate(command, &PartNames(machine.config), &mut codes) {
+        Ok(Asked::Codes) => {
+            // They have the same room.
+            let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();
+            let rest = Rest { line, at: 0, to, origin, last: None };
+            if machine.frames.push(Frame::Rest(rest)) {
+                return Named::Codes;
+            }
+            Named::Ended(Err(Failure::refused("scripts start each other without end")))
+        }
+        Ok(Asked::Console(asked)) => Named::Console(asked),
+        Ok(Asked::PassedOver(name)) => {
+            if let Some(noted) = machine.jobs.noted().filter(|_| origin == Origin::Job) {
+                noted.passed_over.count(Name::Command(name));
+            }
+            Named::Ended(Ok(Answer::PassedOver))
+        }
+        Err(fault) => Named::Ended(Err(Failure::Refused(message(format_args!("{} {fault}", command.name()))))),
+    }
+}
+
+/// Whether a line of a console is such a command: in lower case it is told from the console's own by its name
+/// alone.
+fn is_named(text: &str) -> bool {
+    let command = Extended::new(text);
+    program::commands::find(command.name()).is_none() && extended::find(command.name()).is_some()
+}
