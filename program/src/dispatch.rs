@@ -91,6 +91,12 @@ impl Interpreter {
             Handler::Function(_) => Ok(context.function()),
             Handler::Tool => extruders::select_tool(self, context.words.code().number, words.column()),
             Handler::Nothing => NOTHING,
+            // A switch of the configuration that listens to it has done what it asks for.
+            Handler::PassedOver | Handler::Missing
+                if claimed.is_some_and(|code| self.setup.claims.of(code).next().is_some()) =>
+            {
+                NOTHING
+            }
             Handler::PassedOver => Ok(Meaning::PassedOver),
             Handler::Missing => Ok(Meaning::Unknown),
             Handler::Claimed => {
