@@ -4,8 +4,9 @@ use gcode::{Block, Blocks};
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Meaning, Part, State};
 
-use super::frames::{Frame, Origin, Rest};
-use super::{Hands, Machine, actions, functions, grbl, lines, passed_over, suspend};
+use super::frames::{Frame, NextCode, Rest};
+use super::source::Source;
+use super::{Hands, Machine, actions, answers, functions, grbl, passed_over, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
@@ -25,18 +26,18 @@ fn split(line: &str) -> (&str, &str) {
 }
 
 /// Runs the line of a command and answers it.
-pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient, origin: Origin) {
+pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
     let height = machine.frames.len();
-    let outcome = run(machine, line, to).await;
+    let outcome = run(machine, line, source.to).await;
     if outcome.is_ok() && machine.frames.len() > height {
         // It is answered when what it started has ended.
-        let rest = Rest { line: LineBytes::new(), at: 0, to, origin, last: None };
+        let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None };
         if machine.frames.push_below(height, Frame::Rest(rest)) {
             return;
         }
         machine.frames.drop_down_to(height);
     }
-    lines::finish(machine, outcome, None, to, origin);
+    answers::finish(machine, outcome, None, source);
 }
 
 async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {

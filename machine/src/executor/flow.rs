@@ -7,7 +7,7 @@ use gcode::{FlowLine, FlowWord};
 use program::Next;
 
 use super::Machine;
-use super::frames::Origin;
+use super::source::{Origin, Source};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Path;
 use crate::jobs::Listeners;
@@ -15,14 +15,9 @@ use crate::ports::Ports;
 use crate::sessions::Recipient;
 
 /// A line with an O word.
-pub(super) fn run_line<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    line: &FlowLine<'_>,
-    to: Recipient,
-    origin: Origin,
-) -> Outcome {
-    if origin != Origin::Job {
-        return run_elsewhere(machine, line, to, origin);
+pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
+    if source.origin != Origin::Job {
+        return run_elsewhere(machine, line, source);
     }
     let (here, after) = machine.jobs.places();
     match machine.program.flow_line(line, here, after) {
@@ -32,13 +27,8 @@ pub(super) fn run_line<P: Ports>(
 }
 
 /// Outside of files only a subroutine can be called that is a file. It is a job then.
-fn run_elsewhere<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    line: &FlowLine<'_>,
-    to: Recipient,
-    origin: Origin,
-) -> Outcome {
-    if line.word != FlowWord::Call || origin != Origin::Session {
+fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
+    if line.word != FlowWord::Call || source.origin != Origin::Session {
         return Err(Failure::refused("here only O<name> call works; other O words belong in a file that is played"));
     }
     let mut name = Path::new();
@@ -47,7 +37,7 @@ fn run_elsewhere<P: Ports>(
     }
     let path = machine.files.absolute(&name);
     let now = machine.ports.now();
-    machine.jobs.open(&path, Listeners { echo: Recipient::Nobody, tells_end: to }, &mut machine.ports, now)?;
+    machine.jobs.open(&path, Listeners { echo: Recipient::Nobody, tells_end: source.to }, &mut machine.ports, now)?;
     let called = machine.program.flow_line(line, Default::default(), Default::default());
     if let Err(fault) = called {
         end(machine);

@@ -6,6 +6,7 @@ use gcode::{Code, LineBuffer};
 use heapless::Vec;
 use motion::GridShape;
 
+use super::source::Source;
 use crate::failure::Failure;
 use crate::files::Path;
 use crate::ports::FileHandle;
@@ -14,29 +15,21 @@ use crate::sessions::{LineBytes, Recipient};
 /// Frames at most: a script that suspends within a line of a file of settings.
 const MOST: usize = 8;
 
-/// Where a line comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Origin {
-    /// A session, which is answered.
-    Session,
-    /// The file being played.
-    Job,
-    /// An input switch.
-    Switch,
-    /// A file of saved settings.
-    Settings,
-    /// A startup line of GRBL's dialect.
-    Startup(u8),
+/// Where a line goes on.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum NextCode {
+    /// Its next code is looked for here, bytes from its beginning.
+    At(usize),
+    /// It is read in RS-274's order: the place of its next code in that.
+    Ordered(usize),
 }
 
 /// The rest of a line, of which a command has started something.
 #[derive(Debug)]
 pub(super) struct Rest {
     pub line: LineBytes,
-    /// Where its next command is looked for.
-    pub at: usize,
-    pub to: Recipient,
-    pub origin: Origin,
+    pub next: NextCode,
+    pub source: Source,
     /// The last command that was carried out.
     pub last: Option<Code>,
 }

@@ -6,6 +6,8 @@
 //! everything else gets the owners it needs as arguments.
 
 mod actions;
+mod answers;
+mod blocks;
 mod boot;
 mod commands;
 mod flow;
@@ -24,6 +26,7 @@ mod passed_over;
 mod polls;
 mod serve;
 mod shapes;
+mod source;
 mod stack;
 mod suspend;
 

@@ -4,12 +4,13 @@ use gcode::{Extended, Line};
 use program::extended::{self, Asked, CodeLine};
 
 use super::Machine;
-use super::frames::{Frame, Origin, Rest};
+use super::frames::{Frame, NextCode, Rest};
+use super::source::{Origin, Source};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::jobs::Name;
 use crate::ports::Ports;
 use crate::program_setup::PartNames;
-use crate::sessions::{LineBytes, Recipient};
+use crate::sessions::LineBytes;
 
 /// What a command by name has come to.
 pub(super) enum Named<'a> {
@@ -23,33 +24,23 @@ pub(super) enum Named<'a> {
 
 /// What a line is that is neither codes nor a flow word: a command of the console, or one by name.
 #[cold]
-pub(super) fn command_of<'a, P: Ports>(
-    machine: &mut Machine<'_, P>,
-    line: &Line<'a>,
-    to: Recipient,
-    origin: Origin,
-) -> Named<'a> {
+pub(super) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line<'a>, source: Source) -> Named<'a> {
     match *line {
-        Line::Console(text) if is_named(text) => start(machine, &Extended::new(text), to, origin),
+        Line::Console(text) if is_named(text) => start(machine, &Extended::new(text), source),
         Line::Console(text) => Named::Console(text),
-        Line::Extended(command) => start(machine, &command, to, origin),
+        Line::Extended(command) => start(machine, &command, source),
         _ => Named::Ended(Ok(Answer::Ok)),
     }
 }
 
 /// Has the codes of a command by name carried out next.
-fn start<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    command: &Extended<'_>,
-    to: Recipient,
-    origin: Origin,
-) -> Named<'static> {
+fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source: Source) -> Named<'static> {
     let mut codes = CodeLine::new();
     match extended::translate(command, &PartNames(machine.config), &mut codes) {
         Ok(Asked::Codes) => {
             // They have the same room.
             let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();
-            let rest = Rest { line, at: 0, to, origin, last: None };
+            let rest = Rest { line, next: NextCode::At(0), source, last: None };
             if machine.frames.push(Frame::Rest(rest)) {
                 return Named::Codes;
             }
@@ -57,7 +48,7 @@ fn start<P: Ports>(
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
         Ok(Asked::PassedOver(name)) => {
-            if let Some(noted) = machine.jobs.noted().filter(|_| origin == Origin::Job) {
+            if let Some(noted) = machine.jobs.noted().filter(|_| source.origin == Origin::Job) {
                 noted.passed_over.count(Name::Command(name));
             }
             Named::Ended(Ok(Answer::PassedOver))

@@ -4,9 +4,11 @@ use gcode::{Blocks, Gathered};
 use motion::Mode;
 use units::Axis;
 
-use super::frames::{Frame, Origin, Replay, Rest, Then};
+use super::blocks::Start;
+use super::frames::{Frame, Replay, Then};
+use super::source::{Origin, Source};
 use super::suspend::start_script;
-use super::{Hands, Machine, lines};
+use super::{Hands, Machine, answers, blocks};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Ports, StorageError};
 use crate::probing::level_by_cartesian_grid;
@@ -22,9 +24,7 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
         Some(Frame::Replay(_)) => replay_next(machine).await,
         Some(Frame::Script(..)) => script_next(machine).await,
         _ => match machine.frames.pop() {
-            Some(Frame::Rest(Rest { line, at, to, origin, last })) => {
-                lines::run_blocks(machine, Blocks::starting_at(&line, at), last, to, origin).await;
-            }
+            Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest).await,
             Some(Frame::Startup(number)) => run_startup(machine, number).await,
             Some(Frame::Then(then)) => {
                 if let Err(failure) = go_on(machine, then).await {
@@ -43,8 +43,8 @@ async fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
     let _ = machine.frames.push(Frame::Startup(number + 1));
     if !text.is_empty() {
         machine.tag = motion::Tag::NONE;
-        let blocks = Blocks::new(text.as_bytes());
-        lines::run_blocks(machine, blocks, None, Recipient::Nobody, Origin::Startup(number)).await;
+        let source = Source::new(machine, Recipient::Nobody, Origin::Startup(number));
+        blocks::run_line(machine, Blocks::new(text.as_bytes()), Start::Line, source).await;
     }
 }
 
@@ -59,11 +59,12 @@ async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.frames.pop();
         return;
     };
+    let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
     let outcome = match block {
         // A suspension within a suspension has no meaning.
         Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600 | 601)) => Ok(Answer::Ok),
         Ok(block) => {
-            let outcome = lines::run_block(machine, &block, Recipient::Nobody, Origin::Switch).await;
+            let outcome = blocks::run_block(machine, &block, source).await;
             if let (Ok(Answer::Unknown), Some(code)) = (&outcome, block.code) {
                 machine.announce(format_args!("// WARNING {code} is not known here and was passed over: {text}\n"));
             }
@@ -125,11 +126,11 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     while let Some(frame) = machine.frames.pop() {
         match frame {
             Frame::Rest(rest) => {
-                return lines::finish(machine, Err(failure), rest.last, rest.to, rest.origin);
+                return answers::finish(machine, Err(failure), rest.last, rest.source);
             }
             Frame::Replay(replay) => {
                 if let Failure::Alarm(text) = &failure {
-                    lines::alarm(machine, text, replay.asked);
+                    answers::alarm(machine, text, replay.asked);
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
@@ -200,7 +201,8 @@ async fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
         Ok(gcode::Line::Blank) => {}
         Ok(gcode::Line::Code(blocks)) => {
             machine.tag = motion::Tag::NONE;
-            lines::run_blocks(machine, blocks, None, Recipient::Nobody, Origin::Settings).await;
+            let source = Source::new(machine, Recipient::Nobody, Origin::Settings);
+            blocks::run_line(machine, blocks, Start::Line, source).await;
             warn_of(machine, text);
         }
         _ => machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),

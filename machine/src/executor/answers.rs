@@ -1,0 +1,108 @@
+//! How a line is answered, once it has come to its end.
+
+use gcode::{Code, Refusal, SyntaxError};
+use program::Dialect;
+
+use super::source::{Origin, Source};
+use super::{Machine, grbl, stack};
+use crate::failure::{Answer, Failure, Message, Outcome};
+use crate::grbl::numbers::Error;
+use crate::ports::Ports;
+use crate::sessions::{Recipient, Reply, SessionId};
+
+/// Answers a line that has come to its end.
+pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
+    match source.origin {
+        Origin::Settings => return stack::settings_line_ended(machine, outcome),
+        Origin::Startup(number) => grbl::startup_ended(machine, number, &outcome),
+        _ => {}
+    }
+    let carried_out = outcome.is_ok();
+    say_answer(machine, outcome, last, source.to);
+    done(machine, carried_out, source);
+}
+
+fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Source) {
+    match (source.origin, source.to) {
+        (Origin::Session, Recipient::Session(id)) => answered(machine, id),
+        (Origin::Job, _) if !carried_out => pause_job(machine, "was not carried out"),
+        _ => {}
+    }
+}
+
+/// A line of a session has been answered.
+pub(super) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(session) = machine.sessions.get_mut(id) {
+        session.answered();
+    }
+}
+
+fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, to: Recipient) {
+    match (outcome, last) {
+        (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
+        (Ok(Answer::Said), _) => {}
+        (Ok(Answer::Unknown), Some(code)) => machine.say(to, format_args!("ok - {code} ignored\n")),
+        (Err(Failure::Halted), _) => say_locked(machine, to),
+        (Err(Failure::Alarm(text)), _) => alarm(machine, &text, to),
+        (Err(Failure::Refused(text)), _) => {
+            // One line, one answer: it stands for ok.
+            machine.sessions.refuse(to, text.error, format_args!("{text}"));
+        }
+    }
+}
+
+/// Whether whoever hears this speaks GRBL's dialect.
+pub(super) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
+    to.session().is_some() && machine.sessions.dialect_of(to) == Dialect::Grbl
+}
+
+/// The answer to commands while halted.
+pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+    if is_grbl(machine, to) {
+        return machine.sessions.refuse(to, Error::Locked, format_args!("'$H'|'$X' to unlock"));
+    }
+    machine.say(to, format_args!("!!\n"));
+}
+
+/// Halts because a command asked for what must not be.
+pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, text: &Message, to: Recipient) {
+    if is_grbl(machine, to) {
+        machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
+        return machine.sessions.refuse(to, text.error, format_args!("{text}"));
+    }
+    // Others must learn why the machine stands.
+    let to = if to == Recipient::Nobody { Recipient::All } else { to };
+    machine.say(to, format_args!("Error: {text}\n"));
+    machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
+}
+
+/// A line that cannot be read.
+pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
+    let text = core::str::from_utf8(line).unwrap_or("(not text)");
+    if is_grbl(machine, to) {
+        let error = Error::of_refusal(&refusal);
+        return machine.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
+    }
+    if let Refusal::Resend { .. } = refusal {
+        return machine.say(to, format_args!("{refusal}\n"));
+    }
+    let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
+    machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
+    machine.say(to, format_args!("ok\n"));
+}
+
+/// The line just read cannot be carried out: what comes after it counts on it, so it waits for a person.
+pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
+    let Machine { jobs, sessions, .. } = machine;
+    jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
+}
+
+/// A line that cannot be read to its end.
+pub(super) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxError, line: &[u8], source: Source) {
+    if source.origin == Origin::Settings {
+        let text = core::str::from_utf8(line).unwrap_or("(not text)");
+        return machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
+    }
+    say_refusal(machine, Refusal::Syntax(error), line, source.to);
+    done(machine, false, source);
+}

@@ -1,0 +1,252 @@
+//! The codes of a line: in which order, which of them may run now, what each means, and that it is done.
+
+use core::pin::pin;
+
+use gcode::{Block, Blocks, Code, Letter, WholeLine};
+use program::{Action, LineParts, Meaning, State, States};
+
+use super::answers::{bad_line, finish, is_grbl};
+use super::frames::{Frame, NextCode, Rest};
+use super::source::{Origin, Source};
+use super::{Machine, actions, operator, passed_over, shapes};
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::needs::needs;
+use crate::ports::Ports;
+use crate::sessions::{LineBytes, Recipient};
+
+/// What is to be run of a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Start {
+    /// All of it.
+    Line,
+    /// What follows this code, as it is written.
+    Rest(Option<Code>),
+}
+
+/// Runs what is left of a line that has waited.
+pub(super) async fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
+    let Rest { line, next, source, last } = rest;
+    match next {
+        NextCode::At(column) => {
+            pin!(run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last), source)).await;
+        }
+        NextCode::Ordered(place) => {
+            let is_read = pin!(run_in_order(machine, &Blocks::new(&line), place, source)).await;
+            debug_assert!(is_read, "it was read so before");
+        }
+    }
+}
+
+/// Runs the codes of a line, and answers it, unless one of them starts something: then the rest waits for its
+/// end.
+pub(super) async fn run_line<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    mut blocks: Blocks<'_>,
+    start: Start,
+    source: Source,
+) {
+    let mut last = match start {
+        Start::Rest(last) => last,
+        Start::Line => {
+            if source.dialect.orders_lines() && pin!(run_in_order(machine, &blocks, 0, source)).await {
+                return;
+            }
+            None
+        }
+    };
+    let mut answer = Answer::Ok;
+    let mut block = Block::new(None, 0);
+    let failed = loop {
+        let read = blocks.read(&mut block, &mut machine.program);
+        if let Some(comment) = blocks.take_remark() {
+            operator::remark(machine, comment);
+        }
+        match read {
+            Ok(true) => {}
+            Ok(false) => break machine.program.end_line().err().map(|fault| actions::failed_by(machine, &fault)),
+            Err(error) => {
+                machine.program.drop_line();
+                let (line, _) = blocks.place();
+                return bad_line(machine, error, line, source);
+            }
+        }
+        last = block.code;
+        let height = machine.frames.len();
+        let outcome = pin!(run_block(machine, &block, source)).await;
+        match outcome {
+            Ok(now) if is_settled(&now, source) => answer = now,
+            Ok(_) => match passed_over::settle(machine, &block, source.dialect) {
+                Ok(now) => answer = now,
+                Err(failure) => break Some(failure),
+            },
+            Err(failure) => {
+                machine.frames.drop_down_to(height);
+                break Some(failure);
+            }
+        }
+        if machine.frames.len() > height {
+            let (line, column) = blocks.place();
+            match wait(machine, height, line, NextCode::At(column), source, last) {
+                Ok(()) => return,
+                Err(failure) => break Some(failure),
+            }
+        }
+    };
+    finish(machine, failed.map_or(Ok(answer), Err), last, source);
+}
+
+/// Runs the codes of a line in RS-274's order, from this place of that order on, and answers it. False when
+/// that is not how this line is read.
+async fn run_in_order<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    blocks: &Blocks<'_>,
+    from: usize,
+    source: Source,
+) -> bool {
+    let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
+    let read = ahead.read_whole(&mut whole, &mut machine.program);
+    let Some(parts) = read.ok().and_then(|()| program::arrange(&whole)) else {
+        machine.program.drop_line();
+        return false;
+    };
+    if from == 0
+        && let Some(comment) = ahead.take_remark()
+    {
+        operator::remark(machine, comment);
+    }
+    let (line, _) = ahead.place();
+    let (last, outcome) = match parts {
+        Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, from, line, source)).await {
+            Some(ended) => ended,
+            None => return true,
+        },
+        Err(fault) => (None, Err(actions::failed_by(machine, &fault))),
+    };
+    let outcome = match outcome {
+        Ok(answer) => machine.program.end_line().map(|()| answer).map_err(|fault| actions::failed_by(machine, &fault)),
+        Err(failure) => {
+            machine.program.drop_line();
+            Err(failure)
+        }
+    };
+    finish(machine, outcome, last, source);
+    true
+}
+
+/// The codes of a line that has been put in order; the one that ended it, and how. `None` when the rest of
+/// the line waits for what a code has started.
+async fn run_parts<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    whole: &mut WholeLine<'_>,
+    parts: &LineParts,
+    from: usize,
+    line: &[u8],
+    source: Source,
+) -> Option<(Option<Code>, Outcome)> {
+    let (mut last, mut answer) = (None, Answer::Ok);
+    for (place, part) in parts.iter().enumerate().skip(from) {
+        last = part.code;
+        let height = machine.frames.len();
+        let block = whole.part(part.code, |letter| part.takes(letter));
+        let outcome = pin!(run_block(machine, block, source)).await;
+        let outcome = match outcome {
+            Ok(now) if !is_settled(&now, source) => passed_over::settle(machine, block, source.dialect),
+            outcome => outcome,
+        };
+        match outcome {
+            Ok(now) => answer = now,
+            Err(failure) => {
+                machine.frames.drop_down_to(height);
+                return Some((last, Err(failure)));
+            }
+        }
+        if machine.frames.len() > height {
+            // It is read again then, and sets its parameters at its end.
+            machine.program.drop_line();
+            match wait(machine, height, line, NextCode::Ordered(place + 1), source, last) {
+                Ok(()) => return None,
+                Err(failure) => return Some((last, Err(failure))),
+            }
+        }
+    }
+    Some((last, Ok(answer)))
+}
+
+/// The rest of a line waits for what has been started since the stack had this height.
+fn wait<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    height: usize,
+    line: &[u8],
+    next: NextCode,
+    source: Source,
+    last: Option<Code>,
+) -> Result<(), Failure> {
+    let line = LineBytes::from_slice(line).unwrap_or_default();
+    if machine.frames.push_below(height, Frame::Rest(Rest { line, next, source, last })) {
+        return Ok(());
+    }
+    machine.frames.drop_down_to(height);
+    Err(Failure::refused("scripts start each other without end"))
+}
+
+/// Whether a line goes on after such an answer. What a file asks for and the machine does not do is looked
+/// at once more.
+const fn is_settled(answer: &Answer, source: Source) -> bool {
+    !matches!((answer, source.origin), (Answer::Unknown | Answer::PassedOver, Origin::Job))
+}
+
+/// One command: may it run now, what does it mean, do it.
+pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
+    machine.wait_release().await;
+    let state = machine.safety.state();
+    let Source { to, origin, dialect } = source;
+    let row = machine.program.row(block, dialect);
+    let allowed = row.map_or(States::WORKING, |row| row.states);
+    if !allowed.has(state) {
+        return Err(match state {
+            State::Invalid => Failure::refused("the configuration has errors: mend config.ini and reset"),
+            _ => Failure::Halted,
+        });
+    }
+    if state == State::Door {
+        machine.wait_for_door(allowed).await?;
+    }
+    let Some(row) = row else { return unknown(machine, block.code, to) };
+    // A file that saves or loads settings would never end.
+    let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
+    if origin == Origin::Settings && is_about_settings {
+        return Ok(Answer::Ok);
+    }
+    if let Some(part) = row.part {
+        needs(machine.config, part, machine.jobs.is_playing())?;
+    }
+    let facts = machine.facts();
+    let meaning = match machine.program.run(block, row, facts, dialect) {
+        Ok(meaning) => meaning,
+        Err(fault) => return Err(actions::failed_by(machine, &fault)),
+    };
+    while let Some(effect) = machine.program.next_effect() {
+        actions::effect(machine, effect).await?;
+    }
+    match &meaning {
+        Meaning::Nothing => Ok(Answer::Ok),
+        Meaning::PassedOver => Ok(Answer::PassedOver),
+        Meaning::Unknown => unknown(machine, block.code, to),
+        Meaning::Action(Action::Move(request))
+            if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
+        {
+            Ok(Answer::Ok)
+        }
+        Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
+    }
+}
+
+/// A code that nobody knows: for whoever speaks GRBL's dialect an error.
+#[cold]
+fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
+    match code {
+        Some(code) if is_grbl(machine, to) && crate::grbl::accepts(code) => Ok(Answer::Ok),
+        Some(code) if is_grbl(machine, to) => Err(Failure::Refused(message(format_args!("{code} is not known here")))),
+        _ => Ok(Answer::Unknown),
+    }
+}
