@@ -1,7 +1,6 @@
 //! The lines of a file that is being played.
 
 use gcode::{Gathered, LineBuffer};
-use heapless::Vec;
 use program::{Dialect, Place};
 
 use crate::ports::{FileHandle, Storage, StorageError};
@@ -31,7 +30,9 @@ pub enum Next {
 #[derive(Debug)]
 pub(super) struct FileLines {
     file: FileHandle,
-    chunk: Vec<u8, CHUNK>,
+    /// What was read last, so many bytes of it. In place: it is read into where it stays.
+    chunk: [u8; CHUNK],
+    filled: usize,
     /// Where the chunk stands in the file.
     chunk_at: u32,
     next: usize,
@@ -48,7 +49,7 @@ impl FileLines {
     /// From the file's beginning.
     pub const fn new(file: FileHandle) -> Self {
         let gathering = LineBuffer::new();
-        Self { file, chunk: Vec::new(), chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
+        Self { file, chunk: [0; CHUNK], filled: 0, chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
     }
 
     pub const fn file(&self) -> FileHandle {
@@ -77,7 +78,7 @@ impl FileLines {
             return Next::End;
         }
         loop {
-            while let Some(rest) = self.chunk.get(self.next..).filter(|rest| !rest.is_empty()) {
+            while let Some(rest) = self.chunk.get(self.next..self.filled).filter(|rest| !rest.is_empty()) {
                 let run = self.gathering.push_run(rest);
                 let special = rest.get(run).copied();
                 let taken = run + usize::from(special.is_some());
@@ -100,14 +101,10 @@ impl FileLines {
 
     /// Reads on. False at the end of the file.
     fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
-        let mut bytes = [0; CHUNK];
-        let count = storage.read(self.file, &mut bytes)?;
-        self.chunk_at = self.chunk_at.saturating_add(self.chunk.len() as u32);
-        self.next = 0;
-        self.chunk.clear();
-        // A chunk fits a chunk.
-        let _ = self.chunk.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
-        Ok(count > 0)
+        self.chunk_at = self.chunk_at.saturating_add(self.filled as u32);
+        (self.next, self.filled) = (0, 0);
+        self.filled = storage.read(self.file, &mut self.chunk)?.min(CHUNK);
+        Ok(self.filled > 0)
     }
 
     /// Between the line that was given last and the next one.
@@ -118,12 +115,11 @@ impl FileLines {
     /// Goes on from a place between two lines. What is at hand is not read again: loops are mostly short.
     pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
         let in_chunk = place.offset.checked_sub(self.chunk_at).map(|offset| offset as usize);
-        if let Some(next) = in_chunk.filter(|next| *next < self.chunk.len()) {
+        if let Some(next) = in_chunk.filter(|next| *next < self.filled) {
             self.next = next;
         } else {
             storage.seek(self.file, place.offset)?;
-            self.chunk.clear();
-            (self.chunk_at, self.next) = (place.offset, 0);
+            (self.chunk_at, self.next, self.filled) = (place.offset, 0, 0);
         }
         self.gathering = LineBuffer::new();
         (self.read, self.ends, self.at_end) = (place.offset, place.line, false);
@@ -172,8 +168,8 @@ mod tests {
     }
 
     /// Every line with its number and the offset of its end.
-    fn all(lines: &mut FileLines, card: &mut Card) -> std::vec::Vec<(String, u32, u32)> {
-        let (mut line, mut all) = (LineBytes::new(), std::vec::Vec::new());
+    fn all(lines: &mut FileLines, card: &mut Card) -> Vec<(String, u32, u32)> {
+        let (mut line, mut all) = (LineBytes::new(), Vec::new());
         loop {
             match lines.next(card, &mut line) {
                 Next::Line => {
@@ -204,7 +200,7 @@ mod tests {
         let mut card = Card::default();
         let mut lines = open(&mut card, &text);
         let all = all(&mut lines, &mut card);
-        let kinds: std::vec::Vec<_> = all.iter().map(|(text, ..)| text.len()).collect();
+        let kinds: Vec<_> = all.iter().map(|(text, ..)| text.len()).collect();
         assert_eq!(kinds, [255, 8, 3, 255, 8, 3, 255, 8, 3]);
         assert_eq!((all[7].1, lines.read()), (8, text.len() as u32));
     }
@@ -216,7 +212,7 @@ mod tests {
         let outline = format!("EXCLUDE_OBJECT_DEFINE NAME=a POLYGON=[{}[1,1]]", "[100.5,100.5],".repeat(60));
         let mut lines = open(&mut card, &format!("{comment}\nG1 X1\n{outline}\nG1 {comment}"));
         let all = all(&mut lines, &mut card);
-        let kinds: std::vec::Vec<_> = all.iter().map(|(text, number, _)| (text.len(), *number)).collect();
+        let kinds: Vec<_> = all.iter().map(|(text, number, _)| (text.len(), *number)).collect();
         assert_eq!(kinds, [(255, 1), (5, 2), (255, 3), (8, 4)], "the last is no comment from its beginning");
         assert_eq!((all[0].0.as_str(), all[2].0.as_str()), (&comment[..255], &outline[..255]));
         assert_eq!(all[3].0, "too long");
@@ -227,7 +223,7 @@ mod tests {
         let text: String = (0..200).map(|line| format!("G1 X{line}\n")).collect();
         let mut card = Card::default();
         let mut lines = open(&mut card, &text);
-        let (mut line, mut places) = (LineBytes::new(), std::vec::Vec::new());
+        let (mut line, mut places) = (LineBytes::new(), Vec::new());
         for _ in 0..200 {
             places.push(lines.place());
             assert_eq!(lines.next(&mut card, &mut line), Next::Line);
