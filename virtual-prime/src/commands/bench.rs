@@ -70,12 +70,19 @@ fn print(finished: &Finished, functions: &[String]) {
     println!("{{");
     println!("  \"virtual_seconds\": {:.6},", finished.virtual_ns as f64 * 1e-9);
     println!("  \"instructions\": {},", finished.instructions);
+    println!("  \"to_last_step\": {},", to_last_step(&records, &moving));
     println!("  \"lines\": {},", finished.outcome.lines);
     println!("  \"moving\": {},", motion(&records, &moving));
     if let Some(held_ns) = finished.held_ns {
         println!("  \"held_ns\": {held_ns},");
     }
     println!("  \"functions\": {{\n{}\n  }}\n}}", rows.join(",\n"));
+}
+
+/// Instructions from power-on to the last step. Until the operator sees that the job has ended, the machine
+/// idles for a time that has nothing to do with it.
+fn to_last_step(records: &Recorded, moving: &Range<u64>) -> u64 {
+    records.calls.values().flatten().filter(|call| call.at_ns < moving.end).map(|call| call.before).max().unwrap_or(0)
 }
 
 /// What happened from just before the first step to the last one.
@@ -109,14 +116,15 @@ fn row(calls: &[Call], moving: &Range<u64>) -> String {
     let mut counts: Vec<u32> = calls.iter().map(|call| call.instructions).collect();
     counts.sort_unstable();
     let (Some(min), Some(max)) = (counts.first(), counts.last()) else {
-        return "{\"calls\": 0, \"max\": 0, \"total\": 0, \"moving\": 0}".into();
+        return "{\"calls\": 0, \"max\": 0, \"total\": 0, \"to_last_step\": 0, \"moving\": 0}".into();
     };
     let at = |share: f64| counts[((counts.len() - 1) as f64 * share) as usize];
     let sum = |counts: &mut dyn Iterator<Item = u32>| counts.map(u64::from).sum::<u64>();
     let total = sum(&mut counts.iter().copied());
+    let before = sum(&mut calls.iter().filter(|call| call.at_ns < moving.end).map(|call| call.instructions));
     let meanwhile = sum(&mut calls.iter().filter(within(moving)).map(|call| call.instructions));
     format!(
-        "{{\"calls\": {}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}, \"moving\": {meanwhile}}}",
+        "{{\"calls\": {}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}, \"to_last_step\": {before}, \"moving\": {meanwhile}}}",
         counts.len(),
         at(0.5),
         at(0.99)

@@ -223,10 +223,10 @@ impl Measured {
         Ok(if self.calls(a, "calls")? > self.calls(b, "calls")? { a } else { b })
     }
 
-    /// Instructions of consoles and dispatcher: what no counted task executed.
+    /// Instructions of consoles and dispatcher to the last step: what no counted task executed.
     pub fn dispatcher(&self) -> Result<f64> {
         let tasks = STEP.into_iter().chain([FEED, HEAT, BYTES]).chain(SOFTWARE).chain(OTHERS);
-        let counted: Result<f64> = tasks.map(|function| self.number(&["functions", function, "total"])).sum();
-        Ok(self.number(&["instructions"])? - counted?)
+        let counted: Result<f64> = tasks.map(|function| self.number(&["functions", function, "to_last_step"])).sum();
+        Ok(self.number(&["to_last_step"])? - counted?)
     }
 }
