@@ -16,6 +16,7 @@ mod claims;
 pub mod codes;
 pub mod commands;
 mod context;
+mod control_flow;
 mod cycle;
 mod cycles;
 mod dialect;

@@ -8,15 +8,24 @@ use crate::codes::{self, CodeInfo, Group};
 use crate::fault::{Fault, Problem};
 
 /// What codes that move, or say where things are, share.
-const AXES: &str = "XYZABC";
+const AXES: u32 = bits("XYZABC");
+/// What moves by the motion code in force, and what is said of a move.
+const PLACE_WORDS: u32 = bits("XYZABCE");
+const MOVE_WORDS: u32 = bits("XYZABCEIJKRPQFSL");
+/// Feed rate and speed, which need no move.
+const RATES: u32 = bits("FS");
 /// Rank of tool offsets.
 const TOOL_OFFSETS: u8 = 14;
 /// Ranks of codes that set a mode, and nothing else.
 const MODES: [u8; 7] = [2, 11, 12, 13, 15, 17, 18];
 /// Rank of codes that use the axes without being motion codes.
 const PLACES: u8 = 19;
+/// Rank of G53, which says how a move reads its words.
+const MACHINE_COORDINATES: u8 = 20;
 /// Rank of motion codes.
 const MOTION: u8 = 21;
+/// Rank of what stops the program.
+const STOPS: u8 = 22;
 
 /// When a code has its turn; `None` for those that RS-274 does not know, whose lines are carried out as they
 /// stand.
@@ -38,9 +47,9 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::G, 90 | 91) => 17,
         (Letter::G, 98 | 99) => 18,
         (Letter::G, 10 | 28 | 30 | 52 | 92) => PLACES,
-        (Letter::G, 53) => 20,
+        (Letter::G, 53) => MACHINE_COORDINATES,
         (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 76 | 80..=89) => MOTION,
-        (Letter::M, 0 | 1 | 2 | 30 | 60) => 22,
+        (Letter::M, 0 | 1 | 2 | 30 | 60) => STOPS,
         _ => return None,
     })
 }
@@ -66,6 +75,16 @@ pub type Parts = Vec<Part, { MOST_CODES + 1 }>;
 
 const fn bit(letter: char) -> u32 {
     1 << ((letter as u32).wrapping_sub('A' as u32) & 31)
+}
+
+/// The bits of these letters.
+const fn bits(letters: &str) -> u32 {
+    let (mut all, mut left) = (0, letters.as_bytes());
+    while let [letter, rest @ ..] = left {
+        all |= bit(*letter as char);
+        left = rest;
+    }
+    all
 }
 
 fn letters_of(row: &CodeInfo) -> u32 {
@@ -103,26 +122,26 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
         }
     }
     let written = ('A'..='Z').filter(|letter| line.words().has(*letter)).fold(0, |all, letter| all | bit(letter));
-    let axes = AXES.chars().fold(0, |all, letter| all | bit(letter));
-    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && letters_of(row) & axes != 0;
+    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && letters_of(row) & AXES != 0;
     let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
     let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);
     let (place, second) = (places().next(), places().nth(1).or(motion));
     if let (Some(one), Some(other)) = (place, second)
-        && written & axes != 0
+        && written & AXES != 0
     {
         return Err(Problem::AxesTwice(one, other).refused(0));
     }
     let (mut parts, mut left) = (Parts::new(), written);
     for (rank, code, row) in ranked {
         let mut letters = letters_of(row) & written;
-        let may_have_axes =
-            is_place(*rank, row) || *rank == MOTION || *rank == 20 && motion.is_none() && place.is_none();
+        let may_have_axes = is_place(*rank, row)
+            || *rank == MOTION
+            || *rank == MACHINE_COORDINATES && motion.is_none() && place.is_none();
         if !may_have_axes {
-            letters &= !axes;
+            letters &= !AXES;
         }
         // A mode takes no words, though its row does for lines that are read as they stand.
-        if MODES.contains(rank) || *rank == 20 && motion.is_some() {
+        if MODES.contains(rank) || *rank == MACHINE_COORDINATES && motion.is_some() {
             letters = 0;
         }
         left &= !letters;
@@ -143,9 +162,8 @@ fn give_rest(
     axes_are_taken: bool,
 ) -> Result<(), Fault> {
     let has_motion = ranked.iter().any(|(rank, ..)| *rank == MOTION);
-    let all_of = |letters: &str| letters.chars().fold(0, |all, letter| all | bit(letter));
-    let moves = left & all_of("XYZABCE") != 0 && !axes_are_taken;
-    let known = if moves { all_of("XYZABCEIJKRPQFSL") } else { all_of("FS") };
+    let moves = left & PLACE_WORDS != 0 && !axes_are_taken;
+    let known = if moves { MOVE_WORDS } else { RATES };
     let strange = if has_motion { left } else { left & !known };
     if let Some(letter) = ('A'..='Z').find(|letter| strange & bit(*letter) != 0) {
         return Err(Problem::UnusedWord(letter).refused(0));
