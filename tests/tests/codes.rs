@@ -31,3 +31,42 @@ fn no_row_of_the_table_is_passed_over() {
     }
     assert_eq!(passed_over, NOBODY_S.into_iter().map(String::from).collect());
 }
+
+#[test]
+fn a_file_is_chosen_paused_and_begun_again() {
+    let mut bench = Plan::new(CARTESIAN).file("a.g", "G28.3 X0 Y0\nG1 X5 F60\nG1 X0\n").start();
+    assert_eq!(bench.say("M21"), "SD card ok\nok\n");
+    assert!(bench.say("M23 a.g").contains("File selected"));
+    assert_eq!(bench.say("M27"), "SD printing byte 0/28\nok\n");
+    bench.run(&["M24"]);
+    bench.hear(1.0);
+    bench.run(&["M25"]);
+    assert!(!bench.hear(20.0).contains("Done"));
+    assert!(!bench.moves(), "what was read is made, and no more");
+    assert_eq!(bench.say("M27"), "SD printing byte 28/28\nok\n");
+    bench.run(&["M26"]);
+    assert_eq!(bench.say("M27"), "SD printing byte 0/28\nok\n");
+    bench.run(&["M24"]);
+    bench.hear_until("Done printing file", 60.0);
+}
+
+#[test]
+fn where_the_tool_is_now_is_said_in_the_work_coordinates() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.run(&["G28", "G55", "G10 L2 P2 X5"]);
+    bench.type_in("G1 X5 F300\n");
+    bench.hear(1.0);
+    let live: f64 = bench.say("M114.1").split("X:").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(live > -5.0 && live < 5.0, "{live}");
+    assert!(bench.say("M114").starts_with("ok C: X:5.0000"), "where the program has come to");
+}
+
+#[test]
+fn marlin_s_limits_and_levelling_switch_are_the_machine_s() {
+    let mut bench = start();
+    bench.run(&["G28", "M201 X500", "M572 D0 S0.05"]);
+    assert!(bench.say("M503").contains("M204 S2000.00000 X500.00000"));
+    assert_eq!(bench.say("M900"), "K:0.0500 smooth time:0.0400\nok\n");
+    assert_eq!(bench.say("M420 S0"), "ok\n");
+    assert!(bench.say("M420 S1").contains("no grid"), "there is none to switch on");
+}

@@ -115,12 +115,12 @@ pub fn write_commands(out: &mut impl Write) -> fmt::Result {
 }
 
 /// A table's cell.
-fn escaped(text: &str) -> std::string::String {
+pub(super) fn escaped(text: &str) -> std::string::String {
     text.replace('|', "\\|").replace('[', "\\[").replace('<', "\\<")
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use std::fs;
     use std::string::String;
@@ -139,7 +139,7 @@ mod tests {
     const DIALECTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/dialects.md");
 
     /// Writes a page, or holds it against what it is to be.
-    fn settle(path: &str, page: &str, is: String) {
+    pub(in crate::codes) fn settle(path: &str, page: &str, is: String) {
         if std::env::var_os("WRITE_DOCS").is_some() {
             return fs::write(path, is).unwrap();
         }

@@ -18,6 +18,8 @@ mod offsets;
 mod printers;
 mod program;
 mod row;
+#[cfg(all(test, feature = "docs"))]
+mod tested;
 
 use gcode::{Code, Letter};
 
