@@ -70,3 +70,18 @@ fn marlin_s_limits_and_levelling_switch_are_the_machine_s() {
     assert_eq!(bench.say("M420 S0"), "ok\n");
     assert!(bench.say("M420 S1").contains("no grid"), "there is none to switch on");
 }
+
+#[test]
+fn settings_are_loaded_from_a_file_by_either_name_of_the_command() {
+    for command in ["load other", "config-load other"] {
+        let mut bench = Plan::new(CARTESIAN).file("other", "M204 S1234\n").start();
+        let heard = bench.say(command);
+        assert!(heard.ends_with("ok\n"), "{heard}");
+        assert!(bench.say("M503").contains("M204 S1234.00000"), "{command}");
+    }
+}
+
+#[test]
+fn echo_says_what_it_is_told() {
+    assert_eq!(Plan::new(CARTESIAN).start().say("echo a  b"), "a  b\nok\n");
+}
