@@ -33,12 +33,7 @@ fn write_row(out: &mut impl Write, rows: &[CodeInfo]) -> fmt::Result {
     for (place, row) in rows.iter().enumerate() {
         write!(out, "{}{}", if place == 0 { "" } else { ", " }, row.code)?;
     }
-    let kept = match (row.is_missing(), row.is_passed_over()) {
-        (true, _) => "missing: ",
-        (_, true) => "left out: ",
-        _ => "",
-    };
-    write!(out, " | {kept}{} | ", escaped(row.help))?;
+    write!(out, " | {}{} | ", kept(row), escaped(row.help))?;
     write_all_words(out, row)?;
     writeln!(out, " | {} | {} |", row.waits.name(), escaped(row.difference.text()))
 }
@@ -81,12 +76,65 @@ pub fn write_otherwise(out: &mut impl Write) -> fmt::Result {
         for (place, name) in names.enumerate() {
             write!(out, "{}{name}", if place == 0 { "" } else { ", " })?;
         }
-        let kept = if row.is_passed_over() { "left out: " } else { "" };
-        write!(out, " | {kept}{} | ", escaped(row.help))?;
+        write!(out, " | {}{} | ", kept(row), escaped(row.help))?;
         write_all_words(out, row)?;
         writeln!(out, " |")?;
     }
     writeln!(out)
+}
+
+/// Writes the page of a dialect: every code as it is read there, a line each.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn write_dialect(out: &mut impl Write, dialect: Dialect) -> fmt::Result {
+    writeln!(out, "# Codes in {}'s dialect\n", dialect.name())?;
+    writeln!(
+        out,
+        "Generated. Words and what a code waits for are in [commands.md](../commands.md); **bold** codes are read"
+    )?;
+    writeln!(
+        out,
+        "otherwise than in Smoothieware's dialect. *Left out*: changes no part, so it is counted and the file goes on."
+    )?;
+    writeln!(out, "*Missing*: a file pauses there, with the reason.\n")?;
+    let otherwise = || READ_OTHERWISE.iter().filter(|other| other.dialects.has(dialect)).map(|other| &other.row);
+    for (title, rows) in TOPICS {
+        writeln!(out, "## {title}\n\n| code | what it does | words |\n|---|---|---|")?;
+        for row in rows {
+            match otherwise().find(|other| other.code == row.code) {
+                Some(other) => write_read(out, other, "**")?,
+                None => write_read(out, row, "")?,
+            }
+        }
+        writeln!(out)?;
+    }
+    let mut own = otherwise().filter(|row| super::all().all(|other| other.code != row.code)).peekable();
+    if own.peek().is_some() {
+        writeln!(out, "## In this dialect alone\n\n| code | what it does | words |\n|---|---|---|")?;
+        own.try_for_each(|row| write_read(out, row, "**"))?;
+        writeln!(out)?;
+    }
+    if dialect == Dialect::Klipper {
+        writeln!(out, "## Commands by name\n")?;
+        write_named(out)?;
+    }
+    Ok(())
+}
+
+fn write_read(out: &mut impl Write, row: &CodeInfo, mark: &str) -> fmt::Result {
+    write!(out, "| {mark}{}{mark} | {}{} |", row.code, kept(row), escaped(row.help))?;
+    row.words.iter().try_for_each(|word| write!(out, " {}", word.letter))?;
+    writeln!(out, " |")
+}
+
+/// What becomes of a code that is not carried out.
+fn kept(row: &CodeInfo) -> &'static str {
+    match (row.is_missing(), row.is_passed_over()) {
+        (true, _) => "missing: ",
+        (_, true) => "left out: ",
+        _ => "",
+    }
 }
 
 /// Writes the table of commands by name.
@@ -155,6 +203,17 @@ pub(super) mod tests {
         write_named(&mut commands).unwrap();
         let is = with(&with(&page, "codes read otherwise", &codes), "commands by name", &commands);
         settle(DIALECTS, &page, is);
+    }
+
+    #[test]
+    fn each_dialect_has_its_page() {
+        for dialect in Dialect::ALL {
+            let name = dialect.name().to_lowercase();
+            let path = std::format!("{}/../docs/codes/{name}.md", env!("CARGO_MANIFEST_DIR"));
+            let mut page = String::new();
+            write_dialect(&mut page, dialect).unwrap();
+            settle(&path, &fs::read_to_string(&path).unwrap_or_default(), page);
+        }
     }
 
     /// `WRITE_DOCS=1 cargo test -p program --features docs` writes it.
