@@ -1,14 +1,25 @@
 //! The configuration's words for the program, in `program`'s own types.
 
-use config::{CommandCode, FileDialect, MachineConfig};
+use config::{CommandCode, FileDialect, MachineConfig, PrinterDialect};
 use gcode::Code;
 use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, Setup, ToolSettings};
 use units::{Axis, SwitchId};
 
-/// The dialect of sessions that have none of their own, and of files.
+/// The dialect of what the machine writes itself and is configured to do: saved settings, scripts.
+#[must_use]
+pub const fn own_dialect(config: &MachineConfig) -> Dialect {
+    if config.general.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
+}
+
+/// The dialect of sessions that have none of their own, and of files that do not say theirs.
 #[must_use]
 pub const fn dialect(config: &MachineConfig) -> Dialect {
-    if config.general.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
+    match config.general.dialect {
+        PrinterDialect::Marlin if !config.general.grbl_mode => Dialect::Marlin,
+        PrinterDialect::RepRapFirmware if !config.general.grbl_mode => Dialect::RepRapFirmware,
+        PrinterDialect::Klipper if !config.general.grbl_mode => Dialect::Klipper,
+        _ => own_dialect(config),
+    }
 }
 
 /// The dialect of every file that is played; `None`: what the file says of itself.

@@ -62,6 +62,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("load", "file", "replay saved settings").working(),
     command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
     command("reset", "", "restart the board in a second"),
+    command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "text", "say it").question(),
     command("$G", "", "the modal state").question(),
     command("$#", "[-v]", "offsets and the last probe").question(),

@@ -85,3 +85,22 @@ fn settings_are_loaded_from_a_file_by_either_name_of_the_command() {
 fn echo_says_what_it_is_told() {
     assert_eq!(Plan::new(CARTESIAN).start().say("echo a  b"), "a  b\nok\n");
 }
+
+/// M203 is in mm/min to RepRapFirmware, in mm/s to Smoothieware.
+#[test]
+fn a_console_speaks_the_dialect_it_asks_for_and_saved_settings_stay_the_machine_s() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.run(&["M203 X100"]);
+    assert!(bench.say("M500").ends_with("ok\n"));
+    assert_eq!(bench.say("dialect"), "this console speaks Smoothie's dialect\nok\n");
+    assert_eq!(bench.say("dialect rrf"), "this console speaks RepRapFirmware's dialect\nok\n");
+    bench.run(&["M203 X6000 Y6000"]);
+    assert!(bench.say("M503").contains("M203 X100.00000 Y100.00000"));
+    assert!(bench.say("M501").ends_with("ok\n"));
+    assert!(bench.say("M503").contains("M203 X100.00000 Y300.00000"), "as it was saved");
+    for wrong in ["dialect grbl", "dialect german"] {
+        assert!(bench.say(wrong).contains("error:a console speaks smoothie, marlin"), "{wrong}");
+    }
+    let mut bench = Plan::new(CARTESIAN).set("[general] grbl_mode = true").start();
+    assert!(bench.say("dialect marlin").contains("error:"));
+}

@@ -23,7 +23,8 @@ pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfi
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
 pub use system::{
-    BoardId, CyclesConfig, FileDialect, General, KillButton, Parity, PlayerConfig, SystemConfig, UartConfig,
+    BoardId, CyclesConfig, FileDialect, General, KillButton, Parity, PlayerConfig, PrinterDialect, SystemConfig,
+    UartConfig,
 };
 
 use crate::module::{MAX_OFF, OffModule};

@@ -28,6 +28,22 @@ pub struct General {
     pub grbl_mode: bool,
     /// Replay the saved settings at the end of boot.
     pub config_override: bool,
+    /// What consoles speak without `grbl_mode`.
+    pub dialect: PrinterDialect,
+}
+
+/// What is spoken to a printer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PrinterDialect {
+    /// Smoothieware's.
+    #[default]
+    Smoothie,
+    /// Marlin's.
+    Marlin,
+    /// RepRapFirmware's.
+    RepRapFirmware,
+    /// Klipper's.
+    Klipper,
 }
 
 /// `[drillingcycles]`

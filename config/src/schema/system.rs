@@ -2,7 +2,7 @@
 
 use super::build::{bool, integer, pin, text, word};
 use super::{Form, PinRole, Section};
-use crate::machine::{Command, FileDialect, Parity};
+use crate::machine::{Command, FileDialect, Parity, PrinterDialect};
 use crate::pin::PinName;
 
 const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
@@ -25,6 +25,21 @@ pub const GENERAL: Section = Section {
             "At the end of boot, replay the settings that M500, or `$n=` of GRBL's dialect, saved in /sd/config-override.",
         )
         .derived("as grbl_mode"),
+        word(
+            "dialect",
+            "smoothie",
+            &["smoothie", "marlin", "reprapfirmware", "klipper"],
+            |c, _, v| {
+                c.general.dialect = match v {
+                    1 => PrinterDialect::Marlin,
+                    2 => PrinterDialect::RepRapFirmware,
+                    3 => PrinterDialect::Klipper,
+                    _ => PrinterDialect::Smoothie,
+                }
+            },
+            "What consoles speak, and files that do not say it, without grbl_mode (docs/dialects.md). The command `dialect` changes it for one console.",
+        )
+        .velvet(),
     ],
 };
 

@@ -130,6 +130,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
+        "dialect" => return Some(speak(machine, arguments, to)),
         "$C" => return Some(machine.check_mode(to)),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
         "play" => return Some(play(machine, arguments, to)),
@@ -137,6 +138,21 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         _ => {}
     }
     report(machine, word, arguments, to).or_else(|| file_command(machine, word, arguments, to))
+}
+
+/// `dialect [name]`
+fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+    let is_grbl = machine.config.general.grbl_mode;
+    let known = Dialect::named(name).filter(|dialect| !is_grbl && *dialect != Dialect::Grbl);
+    match (known, to.session().and_then(|id| machine.sessions.get_mut(id))) {
+        _ if name.is_empty() => {}
+        (Some(dialect), Some(session)) => session.dialect = dialect,
+        _ if is_grbl => return Err(Failure::refused("with grbl_mode every console speaks GRBL's dialect")),
+        _ => return Err(Failure::refused("a console speaks smoothie, marlin, reprapfirmware or klipper")),
+    }
+    let spoken = machine.sessions.dialect_of(to);
+    machine.say(to, format_args!("this console speaks {}'s dialect\n", spoken.name()));
+    Ok(Answer::Ok)
 }
 
 fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {

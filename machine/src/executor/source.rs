@@ -4,6 +4,7 @@ use program::Dialect;
 
 use super::Machine;
 use crate::ports::Ports;
+use crate::program_setup;
 use crate::sessions::Recipient;
 
 /// Where a line comes from.
@@ -30,14 +31,13 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// The dialect of a file is what the file says, else that of whoever hears its lines; the configuration
-    /// and what nobody listens to are written for the machine.
+    /// A session has its dialect, and so has a file; the configuration and saved settings are in the
+    /// machine's own, whatever consoles speak.
     pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
-        let said = if origin == Origin::Job { machine.jobs.dialect() } else { None };
-        let dialect = match (said, to) {
-            (Some(dialect), _) => dialect,
-            (None, Recipient::Nobody) => crate::program_setup::dialect(machine.config),
-            (None, to) => machine.sessions.dialect_of(to),
+        let dialect = match origin {
+            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.config)),
+            Origin::Session => machine.sessions.dialect_of(to),
+            Origin::Switch | Origin::Settings | Origin::Startup(_) => program_setup::own_dialect(machine.config),
         };
         Self { origin, to, dialect }
     }
