@@ -22,6 +22,8 @@ pub enum Realtime {
     Abort,
     /// Ctrl-Y: clear a halt, else stop what this console started (jog, listing).
     Stop,
+    /// 0x87: report the status with all its fields (grblHAL).
+    StatusInFull,
     /// 0x84: the safety door is open (GRBL).
     Door,
     /// 0x85: stop jogging (GRBL).
@@ -64,7 +66,7 @@ pub enum Realtime {
 
 impl Realtime {
     /// Every request, the most urgent first.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Emergency,
         Self::Abort,
         Self::Door,
@@ -88,6 +90,7 @@ impl Realtime {
         Self::SpindleStop,
         Self::Flood,
         Self::Mist,
+        Self::StatusInFull,
         Self::Status,
     ];
 }
@@ -107,6 +110,7 @@ const fn classify(byte: u8) -> Option<Realtime> {
 /// The request that a byte of GRBL 1.1's makes.
 const fn classify_extended(byte: u8) -> Option<Realtime> {
     Some(match byte {
+        0x87 => Realtime::StatusInFull,
         0x84 => Realtime::Door,
         0x85 => Realtime::JogCancel,
         0x90 => Realtime::FeedReset,

@@ -26,6 +26,8 @@ impl BoardId {
 pub struct General {
     /// Replies and G4/G28/G30/M30 meanings in the GRBL style.
     pub grbl_mode: bool,
+    /// Reports have the extensions of grblHAL (with `grbl_mode`).
+    pub grblhal: bool,
     /// Replay the saved settings at the end of boot.
     pub config_override: bool,
     /// What consoles speak without `grbl_mode`.

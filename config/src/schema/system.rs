@@ -19,6 +19,13 @@ pub const GENERAL: Section = Section {
             "Consoles speak GRBL 1.1 (docs/grbl.md), and G4, G28, G30 and M30 mean what they mean there.",
         ),
         bool(
+            "grblhal",
+            "false",
+            |c, _, v| c.general.grblhal = v,
+            "With grbl_mode, what grblHAL says besides, for senders that look for it: fields of the status, `$I+`, `$ES`.",
+        )
+        .velvet(),
+        bool(
             "config-override",
             "false",
             |c, _, v| c.general.config_override = v,

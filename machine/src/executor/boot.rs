@@ -13,7 +13,7 @@ use super::{Machine, grbl, parameters, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
-use crate::grbl::stored;
+use crate::grbl::{framing, hal, stored};
 use crate::heat::{HeatControl, HeaterSettings};
 use crate::leveling;
 use crate::motion_config::motion_config;
@@ -44,7 +44,8 @@ pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions
     let since = ports.now();
     let summary = read_file(ports, config, &mut findings);
     let took = ports.now().since(since);
-    sessions.set_dialect(ports, crate::program_setup::dialect(config));
+    let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
+    sessions.set_dialect(ports, crate::program_setup::dialect(config), banner);
     report(ports, sessions, &findings, &summary).await;
     Read { summary, took }
 }

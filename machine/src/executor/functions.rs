@@ -11,6 +11,7 @@ use super::frames::Then;
 use super::{Hands, Machine, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
+use crate::grbl::hal;
 use crate::ports::Ports;
 use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply, SessionId};
@@ -435,6 +436,10 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             reply.say(format_args!("{}\n", command.word));
             *line += 1;
             Ok(*line < program::commands::COMMANDS.len())
+        }
+        Listing::Enumeration { list, line } => {
+            *line += 1;
+            Ok(hal::list_line(*list, *line - 1, reply))
         }
         Listing::Drivers { motors } => {
             let Some(motor) = crate::axes::motors(*motors).next() else { return Ok(false) };

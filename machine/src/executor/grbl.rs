@@ -9,16 +9,16 @@ use super::frames::Frame;
 use super::{Hands, Machine, actions, functions};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::listings;
-use crate::grbl::framing::{BANNER, LOCKED};
+use crate::grbl::framing::LOCKED;
 use crate::grbl::numbers::Error;
 use crate::grbl::settings::{Change, Setting, Sources};
 use crate::grbl::status::{self, Report};
-use crate::grbl::{HELP, Own, Text, jog, overrides, reports, stored};
+use crate::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
 use crate::heat::Output;
 use crate::motion_config::motion_config;
 use crate::ports::Ports;
 use crate::safety::Event;
-use crate::sessions::{Recipient, Reply, Rights, SessionId, Sessions};
+use crate::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 
 /// Carries out a line that begins with `$`, which is taken off.
 pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
@@ -57,6 +57,11 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         }
         "$" => list(machine, to)?,
         "G" | "#" | "N" | "I" => report(machine, command, to),
+        "I+" if machine.config.general.grblhal => report(machine, command, to),
+        "EA" | "EE" | "EG" | "ES" if machine.config.general.grblhal => {
+            let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
+            return functions::begin_listing(machine, Listing::Enumeration { list, line: 0 }, to);
+        }
         _ => match command.split_once('=') {
             Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
             _ => return Err(Failure::numbered(Error::Statement, "this $ command is not known: $ lists them")),
@@ -74,7 +79,22 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
         "G" => reports::modal(config, program, outputs, reply),
         "#" => reports::offsets(&grbl.own, program, reply),
         "N" => reports::startup(&grbl.own, reply),
+        _ if config.general.grblhal => {
+            reports::version(&grbl.own, reply);
+            hal::build(config, program, queue, reply);
+            if what == "I+" {
+                hal::firmware(version, reply);
+            }
+            reports::message(version, reply);
+        }
         _ => reports::build(config, &grbl.own, version, queue, reply),
+    }
+}
+
+/// The next report to this session has every field (0x87).
+pub(super) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(told) = machine.grbl.told.get_mut(usize::from(id.0)) {
+        told.wants_all = true;
     }
 }
 
@@ -83,7 +103,8 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
     machine.follow_job();
     let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
     let line = line.and_then(|tag| machine.jobs.line_of(tag));
-    let Machine { ports, program, safety, sessions, config, tuning, outputs, grbl, .. } = machine;
+    let homed = [machine.axes.homed(), machine.can_home];
+    let Machine { ports, program, safety, sessions, config, tuning, outputs, grbl, jobs, .. } = machine;
     let room = ports.inbox(id).room();
     let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
     let of = Report {
@@ -96,6 +117,8 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
         spindle_percent: f64::from(outputs.spindle_percent()),
         line,
         room,
+        homed,
+        job: jobs.share(),
     };
     status::report(ports, &of, told, &mut Reply::new(sessions, Recipient::Session(id)));
 }
@@ -354,7 +377,8 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     begin_startup(machine);
     let halted = machine.safety.is_halted();
     if let Some(session) = machine.sessions.get_mut(id) {
-        session.announce(format_args!("{BANNER}{}", if halted { LOCKED } else { "" }));
+        let banner = session.grbl_banner;
+        session.announce(format_args!("{banner}{}", if halted { LOCKED } else { "" }));
     }
 }
 

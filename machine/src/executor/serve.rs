@@ -97,6 +97,11 @@ impl<P: Ports> Machine<'_, P> {
                     self.ports.inbox(id).request(Realtime::Status);
                     return;
                 }
+                Realtime::StatusInFull if !self.config.general.grblhal => {}
+                Realtime::StatusInFull => {
+                    grbl::tell_all(self, id);
+                    self.ports.inbox(id).request(Realtime::Status);
+                }
                 Realtime::Emergency => self.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
                 Realtime::Abort if self.sessions.dialect_of(to) == Dialect::Grbl => grbl::reset(self, id),
                 Realtime::Abort => {

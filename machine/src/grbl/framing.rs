@@ -123,7 +123,11 @@ impl Framing {
 /// Whether a line that begins like this has a form of GRBL's own.
 fn is_grbls(words: &str) -> bool {
     let is_alarm = words.strip_prefix("ALARM:").is_some_and(|rest| !rest.starts_with(' '));
-    words.is_empty() || words.starts_with(['[', '<', '$', '>']) || words.starts_with("Grbl ") || is_alarm
+    words.is_empty()
+        || words.starts_with(['[', '<', '$', '>'])
+        || words.starts_with("Grbl ")
+        || words.starts_with("GrblHAL ")
+        || is_alarm
 }
 
 #[cfg(test)]

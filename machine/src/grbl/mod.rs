@@ -9,6 +9,7 @@ use gcode::{Code, Letter};
 use crate::sessions::MAX_SESSIONS;
 
 pub mod framing;
+pub(crate) mod hal;
 pub(crate) mod jog;
 pub mod numbers;
 pub(crate) mod overrides;

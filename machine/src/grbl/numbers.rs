@@ -84,6 +84,36 @@ pub enum Alarm {
 }
 
 impl Error {
+    /// Every error, and what it is.
+    pub const ALL: [(Self, &str); 26] = [
+        (Self::Letter, "no letter where one should be"),
+        (Self::Number, "a number is missing, or none"),
+        (Self::Statement, "a $ line that is not known, or a setting that is read only"),
+        (Self::Negative, "negative, or below its bound"),
+        (Self::NotEnabled, "homing is not configured"),
+        (Self::Storage, "it acts, but the card did not take it"),
+        (Self::NotIdle, "the machine is not idle"),
+        (Self::Locked, "in an alarm, or while jogging"),
+        (Self::NeedsHoming, "needs homing"),
+        (Self::LineLength, "the line is too long, or there was no room for it"),
+        (Self::StoredLength, "a startup line or the build's text is too long"),
+        (Self::JogTravel, "a jog would leave the travel"),
+        (Self::BadJog, "a word or code that no jog takes"),
+        (Self::NoLaserOutput, "laser mode"),
+        (Self::Unsupported, "a code that is not known, and whatever else is refused"),
+        (Self::ModalGroup, "two codes of one modal group"),
+        (Self::FeedRate, "no feed rate"),
+        (Self::NotWhole, "a whole number is wanted"),
+        (Self::AxesTwice, "two codes that both need the axes of the line"),
+        (Self::WordTwice, "a word twice"),
+        (Self::NoAxes, "no axis"),
+        (Self::LineNumber, "the line's number, or its checksum"),
+        (Self::MissingWord, "a word is missing"),
+        (Self::CoordinateSystem, "no such coordinate system"),
+        (Self::Target, "the target cannot be moved to, out of travel among them"),
+        (Self::UnusedWord, "a word that nothing in the line takes"),
+    ];
+
     /// What is said.
     #[must_use]
     pub const fn number(self) -> u8 {
@@ -133,9 +163,34 @@ impl Error {
 }
 
 impl Alarm {
+    /// Every alarm, and what it is.
+    pub const ALL: [(Self, &str); 7] = [
+        (Self::HardLimit, "a limit switch"),
+        (Self::SoftLimit, "a move would leave the travel"),
+        (Self::Abort, "stopped in the middle: Ctrl-X, M112, the kill button, a fault of heaters, drivers or supplies"),
+        (Self::ProbeMiss, "the probe found nothing"),
+        (Self::HomingReset, "Ctrl-X while homing"),
+        (Self::HomingPullOff, "a switch does not open when homing backs off"),
+        (Self::HomingSearch, "a switch was not found"),
+    ];
+
     /// What is said.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_has_every_number() {
+        let page = include_str!("../../../docs/grbl.md").replace('`', "");
+        let errors = Error::ALL.map(|(error, text)| (error.number(), text));
+        for (number, text) in errors.into_iter().chain(Alarm::ALL.map(|(alarm, text)| (alarm.number(), text))) {
+            assert!(page.contains(&format!("| {number} | {text} |")), "docs/grbl.md has no {number}, {text}");
+        }
     }
 }

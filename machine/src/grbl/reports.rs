@@ -95,10 +95,19 @@ fn say_point(reply: &mut Reply<'_>, [x, y, z]: [Length; 3]) {
 pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, queue: usize, reply: &mut Reply<'_>) {
     let corexy = if config.motion.arm_solution == ArmSolution::CoreXy { "C" } else { "" };
     let room = INBOX_BYTES - 1;
-    reply.say(format_args!(
-        "[VER:1.1f.20170801:{}]\n[OPT:VNM{corexy}H,{queue},{room}]\n[MSG:Velvet {version}]\n",
-        own.build
-    ));
+    self::version(own, reply);
+    reply.say(format_args!("[OPT:VNM{corexy}H,{queue},{room}]\n"));
+    message(version, reply);
+}
+
+/// The version that senders look for, and the build's text.
+pub(crate) fn version(own: &Own, reply: &mut Reply<'_>) {
+    reply.say(format_args!("[VER:1.1f.20170801:{}]\n", own.build));
+}
+
+/// Who it is in truth.
+pub(crate) fn message(version: &str, reply: &mut Reply<'_>) {
+    reply.say(format_args!("[MSG:Velvet {version}]\n"));
 }
 
 /// `$N`

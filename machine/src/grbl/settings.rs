@@ -278,6 +278,24 @@ impl Setting {
         Self::all().find(|setting| setting.number() == number)
     }
 
+    /// What it is, with its unit.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        self.row.meaning
+    }
+
+    /// How many decimals are said.
+    #[must_use]
+    pub const fn decimals(self) -> usize {
+        self.row.decimals
+    }
+
+    /// Its axis, where each has one.
+    #[must_use]
+    pub fn axis(self) -> Option<Axis> {
+        self.row.of_axes.then_some(self.axis)
+    }
+
     /// Its number.
     #[must_use]
     pub const fn number(self) -> u16 {

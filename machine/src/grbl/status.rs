@@ -6,11 +6,11 @@
 use config::MachineConfig;
 use motion::Motion;
 use program::{Interpreter, State};
-use units::{Axis, PerAxis};
+use units::{Axis, AxisSet, PerAxis};
 
-use super::Own;
 use super::reports::{Length, MM_PER_INCH};
 use super::told::{Overrides, Told};
+use super::{Own, hal};
 use crate::outputs::Outputs;
 use crate::ports::{Input, Inputs, MotionPort};
 use crate::probing::touches;
@@ -34,6 +34,10 @@ pub(crate) struct Report<'m> {
     pub line: Option<u32>,
     /// Bytes that the session may still send.
     pub room: usize,
+    /// Axes that are homed, and those that can be.
+    pub homed: [AxisSet; 2],
+    /// The file being played.
+    pub job: Option<hal::Share<'m>>,
 }
 
 impl Report<'_> {
@@ -79,7 +83,14 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
     let turns = [3, 4].into_iter().any(|code| of.outputs.is_on_by_code(of.config, code));
     add!(line, "|FS:{feed:.0},{:.0}", if turns { of.program.modal().power } else { 0.0 });
     add_pins(&mut line, of, ports);
+    if told.wants_all {
+        (told.offsets_in, told.overrides_in) = (0, 0);
+    }
     add_seldom(&mut line, of, overrides, told);
+    if of.config.general.grblhal {
+        let [homed, can_home] = of.homed;
+        hal::add_fields(&mut line, hal::extra(of.program, homed), can_home, of.job, told);
+    }
     reply.say(format_args!("{line}>\n"));
 }
 
@@ -138,7 +149,7 @@ fn add_seldom(line: &mut Line, of: &Report<'_>, overrides: Overrides, told: &mut
         add!(*line, "|WCO:");
         add_point(line, of, &place);
         // One of the two at a time: the line stays short.
-        told.overrides_in = told.overrides_in.max(1);
+        told.overrides_in = if told.wants_all { 0 } else { told.overrides_in.max(1) };
     }
     told.offsets_in -= 1;
     if told.overrides_in == 0 {

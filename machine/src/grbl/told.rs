@@ -7,6 +7,21 @@ pub(crate) struct Told {
     pub overrides_in: u8,
     pub offsets: [f64; 3],
     pub overrides: Overrides,
+    /// What grblHAL tells; `None`: nothing yet.
+    pub extra: Option<Extra>,
+    /// The next report has everything.
+    pub wants_all: bool,
+}
+
+/// What grblHAL tells when it has changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Extra {
+    /// The coordinate system in force, counted from 0.
+    pub system: usize,
+    /// The tool.
+    pub tool: u32,
+    /// Bits: axes that are homed, X first.
+    pub homed: u8,
 }
 
 /// Percents of feed, rapids and spindle; what is on.

@@ -37,6 +37,16 @@ impl Jobs {
         Some((now.since(job.started).millis() / 1_000, percent))
     }
 
+    /// Per cent of the file being played, and its name.
+    #[must_use]
+    pub fn share(&self) -> Option<(u8, &str)> {
+        let job = self.job.as_ref()?;
+        let (_, done) = self.place(job);
+        let percent = u64::from(done) * 100 / u64::from(job.size.max(1));
+        let name = job.path.rsplit('/').next().unwrap_or_default();
+        Some((percent.min(100) as u8, name))
+    }
+
     /// M27 and `progress -b`.
     pub fn say_bytes(&self, reply: &mut Reply<'_>) {
         match &self.job {

@@ -18,7 +18,7 @@ use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Consoles, SessionProfile};
 pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
 pub use reply::Reply;
-pub use session::{Listing, Rights, Session};
+pub use session::{Enumeration, Listing, Rights, Session};
 
 /// Most sessions a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
 /// sessions.
@@ -90,12 +90,13 @@ impl Sessions {
         }
     }
 
-    /// Gives every session this dialect, unless its transport has one of its own.
-    pub fn set_dialect(&mut self, consoles: &impl Consoles, dialect: Dialect) {
+    /// Gives every session this dialect, unless its transport has one of its own, and the banner of GRBL's.
+    pub fn set_dialect(&mut self, consoles: &impl Consoles, dialect: Dialect, grbl_banner: &'static str) {
         for id in self.ids() {
             let own = consoles.profile(id).dialect;
             if let Some(session) = self.get_mut(id) {
                 session.dialect = own.unwrap_or(dialect);
+                session.grbl_banner = grbl_banner;
                 consoles.inbox(id).set_extended(session.dialect == Dialect::Grbl);
             }
         }

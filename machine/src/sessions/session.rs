@@ -30,6 +30,19 @@ pub enum Rights {
     Watch,
 }
 
+/// A list that senders for grblHAL ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Enumeration {
+    /// `$EA`: every alarm.
+    Alarms,
+    /// `$EE`: every error.
+    Errors,
+    /// `$EG`: groups of settings.
+    Groups,
+    /// `$ES`: every setting, its name, unit and type (5: a whole number, 6: a number).
+    Settings,
+}
+
 /// An answer of many lines, given as fast as they are taken, beside everything else.
 #[derive(Clone, Debug)]
 pub enum Listing {
@@ -85,6 +98,13 @@ pub enum Listing {
         /// The next line.
         line: usize,
     },
+    /// A list that senders for grblHAL ask for, from this line on.
+    Enumeration {
+        /// Which.
+        list: Enumeration,
+        /// The next line.
+        line: usize,
+    },
     /// What the drivers of these motors say of themselves.
     Drivers {
         /// One bit each.
@@ -104,6 +124,8 @@ pub struct Session {
     pub decoder: Decoder,
     /// How its lines are read and answered.
     pub dialect: Dialect,
+    /// What senders of GRBL's dialect wait for at first, and after each reset.
+    pub grbl_banner: &'static str,
     /// What it may do.
     pub rights: Rights,
     /// An answer that goes on.
@@ -135,6 +157,7 @@ impl Session {
             framing: Framing::new(),
             decoder: Decoder::new(),
             dialect: Dialect::Smoothie,
+            grbl_banner: BANNER,
             rights: Rights::Operate,
             listing: None,
             stop_requested: false,
@@ -311,7 +334,7 @@ impl Session {
 
     /// Says who is here: what the transport says, or what senders of GRBL's dialect wait for.
     pub fn greet(&mut self, greeting: &str) {
-        self.announce(format_args!("{}", if self.dialect == Dialect::Grbl { BANNER } else { greeting }));
+        self.announce(format_args!("{}", if self.dialect == Dialect::Grbl { self.grbl_banner } else { greeting }));
     }
 
     /// Says something that answers no line.

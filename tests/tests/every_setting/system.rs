@@ -14,6 +14,7 @@ const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin
 pub const ROWS: &[Row] = &[
     row("[general] grbl_mode", "false", "true", Say(&["M112", "G1 X1"])),
     row("[general] dialect", "smoothie", "reprapfirmware", Say(&["M203 X600", "M203"])),
+    row("[general] grblhal", "false", "true", Say(&["$I"])).with(&["[general] grbl_mode = true"]),
     row("[general] config-override", "false", "true", Say(&["M503"])),
     row("[system] step_pulse_us", "1", "20", Edges(&["G91", "G1 A5 F9000", "G1 A-5"])).with(EXTERNAL),
     row("[system] step_frequency", "200000", "2000", Edges(&["G91", "G1 X5 F6000"])),

@@ -1,6 +1,6 @@
 //! `?`, `$G`, `$#`.
 
-use super::{Wait, start};
+use super::{Wait, plan, refused, start};
 
 #[test]
 fn modes_and_offsets_have_grbls_form() {
@@ -61,4 +61,42 @@ fn holds_and_the_door_say_whether_the_machine_rests() {
         bench.type_in("~");
         bench.hear_until_idle();
     }
+}
+
+/// `[general] grblhal`: fields come when they have changed, and all of them behind 0x87.
+#[test]
+fn grblhals_senders_find_what_they_look_for() {
+    let mut bench = plan().set("[general] grblhal = true").file("part.nc", "G1 X9 F60\n").start();
+    assert!(bench.greeting().ends_with("\nGrblHAL 1.1f ['$' for help]\n"), "{}", bench.greeting());
+    let first = bench.status();
+    assert!(first.contains("|WCS:G54|H:0,0|T:0") && !first.contains("FW:"), "{first}");
+    assert!(!bench.status().contains("WCS"), "once");
+    bench.run(&["$H", "G55"]);
+    assert!(bench.status().contains("|WCS:G55|H:1,7>"), "what has changed");
+    bench.send(b"\x87");
+    let all = bench.hear(0.05);
+    assert!(all.contains("|WCO:") && all.contains("|Ov:100,100,100"), "{all}");
+    assert!(all.ends_with("|WCS:G55|H:1,7|T:0|TLR:0|FW:grblHAL>\n"), "{all}");
+    let said = bench.say("$I+");
+    assert!(said.contains("[AXS:3:XYZ]\n[NEWOPT:ENUMS,HOME,EXPR,TC,SD]\n[FIRMWARE:grblHAL]\n"), "{said}");
+    assert!(bench.say("$EA").starts_with("[ALARMCODE:1||a limit switch]\n"));
+    let errors = bench.say("$EE");
+    assert!(errors.contains("\n[ERRORCODE:22||no feed rate]\n") && errors.ends_with("\nok\n"), "{errors}");
+    let settings = bench.say("$ES");
+    assert!(settings.contains("\n[SETTING:111|1|greatest rate Y|mm/min|6|#####0.000|||0|0]\n"), "{settings}");
+    assert!(settings.ends_with("[SETTING:132|1|travel Z|mm|6|#####0.000|||0|0]\nok\n"), "{settings}");
+    assert_eq!(bench.say("$EG"), "[SETTINGGROUP:1|0|Machine]\nok\n");
+    assert!(bench.say("play part.nc").ends_with("ok\n"));
+    bench.hear(1.0);
+    assert!(bench.status().contains("|SD:"), "{}", bench.status());
+}
+
+#[test]
+fn grbl_itself_says_nothing_of_grblhal() {
+    let mut bench = start();
+    bench.send(b"\x87");
+    let said = bench.hear(0.05);
+    assert_eq!(said, "", "a byte that it does not know");
+    refused(&mut bench, "$ES", 3);
+    refused(&mut bench, "$I+", 3);
 }

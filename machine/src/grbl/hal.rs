@@ -1,0 +1,116 @@
+//! What grblHAL says beyond GRBL 1.1, for senders that look for it (`[general] grblhal`): fields of the
+//! status report, what `$I` says there is, and the lists of errors, alarms and settings. Facts: the reports
+//! of grblHAL (github.com/grblHAL/core, `report.c`) and what gSender and ioSender read of them.
+
+use config::MachineConfig;
+use program::{Interpreter, write_system_name};
+use units::{Axis, AxisSet};
+
+use super::numbers::{Alarm, Error};
+use super::settings::Setting;
+use super::told::{Extra, Told};
+use crate::reports::{Line, add, free_axes};
+use crate::sessions::{Enumeration, INBOX_BYTES, Reply};
+
+/// What a session is told first.
+pub(crate) const BANNER: &str = "GrblHAL 1.1f ['$' for help]\n";
+
+/// Part of a job that has been done: percent, and the name of its file.
+pub(crate) type Share<'m> = (u8, &'m str);
+
+/// What is told of a program and a machine.
+pub(crate) fn extra(program: &Interpreter, homed: AxisSet) -> Extra {
+    let axes = (0..).zip(Axis::PRIMARY).filter(|(_, axis)| homed.has(*axis));
+    Extra {
+        system: program.modal().system,
+        tool: program.tools().number(),
+        homed: axes.fold(0, |bits, (bit, _)| bits | 1 << bit),
+    }
+}
+
+/// Adds the fields to a report: those that have changed, or all of them. `can_home`: axes that are homed
+/// before the machine counts as homed.
+pub(crate) fn add_fields(line: &mut Line, now: Extra, can_home: AxisSet, job: Option<Share<'_>>, told: &mut Told) {
+    let before = told.extra.filter(|_| !told.wants_all);
+    if before.map(|extra| extra.system) != Some(now.system) {
+        add!(*line, "|WCS:");
+        // A line takes whatever is written.
+        let _ = write_system_name(line, now.system);
+    }
+    if before.map(|extra| extra.homed) != Some(now.homed) && can_home != AxisSet::NONE {
+        let all = (0..).zip(Axis::PRIMARY).filter(|(_, axis)| can_home.has(*axis));
+        let all = all.fold(0, |bits, (bit, _)| bits | 1 << bit);
+        add!(*line, "|H:{},{}", u8::from(now.homed & all == all), now.homed);
+    }
+    if before.map(|extra| extra.tool) != Some(now.tool) {
+        add!(*line, "|T:{}", now.tool);
+    }
+    if let Some((percent, name)) = job {
+        add!(*line, "|SD:{percent},{name}");
+    }
+    if told.wants_all {
+        add!(*line, "|TLR:0|FW:grblHAL");
+    }
+    (told.extra, told.wants_all) = (Some(now), false);
+}
+
+/// `$I+`, and what `$I` says besides: axes, what there is beyond GRBL.
+pub(crate) fn build(config: &MachineConfig, program: &Interpreter, queue: usize, reply: &mut Reply<'_>) {
+    let axes = || Axis::PRIMARY.into_iter().chain(free_axes(config, program.tools()));
+    let (count, room) = (axes().count(), INBOX_BYTES - 1);
+    reply.say(format_args!("[OPT:VNMH,{queue},{room},{count},0]\n[AXS:{count}:"));
+    axes().for_each(|axis| reply.say(format_args!("{}", axis.letter())));
+    reply.say(format_args!("]\n[NEWOPT:ENUMS,HOME,EXPR,TC,SD]\n"));
+}
+
+/// The rest of `$I+`.
+pub(crate) fn firmware(version: &str, reply: &mut Reply<'_>) {
+    reply.say(format_args!(
+        "[FIRMWARE:grblHAL]\n[DRIVER:Velvet]\n[DRIVER VERSION:{version}]\n[BOARD:Smoothieboard Prime]\n"
+    ));
+}
+
+/// The list that is asked for by what follows the `$`.
+#[must_use]
+pub(crate) fn list_named(name: &str) -> Option<Enumeration> {
+    Some(match name {
+        "EA" => Enumeration::Alarms,
+        "EE" => Enumeration::Errors,
+        "EG" => Enumeration::Groups,
+        "ES" => Enumeration::Settings,
+        _ => return None,
+    })
+}
+
+/// Says one line of a list, counted from 0. False when there is none.
+pub(crate) fn list_line(list: Enumeration, line: usize, reply: &mut Reply<'_>) -> bool {
+    match list {
+        Enumeration::Alarms => Alarm::ALL.get(line).is_some_and(|(alarm, text)| {
+            reply.say(format_args!("[ALARMCODE:{}||{text}]\n", alarm.number()));
+            true
+        }),
+        Enumeration::Errors => Error::ALL.get(line).is_some_and(|(error, text)| {
+            reply.say(format_args!("[ERRORCODE:{}||{text}]\n", error.number()));
+            true
+        }),
+        Enumeration::Groups if line == 0 => {
+            reply.say(format_args!("[SETTINGGROUP:1|0|Machine]\n"));
+            true
+        }
+        Enumeration::Groups => false,
+        Enumeration::Settings => Setting::all().nth(line).is_some_and(|setting| {
+            say_setting(setting, reply);
+            true
+        }),
+    }
+}
+
+fn say_setting(setting: Setting, reply: &mut Reply<'_>) {
+    let (name, unit) = setting.meaning().split_once(", ").unwrap_or((setting.meaning(), ""));
+    let (kind, format) = if setting.decimals() > 0 { (6, "#####0.000") } else { (5, "####0") };
+    let number = setting.number();
+    let axis = setting.axis().map(|axis| [' ', axis.letter()]);
+    reply.say(format_args!("[SETTING:{number}|1|{name}"));
+    axis.into_iter().flatten().for_each(|letter| reply.say(format_args!("{letter}")));
+    reply.say(format_args!("|{unit}|{kind}|{format}|||0|0]\n"));
+}
