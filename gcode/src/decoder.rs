@@ -148,7 +148,13 @@ fn line_number(line: &[u8], at: usize) -> Result<Option<(i32, usize)>, SyntaxErr
         _ => return Ok(None),
     };
     match number::parse_integer(line.get(digits..).unwrap_or(&[])) {
-        Some((number, length)) => Ok(Some((number, digits + length))),
+        Some((number, length)) => {
+            let end = digits + length;
+            // RS-274 has fractions of lines; they do not count.
+            let point = usize::from(line.get(end) == Some(&b'.'));
+            let fraction = line.get(end + point..).unwrap_or(&[]).iter().take_while(|byte| byte.is_ascii_digit());
+            Ok(Some((number, end + point + if point > 0 { fraction.count() } else { 0 })))
+        }
         None => Err(SyntaxError { column: column(at), problem: Problem::BadLineNumber }),
     }
 }

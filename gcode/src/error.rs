@@ -41,6 +41,8 @@ pub enum Problem {
     TooManyCodes,
     /// A name that is empty or too long.
     BadName,
+    /// The label of an O word is worked out, and is no whole number.
+    BadLabel,
     /// An O word without a word that is known.
     BadFlowWord,
     /// A console command or a text argument that is not UTF-8.
@@ -74,6 +76,7 @@ impl fmt::Display for Problem {
             Self::TooManyParameters => f.write_str("there is no room for another parameter"),
             Self::TooManyCodes => write!(f, "Illegal command word: more than {} codes", crate::MOST_CODES),
             Self::BadName => f.write_str("Illegal word: a name has 1 to 32 letters between < and >"),
+            Self::BadLabel => f.write_str("Illegal word: the label of an O word is a whole number"),
             Self::BadFlowWord => f.write_str(
                 "Illegal word: after O and its number there is sub, call, return, if, while, do, repeat, or none",
             ),

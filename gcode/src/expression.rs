@@ -234,9 +234,14 @@ impl<'l, 'p> Reader<'l, 'p> {
         match function {
             Function::Exists => {
                 self.expect(b'[')?;
-                let parameter = self.parameter()?;
+                let exists = match self.parameter() {
+                    Ok(parameter) => self.parameters.get(&parameter).is_some(),
+                    // No parameter has this number.
+                    Err(error) if error.problem == Problem::NoParameter && self.peek() == Some(b']') => false,
+                    Err(error) => return Err(error),
+                };
                 self.expect(b']')?;
-                Ok(truth(self.parameters.get(&parameter).is_some()))
+                Ok(truth(exists))
             }
             Function::ArcTangent => {
                 let y = self.bracketed()?;

@@ -1,5 +1,7 @@
 //! O words: subroutines, conditions and loops (LinuxCNC's O codes), and program numbers (`O1001`).
 
+use core::fmt::Write;
+
 use crate::error::{Problem, SyntaxError};
 use crate::expression::{Name, Parameters, Reader};
 use crate::scanner::column;
@@ -74,11 +76,13 @@ impl FlowWord {
 /// A line that begins with an O word.
 #[derive(Clone, Debug)]
 pub struct FlowLine<'a> {
-    /// Its number or name: `100`, `pocket`.
+    /// Its number or name: `100`, `pocket`. Nothing where it is worked out: see [`Self::labelled`].
     pub label: Name,
     /// What it does.
     pub word: FlowWord,
     line: &'a [u8],
+    /// Where the value begins that is the label.
+    worked_out: Option<usize>,
     /// Where its values begin.
     at: usize,
 }
@@ -86,27 +90,54 @@ pub struct FlowLine<'a> {
 /// Whether an O word begins here.
 pub(crate) fn begins(body: &[u8]) -> bool {
     let label = body.get(1..).unwrap_or(&[]).trim_ascii_start().first();
-    matches!(body.first(), Some(b'O' | b'o')) && label.is_some_and(|byte| byte.is_ascii_digit() || *byte == b'<')
+    matches!(body.first(), Some(b'O' | b'o'))
+        && label.is_some_and(|byte| byte.is_ascii_digit() || matches!(byte, b'<' | b'[' | b'#'))
 }
 
 impl<'a> FlowLine<'a> {
     /// Reads the label and the word of a line at the place of its O.
     pub(crate) fn read(line: &'a [u8], at: usize) -> Result<Self, SyntaxError> {
         let mut reader = Reader::new(line, at + 1, &crate::expression::NoParameters);
-        let label = match reader.peek() {
-            Some(b'<') => reader.name()?,
-            _ => number(line, &mut reader)?,
-        };
+        let (mut label, mut worked_out) = (Name::new(), None);
+        match reader.peek() {
+            Some(b'<') => label = reader.name()?,
+            Some(b'[' | b'#') => {
+                worked_out = Some(reader.at);
+                reader.at += length_of_value(line.get(reader.at..).unwrap_or(&[]));
+            }
+            _ => label = number(line, &mut reader)?,
+        }
         let begin = reader.peek().map_or(line.len(), |_| reader.at);
         let rest = line.get(begin..).unwrap_or(&[]);
         if matches!(rest.first(), None | Some(b'(' | b';')) {
-            return Ok(Self { label, word: FlowWord::Number, line, at: line.len() });
+            return Ok(Self { label, word: FlowWord::Number, line, worked_out, at: line.len() });
         }
         let length = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
         let written = rest.get(..length).unwrap_or(&[]);
         let known = FlowWord::ALL.into_iter().find(|(word, _)| written.eq_ignore_ascii_case(word.as_bytes()));
         let (_, word) = known.ok_or(SyntaxError { column: column(begin), problem: Problem::BadFlowWord })?;
-        Ok(Self { label, word, line, at: begin + length })
+        Ok(Self { label, word, line, worked_out, at: begin + length })
+    }
+
+    /// Whether its label is the value of an expression: `O[#1 * 10] call`.
+    #[must_use]
+    pub const fn works_out_label(&self) -> bool {
+        self.worked_out.is_some()
+    }
+
+    /// The line with its label, where that is worked out.
+    ///
+    /// # Errors
+    /// What is wrong with the expression, or its value is no whole number.
+    pub fn labelled(&self, parameters: &dyn Parameters) -> Result<Self, SyntaxError> {
+        let Some(begin) = self.worked_out else { return Ok(self.clone()) };
+        let value = Reader::new(self.line, begin, parameters).value()?;
+        let mut label = Name::new();
+        let is_number = (0.0..=f64::from(u32::MAX)).contains(&value) && libm::floor(value) == value;
+        if !is_number || write!(label, "{}", value as u32).is_err() {
+            return Err(SyntaxError { column: column(begin), problem: Problem::BadLabel });
+        }
+        Ok(Self { label, worked_out: None, ..self.clone() })
     }
 
     /// Works out the values behind the word, `[1] [#2]`, each in turn.
@@ -118,7 +149,12 @@ impl<'a> FlowLine<'a> {
         loop {
             match reader.peek() {
                 Some(b'[') => each(reader.bracketed()?),
-                None | Some(b'(' | b';') => return Ok(()),
+                // A comment may stand between values.
+                Some(b'(') => match self.line.get(reader.at..).and_then(|rest| rest.iter().position(|b| *b == b')')) {
+                    Some(end) => reader.at += end + 1,
+                    None => return Ok(()),
+                },
+                None | Some(b';') => return Ok(()),
                 Some(_) => return Err(SyntaxError { column: column(reader.at), problem: Problem::Expected(b'[') }),
             }
         }
@@ -129,6 +165,29 @@ impl<'a> FlowLine<'a> {
     pub fn column(&self) -> u16 {
         column(self.at)
     }
+}
+
+/// How long a value is that begins with a bracket or a parameter, as far as that can be seen without working
+/// it out.
+fn length_of_value(text: &[u8]) -> usize {
+    let signs = text.iter().take_while(|byte| matches!(byte, b'#' | b' ')).count();
+    let rest = text.get(signs..).unwrap_or(&[]);
+    let closing = match rest.first() {
+        Some(b'<') => rest.iter().position(|byte| *byte == b'>'),
+        Some(b'[') => {
+            let mut open = 0_u32;
+            rest.iter().position(|byte| {
+                match byte {
+                    b'[' => open += 1,
+                    b']' => open = open.saturating_sub(1),
+                    _ => {}
+                }
+                open == 0
+            })
+        }
+        _ => return signs + rest.iter().take_while(|byte| byte.is_ascii_digit()).count(),
+    };
+    closing.map_or(text.len(), |closing| signs + closing + 1)
 }
 
 /// The digits of a label, without leading zeros.
@@ -182,6 +241,47 @@ mod tests {
         let error = read("o1 if [#3]").unwrap().values(&NoParameters, |_| {}).unwrap_err();
         assert_eq!((error.column, error.problem), (8, Problem::NoParameter));
         let _ = Parameter::Numbered(1);
+    }
+
+    /// Keeps #2, which is 10, and `#<sub>`, which is 7.
+    struct Few;
+
+    impl Parameters for Few {
+        fn get(&self, parameter: &Parameter) -> Option<f64> {
+            match parameter {
+                Parameter::Numbered(2) => Some(10.0),
+                Parameter::Named(name) if name == "sub" => Some(7.0),
+                _ => None,
+            }
+        }
+
+        fn set(&mut self, _: Parameter, _: f64) -> Result<(), Problem> {
+            Err(Problem::ReadOnly)
+        }
+    }
+
+    #[test]
+    fn labels_may_be_worked_out() {
+        for (line, label) in [
+            ("O[#2 * [5 + 5]] call [1]", Ok("100")),
+            ("o#<sub> call (seven)", Ok("7")),
+            ("O#2 call", Ok("10")),
+            ("O ##2call", Err(Problem::NoParameter)),
+            ("O[#2 / 4] call", Err(Problem::BadLabel)),
+        ] {
+            let read = read(line).unwrap();
+            assert!(read.works_out_label() && read.label.is_empty() && read.word == FlowWord::Call, "{line}");
+            let labelled = read.labelled(&Few).map(|line| line.label).map_err(|error| error.problem);
+            assert_eq!(labelled.as_deref().map_err(|problem| *problem), label, "{line}");
+        }
+    }
+
+    #[test]
+    fn comments_may_stand_between_values() {
+        let mut values = std::vec::Vec::new();
+        let line = "o1 call [1] (one) [2](two)[3] ; three [4]";
+        read(line).unwrap().values(&NoParameters, |value| values.push(value)).unwrap();
+        assert_eq!(values, [1.0, 2.0, 3.0]);
     }
 
     #[test]
