@@ -121,7 +121,8 @@ def velvet(program, path):
             actions.append(["message", line[len("message "):].strip()])
         elif words[0] in ("pause", "tool"):
             actions.append([words[0]])
-        elif words[0] not in ("end",):
+        elif words[0] not in ("end", "print", "note:") and not line.startswith("position is A"):
+            # LinuxCNC prints beside its actions, and has no axis A here.
             actions.append([line])
     return actions, done.returncode == 0, done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""
 

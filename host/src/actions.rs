@@ -9,7 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gcode::{Block, Blocks, Decoder, Line, WholeLine};
+use gcode::{Block, Blocks, Decoder, Letter, Line, WholeLine};
+use motion::geometry::{Arc, ArcShape};
 use program::{Action, Centre, Dialect, Facts, Interpreter, Meaning, Move, Next, Place, Rate, Remark, Setup, Shape};
 use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane};
 
@@ -174,15 +175,20 @@ impl Run {
         let mut text = String::new();
         match remark {
             Remark::Message(said) => text.push_str(said),
-            Remark::Values(said) => program::write_values(&self.program, said, &mut text)?,
+            Remark::Values(said) | Remark::Printed(said) => program::write_values(&self.program, said, &mut text)?,
             Remark::Log(_) => return Ok(()),
         }
-        writeln!(self.out, "message {text}")?;
+        let kind = if matches!(remark, Remark::Printed(_)) { "print" } else { "message" };
+        writeln!(self.out, "{kind} {text}")?;
         Ok(())
     }
 
     fn block(&mut self, block: &Block<'_>, after: Place) -> Result<()> {
         let Some(row) = self.program.row(block, self.dialect) else {
+            if block.code.is_some_and(|code| code.letter == Letter::M && matches!(code.number, 3..=5 | 7..=9)) {
+                // For a spindle and coolant, which the machine may have or not.
+                return Ok(());
+            }
             bail!("{} is not known", block.code.map_or_else(String::new, |code| code.to_string()));
         };
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
@@ -224,6 +230,7 @@ impl Run {
 
     fn movement(&mut self, request: &Move) -> Result<()> {
         let from = self.here;
+        arc_is_sound(&from, request)?;
         self.here = request.target;
         let mut end = String::new();
         for axis in Axis::ALL {
@@ -252,6 +259,19 @@ impl Run {
         writeln!(self.out, "{kind}{end}{rate}")?;
         Ok(())
     }
+}
+
+/// Whether there is such an arc. The machine looks at it when it draws it.
+fn arc_is_sound(from: &PerAxis<f64>, request: &Move) -> Result<()> {
+    let Shape::Arc { plane, centre, clockwise, turns, column } = request.shape else { return Ok(()) };
+    let shape = match centre {
+        Centre::Radius(radius) => ArcShape::by_radius(from, &request.target, plane, radius, clockwise),
+        Centre::At(first, second) => {
+            Ok(ArcShape { plane, to_centre_first: first, to_centre_second: second, clockwise, turns })
+        }
+    };
+    let arc = shape.and_then(|shape| Arc::new(*from, request.target, &ArcShape { turns, ..shape }));
+    arc.map(drop).map_err(|error| anyhow::anyhow!("{error}, column {column}"))
 }
 
 const fn plane_name(plane: Plane) -> &'static str {

@@ -60,6 +60,15 @@ impl Interpreter {
     /// # Errors
     /// What is wrong with it; the program cannot go on then.
     pub fn flow_line(&mut self, line: &FlowLine<'_>, here: Place, after: Place) -> Result<Next, FlowFault> {
+        let labelled;
+        let line = if line.works_out_label() && !self.flow.passes_over() {
+            let read = line.labelled(self);
+            let wrong = |error| FlowFault { label: Name::new(), problem: FlowProblem::Syntax(error) };
+            labelled = read.map_err(wrong)?;
+            &labelled
+        } else {
+            line
+        };
         let mut values: Vec<f64, { LOCALS + 1 }> = Vec::new();
         if self.flow.reads_values(line) {
             // One more than there may be is enough to see that they are too many.
@@ -90,6 +99,9 @@ impl Interpreter {
     /// # Errors
     /// When too many call each other.
     pub fn call(&mut self, number: u32, times: u32, after: Place) -> Result<Next, FlowFault> {
+        if times == 0 {
+            return Ok(Next::Following);
+        }
         let mut label = Name::new();
         // A number fits a name.
         let _ = write!(label, "{number}");

@@ -134,6 +134,7 @@ impl fmt::Display for FlowFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let label = &self.label;
         match self.problem {
+            FlowProblem::Syntax(error) if label.is_empty() => write!(f, "the label: {error}"),
             FlowProblem::Syntax(error) => write!(f, "O{label}: {error}"),
             FlowProblem::NoValue(word) => write!(f, "O{label} {} needs a value in brackets", word.name()),
             FlowProblem::NotOpen(word) => {
@@ -421,7 +422,8 @@ impl Flow {
     }
 
     fn end_of_sub(&mut self, line: &FlowLine<'_>, values: &[f64]) -> Result<Step, FlowFault> {
-        let is_its = self.calls.last().is_some_and(|call| call.label == line.label);
+        // The label of `return` may be that of the condition around it (LinuxCNC).
+        let is_its = self.calls.last().is_some_and(|call| line.word == FlowWord::Return || call.label == line.label);
         if !is_its {
             return Err(wrong(line, FlowProblem::NotOpen(line.word)));
         }

@@ -59,7 +59,9 @@ impl Memory {
             Parameter::Named(name) => {
                 let level = self.level_of(name);
                 let named = self.named.iter().find(|named| named.level == level && named.name == *name);
-                named.map(|named| named.value)
+                // No subroutine has given anything yet.
+                let given = || matches!(name.as_str(), "_value" | "_value_returned").then_some(0.0);
+                named.map(|named| named.value).or_else(given)
             }
         }
     }

@@ -22,10 +22,13 @@ const MODES: [u8; 7] = [2, 11, 12, 13, 15, 17, 18];
 const PLACES: u8 = 19;
 /// Rank of G53, which says how a move reads its words.
 const MACHINE_COORDINATES: u8 = 20;
+/// Rank of G80, which may stand beside another motion code and is done with before it: many programs begin
+/// with such a line.
+const CANCEL: u8 = 21;
 /// Rank of motion codes.
-const MOTION: u8 = 21;
+const MOTION: u8 = 22;
 /// Rank of what stops the program.
-const STOPS: u8 = 22;
+const STOPS: u8 = 23;
 
 /// When a code has its turn; `None` for those that RS-274 does not know, whose lines are carried out as they
 /// stand.
@@ -48,7 +51,8 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::G, 98 | 99) => 18,
         (Letter::G, 10 | 28 | 30 | 52 | 92) => PLACES,
         (Letter::G, 53) => MACHINE_COORDINATES,
-        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 76 | 80..=89) => MOTION,
+        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 76 | 81..=89) => MOTION,
+        (Letter::G, 80) => CANCEL,
         (Letter::M, 0 | 1 | 2 | 30 | 60) => STOPS,
         _ => return None,
     })
@@ -116,7 +120,8 @@ pub fn arrange(line: &WholeLine<'_>) -> Option<Result<Parts, Fault>> {
 fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<Parts, Fault> {
     for (place, (_, code, row)) in ranked.iter().enumerate() {
         let before = ranked.get(..place).unwrap_or(&[]);
-        let rival = before.iter().find(|(_, _, other)| row.group != Group::NonModal && other.group == row.group);
+        let is_rival = |rank: u8, other: &CodeInfo| rank != CANCEL && other.group == row.group;
+        let rival = before.iter().find(|(rank, _, other)| row.group != Group::NonModal && is_rival(*rank, other));
         if let Some((_, other, _)) = rival {
             return Err(Problem::SameGroup(*other, *code).refused(0));
         }
@@ -161,7 +166,7 @@ fn give_rest(
     left: u32,
     axes_are_taken: bool,
 ) -> Result<(), Fault> {
-    let has_motion = ranked.iter().any(|(rank, ..)| *rank == MOTION);
+    let has_motion = ranked.iter().any(|(rank, ..)| matches!(*rank, CANCEL | MOTION));
     let moves = left & PLACE_WORDS != 0 && !axes_are_taken;
     let known = if moves { MOVE_WORDS } else { RATES };
     let strange = if has_motion { left } else { left & !known };

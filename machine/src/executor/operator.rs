@@ -13,7 +13,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) {
     let mut text = Message::new();
     match Remark::read(comment) {
         Some(Remark::Message(said)) => machine.announce(format_args!("// {said}\n")),
-        Some(Remark::Values(said)) => {
+        Some(Remark::Values(said) | Remark::Printed(said)) => {
             // What does not fit is cut.
             let _ = program::write_values(&machine.program, said, &mut text);
             machine.announce(format_args!("// {text}\n"));

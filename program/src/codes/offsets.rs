@@ -53,6 +53,10 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(LENGTHS)
         .waits(Waits::Path),
     CodeInfo::means(Code::g(49), offsets::no_tool_length, "no tool offset").group(Group::ToolLength),
+    CodeInfo::means(Code::g(52), offsets::local_origin, "shift the origin of all coordinate systems to here; 0: back")
+        .takes(LENGTHS)
+        .waits(Waits::Path)
+        .differs("not known"),
     CodeInfo::means(
         Code::g(53),
         moves::machine_coordinates,
@@ -118,9 +122,13 @@ const fn no_plane(number: u16) -> CodeInfo {
         .differs("not known")
 }
 
+const CUTTER: &[WordInfo] =
+    &[word('D', Unit::Id, "the tool, or its diameter"), word('L', Unit::Number, "the tip's orientation")];
+
 const fn no_compensation(number: u16, help: &'static str) -> CodeInfo {
     CodeInfo::means(Code::g(number), offsets::missing, help)
         .any_subcode()
+        .takes(CUTTER)
         .group(Group::CutterCompensation)
         .differs("not known")
 }

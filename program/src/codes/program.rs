@@ -24,7 +24,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(98), program::call, "call the subroutine O P, L times")
         .takes(&[
             word('P', Unit::Number, "its number").whole(0.0, 99_999_999.0),
-            word('L', Unit::Number, "how often, 1 where it is left out").whole(1.0, 9_999.0),
+            word('L', Unit::Number, "how often, 1 where it is left out").whole(0.0, 9_999.0),
         ])
         .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(99), program::end_call, "end a subroutine; begin a main program anew").differs(NOT_KNOWN),

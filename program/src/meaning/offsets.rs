@@ -174,6 +174,16 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
+/// G52: the origin is at this place of every coordinate system. It is G92's offset, as in LinuxCNC: each
+/// ends the other.
+pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
+        // What G92 keeps is taken away from a place.
+        *offset = context.words.axis(axis).map_or(*offset, |mm| -mm);
+    }
+    NOTHING
+}
+
 /// G92.3: the offset itself, mm; without words, what G92.2 has taken away.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if context.words.is_bare() {
