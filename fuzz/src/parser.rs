@@ -25,6 +25,9 @@ fn read(bytes: &[u8], console: Option<bool>, block_delete: bool) {
         if matches!(heard, Heard::Request(_) | Heard::Nothing) {
             continue;
         }
+        if heard == Heard::Letter {
+            let _no_end_of_a_line = gathering.push(0xC2);
+        }
         if let Some(Gathered::Line(line)) = gathering.push(byte) {
             look(line, &mut decoder);
         }

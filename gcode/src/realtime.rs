@@ -5,7 +5,9 @@
 //! which has a checksum over all its bytes, nor the text of a code that takes one (M117): there `!` is a
 //! letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
 //! part of some letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a
-//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere.
+//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write their
+//! bytes as text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is the
+//! command too, outside comments and texts.
 
 use crate::scanner::TEXT_M_CODES;
 
@@ -133,6 +135,9 @@ const fn classify_extended(byte: u8) -> Option<Realtime> {
     })
 }
 
+/// In UTF-8 before every letter of which the second byte is the number of the letter itself: U+0080 to U+00BF.
+const LATIN_MARK: u8 = 0xC2;
+
 /// A byte that goes on with a letter of UTF-8 and begins none.
 const fn continues_letter(byte: u8) -> bool {
     matches!(byte, 0x80..=0xBF)
@@ -166,7 +171,10 @@ pub enum Heard {
     Emergency,
     /// A request, and no part of any line.
     Request(Realtime),
-    /// A command of GRBL's that is not spoken here, or that has none: no part of any line.
+    /// With the byte before it, 0xC2, for which nothing was said: a letter of the line.
+    Letter,
+    /// A command of GRBL's that is not spoken here, or that has none: no part of any line. Or 0xC2, which is
+    /// none either, unless [`Heard::Letter`] follows.
     Nothing,
 }
 
@@ -192,6 +200,8 @@ pub struct Receiver {
     checksum: Option<u16>,
     /// Bytes that a letter of UTF-8 still has.
     letter: u8,
+    /// The byte before was [`LATIN_MARK`], and is not known to be part of the line yet.
+    marked: bool,
 }
 
 impl Receiver {
@@ -209,6 +219,7 @@ impl Receiver {
             xor: 0,
             checksum: None,
             letter: 0,
+            marked: false,
         }
     }
 
@@ -217,13 +228,34 @@ impl Receiver {
         if matches!(byte, b'\n' | b'\r') {
             return self.end_line();
         }
+        let marked = core::mem::take(&mut self.marked);
         match self.heard(byte, extended) {
+            Heard::Byte if marked && continues_letter(byte) => self.latin(byte),
+            Heard::Byte if byte == LATIN_MARK && extended && self.is_in_words() => {
+                self.marked = true;
+                Heard::Nothing
+            }
             Heard::Byte => {
                 self.read(byte);
                 Heard::Byte
             }
             heard => heard,
         }
+    }
+
+    /// The second byte of a letter that is a command, or one of the line.
+    fn latin(&mut self, byte: u8) -> Heard {
+        if let Some(request) = classify_extended(byte) {
+            return Heard::Request(request);
+        }
+        self.read(LATIN_MARK);
+        self.read(byte);
+        Heard::Letter
+    }
+
+    /// Where a line has words and numbers alone: in no text, comment or upload.
+    const fn is_in_words(&self) -> bool {
+        !self.uploading && !self.numbered && !self.text && self.comment.is_none()
     }
 
     fn heard(&mut self, byte: u8, extended: bool) -> Heard {
@@ -346,6 +378,7 @@ mod tests {
         for byte in bytes {
             match receiver.hear(*byte, extended) {
                 Heard::Byte => text.push(*byte),
+                Heard::Letter => text.extend([LATIN_MARK, *byte]),
                 Heard::Emergency => {
                     text.push(*byte);
                     requests.push(Realtime::Emergency);
@@ -423,7 +456,7 @@ mod tests {
     #[test]
     fn bytes_beyond_ascii_are_letters_in_comments_and_in_utf8_and_break_no_line() {
         for extended in [false, true] {
-            let text = "G1 X1 (Ä)\n; \u{85}\nplay Ä\u{2085}.g\n";
+            let text = "G1 X1 (Ä\u{85})\n; \u{85}\nplay Ä\u{2085}10µm.g\nM117 \u{91}\nN5 G1 \u{91}\n";
             let (requests, lines) = heard(text.as_bytes(), extended);
             assert_eq!((requests, lines.join("\n") + "\n"), (vec![], text.into()));
         }
@@ -431,6 +464,19 @@ mod tests {
         let acts = vec![Realtime::Door, Realtime::JogCancel, Realtime::FeedReset, Realtime::Mist];
         assert_eq!(heard(alone, true), (acts, vec!["G1 X1".into()]));
         assert_eq!(heard(alone, false), (vec![], vec!["G1 X1".into()]));
+    }
+
+    #[test]
+    fn a_command_that_was_written_as_text_acts() {
+        let as_text = "G1\u{91} X1\u{85}\u{A0}\u{82}2\n";
+        let (requests, lines) = heard(as_text.as_bytes(), true);
+        assert_eq!(requests, [Realtime::FeedUp10, Realtime::JogCancel, Realtime::Flood]);
+        assert_eq!(lines, ["G1 X1\u{82}2"]);
+        assert_eq!(heard(as_text.as_bytes(), false), (vec![], vec![as_text.trim_end().into()]));
+        assert_eq!(
+            heard(b"G1\xC2 X1\xC2\n\xC2\x90\n", true),
+            (vec![Realtime::FeedReset], vec!["G1 X1".into(), "".into()])
+        );
     }
 
     #[test]
@@ -452,12 +498,13 @@ mod tests {
             for byte in bytes {
                 match receiver.hear(byte, extended) {
                     Heard::Byte => {}
+                    Heard::Letter => prop_assert!(extended && continues_letter(byte)),
                     Heard::Emergency => prop_assert!(matches!(byte, b'\n' | b'\r')),
                     Heard::Request(request) => {
                         let known = classify(byte).or(classify_extended(byte).filter(|_| extended));
                         prop_assert_eq!(known, Some(request));
                     }
-                    Heard::Nothing => prop_assert!(continues_letter(byte)),
+                    Heard::Nothing => prop_assert!(continues_letter(byte) || extended && byte == LATIN_MARK),
                 }
             }
         }

@@ -135,8 +135,17 @@ impl Inbox {
             }
             Heard::Nothing => return true,
             Heard::Emergency => self.request(Realtime::Emergency),
+            // 0xC2, which was waiting for what follows.
+            Heard::Letter => {
+                let _with_its_second_byte = self.keep(intake, 0xC2);
+            }
             Heard::Byte => {}
         }
+        self.keep(intake, byte)
+    }
+
+    /// Queues a byte of a line.
+    fn keep(&self, intake: &mut Intake, byte: u8) -> bool {
         let at = intake.place;
         let ended = match byte {
             // CR LF is one end.
