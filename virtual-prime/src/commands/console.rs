@@ -16,6 +16,7 @@ use virtual_prime::vm::{Span, Vm};
 
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
+use super::onlooker::Onlooker;
 
 /// How much virtual time passes between two looks at the world outside.
 const SLICE: Duration = Duration::from_millis(5);
@@ -41,6 +42,10 @@ pub struct Options {
     /// First of three TCP ports for the serial ports; 0 lets the system choose.
     #[arg(long, default_value_t = 0)]
     port: u16,
+    /// TCP port that tells the machine's true state, a line of JSON for each line asked; 0 lets the system
+    /// choose.
+    #[arg(long)]
+    state_port: Option<u16>,
     /// End after this many seconds.
     #[arg(long)]
     until: Option<f64>,
@@ -129,6 +134,10 @@ pub fn run(options: &Options) -> Result<(), String> {
         eprintln!("{name} on tcp {address}");
         sockets.push(socket);
     }
+    let mut onlooker = options.state_port.map(Onlooker::open).transpose().map_err(|error| error.to_string())?;
+    if let Some(onlooker) = &onlooker {
+        eprintln!("the machine's state on tcp {}", onlooker.address().map_err(|error| error.to_string())?);
+    }
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
     let is_person = io::stdin().is_terminal();
     let world = board.world().clone();
@@ -170,6 +179,9 @@ pub fn run(options: &Options) -> Result<(), String> {
                 }
             }
             socket.hear();
+        }
+        if let Some(onlooker) = &mut onlooker {
+            onlooker.serve(&world.lock());
         }
         log.take(&std::mem::take(&mut records.lock().rtt), &mut io::stderr().lock());
         match span {

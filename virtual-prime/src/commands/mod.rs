@@ -5,5 +5,6 @@ pub mod console;
 pub mod job;
 pub mod log;
 pub mod machine;
+pub mod onlooker;
 pub mod run;
 pub mod test;
