@@ -83,7 +83,7 @@ def linuxcnc(path):
         elif name == "CHANGE_TOOL":
             actions.append(["tool"])
     errors = [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
-    return actions, done.returncode == 0, errors[-1] if errors else ""
+    return actions, done.returncode == 0, " at: ".join(errors[-2:])
 
 
 def velvet(program, path):
@@ -132,6 +132,8 @@ def centre_of(start, end, axes, radius, turns_left):
     (ax, ay), (bx, by) = ([place[axis] for axis in axes] for place in (start, end))
     dx, dy = bx - ax, by - ay
     chord = math.hypot(dx, dy)
+    if chord == 0.0:
+        return [ax, ay]
     height = math.sqrt(max(radius * radius - chord * chord / 4.0, 0.0))
     side = (1.0 if turns_left else -1.0) * (1.0 if radius > 0 else -1.0)
     return [(ax + bx) / 2.0 - side * dy / chord * height, (ay + by) / 2.0 + side * dx / chord * height]
