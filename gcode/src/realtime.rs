@@ -473,7 +473,10 @@ mod tests {
         assert_eq!(requests, [Realtime::FeedUp10, Realtime::JogCancel, Realtime::Flood]);
         assert_eq!(lines, ["G1 X1\u{82}2"]);
         assert_eq!(heard(as_text.as_bytes(), false), (vec![], vec![as_text.trim_end().into()]));
-        assert_eq!(heard(b"G1\xC2 X1\xC2\n\xC2\x90\n", true), (vec![Realtime::FeedReset], vec!["G1 X1".into(), "".into()]));
+        assert_eq!(
+            heard(b"G1\xC2 X1\xC2\n\xC2\x90\n", true),
+            (vec![Realtime::FeedReset], vec!["G1 X1".into(), "".into()])
+        );
     }
 
     #[test]

@@ -353,7 +353,8 @@ pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.motion(motion::Motion::stop);
 }
 
-/// Ctrl-X: stops what goes on, drops what was sent, and greets anew. Where nothing goes on it is no alarm.
+/// Ctrl-X: stops what goes on, drops what was sent, and greets anew. Where nothing goes on, or a hold has come
+/// to rest, it is no alarm.
 pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_motion();
     let Machine { sessions, ports, .. } = machine;
@@ -367,6 +368,8 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid);
     if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.sessions.are_busy() {
         machine.stop_outputs();
+    } else if rests_in_hold(machine) {
+        machine.drop_held();
     } else {
         machine.abort();
     }
@@ -375,11 +378,19 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     machine.outputs.override_spindle(100.0);
     begin_startup(machine);
-    let halted = machine.safety.is_halted();
+    let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.sessions.get_mut(id) {
         let banner = session.grbl_banner;
         session.announce(format_args!("{banner}{}", if halted { LOCKED } else { "" }));
     }
+}
+
+/// A program that was held stands where it is known. (A search for a switch or the bed does not.)
+fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let mode = machine.safety.mode();
+    mode.state() == State::Hold
+        && matches!(mode.interrupted(), State::Run | State::Jog)
+        && machine.ports.motion(|motion| motion.state() == motion::State::Held)
 }
 
 /// A byte that changes how fast things go, or what turns.

@@ -42,6 +42,28 @@ impl<P: Ports> Machine<'_, P> {
         Ok(())
     }
 
+    /// Ctrl-X in a hold that is complete: the motors stand and keep their current and place, so what was to
+    /// come is dropped without an alarm. Halted for a moment, so that whatever waits to go on ends.
+    pub(super) fn drop_held(&mut self) {
+        let now = self.ports.now();
+        if self.safety.begin_reset(now) {
+            self.stop_everything();
+            self.drop_job();
+        }
+    }
+
+    /// Ends such a reset.
+    pub(super) fn watch_reset(&mut self, now: Micros) {
+        if !self.safety.is_resetting() || !self.frames.is_empty() {
+            return;
+        }
+        if self.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
+            self.ports.heat(HeatControl::release);
+            self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+            self.resynchronise();
+        }
+    }
+
     fn stop_everything(&mut self) {
         self.ports.heat(HeatControl::halt);
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));

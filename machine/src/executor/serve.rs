@@ -219,6 +219,7 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_limits(now);
         self.watch_step_times(now);
         self.watch_halt(now);
+        self.watch_reset(now);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
             self.outputs.look(levels, self.config, now);

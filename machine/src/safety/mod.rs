@@ -19,6 +19,8 @@ pub use state::{Event, Mode};
 pub use step_times::{Lateness, StepTimesWatch, microseconds};
 use travel::Travel;
 
+/// How long a reset from a hold keeps the machine halted: whatever waits has heard of it by then.
+const RESET_TIME: Micros = Micros::from_millis(10);
 /// Motion must have come to rest by then, else it is cut.
 const STOP_TIMEOUT: Micros = Micros::from_seconds(1);
 
@@ -30,6 +32,8 @@ pub struct Safety {
     stopping_since: Option<Micros>,
     /// Release as soon as everything stands still.
     release_wanted: bool,
+    /// Halted since then by a reset of a machine that stands, which is no alarm and ends by itself.
+    resetting_since: Option<Micros>,
     /// The limits.
     pub limits: Limits,
     /// How far axes may be commanded.
@@ -81,15 +85,43 @@ impl Safety {
         }
     }
 
-    /// Enters the alarm. False when the machine is halted already.
+    /// Enters the alarm. False when the machine is halted already; a reset is none, and gives way.
     pub const fn halt(&mut self, now: Micros) -> bool {
-        if self.is_halted() {
+        if self.is_halted() && !self.is_resetting() {
             return false;
         }
+        self.resetting_since = None;
         self.apply(Event::Halt);
         self.stopping_since = Some(now);
         self.release_wanted = false;
         true
+    }
+
+    /// Halts a machine that stands in a hold, for a moment: what waits to go on is to end. False when it is
+    /// halted already.
+    pub const fn begin_reset(&mut self, now: Micros) -> bool {
+        if self.is_halted() {
+            return false;
+        }
+        self.apply(Event::Halt);
+        self.resetting_since = Some(now);
+        true
+    }
+
+    /// Halted for a reset alone.
+    #[must_use]
+    pub const fn is_resetting(&self) -> bool {
+        self.resetting_since.is_some()
+    }
+
+    /// Ends a reset, when whatever waited has heard of it. True when it ended now.
+    pub fn finish_reset(&mut self, now: Micros) -> bool {
+        let is_due = self.resetting_since.is_some_and(|since| now.since(since) >= RESET_TIME);
+        if is_due {
+            self.resetting_since = None;
+            self.apply(Event::Release);
+        }
+        is_due
     }
 
     /// Everything is off since now; the motors may still come to rest.
@@ -148,6 +180,15 @@ mod tests {
 
     const fn ms(millis: u64) -> Micros {
         Micros::from_millis(millis)
+    }
+
+    #[test]
+    fn a_reset_ends_by_itself_unless_something_halts_meanwhile() {
+        let mut safety = Safety::default();
+        assert!(safety.begin_reset(ms(5)) && safety.is_halted() && !safety.finish_reset(ms(14)));
+        assert!(safety.finish_reset(ms(15)) && safety.state() == State::Idle);
+        assert!(safety.begin_reset(ms(20)) && safety.halt(ms(21)) && !safety.begin_reset(ms(22)));
+        assert!(!safety.finish_reset(ms(99)) && safety.state() == State::Alarm);
     }
 
     #[test]

@@ -160,6 +160,33 @@ fn a_reset_at_rest_is_no_alarm_and_forgets_modes_and_lines() {
     assert!(bench.status().starts_with("<Idle|"));
 }
 
+/// Senders stop a job by `!` and then Ctrl-X: the machine knows where it is, and needs no homing.
+#[test]
+fn a_reset_in_a_hold_at_rest_is_no_alarm_and_drops_what_was_to_come() {
+    let mut bench = start();
+    bench.run(&["$H"]);
+    // More than the look-ahead takes: a line waits for its turn.
+    let lines: String = (1..90).map(|n| format!("G1 X{} F1000\n", n % 2 * 10 + n)).collect();
+    bench.type_in(&lines);
+    bench.hear(1.0);
+    bench.type_in("!");
+    bench.hear(1.0);
+    assert!(bench.status().starts_with("<Hold:0|"));
+    let place = bench.carriage(Alpha);
+    bench.type_in("\x18");
+    assert_eq!(bench.hear(1.0), BANNER);
+    assert!(bench.status().starts_with("<Idle|"));
+    assert!(bench.is_energised(Alpha) && bench.carriage(Alpha) == place);
+    assert_eq!(bench.say("G91"), "ok\n");
+    bench.run(&["G1 X1 F600", "G4 P0"]);
+    assert!((bench.carriage(Alpha) - place - 1.0).abs() < 0.02, "from {place} to {}", bench.carriage(Alpha));
+    // While it still brakes nobody knows where it will stand.
+    bench.type_in("G1 X30 F6000\n");
+    bench.hear(0.2);
+    bench.type_in("!\x18");
+    assert!(bench.hear(1.0).contains("\nALARM:3\n"));
+}
+
 /// Nothing that was sent before the reset is carried out or answered behind the banner.
 #[test]
 fn a_reset_drops_what_was_sent_before_it() {
