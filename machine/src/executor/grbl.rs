@@ -108,7 +108,7 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
     let room = ports.inbox(id).room();
     let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
     let of = Report {
-        mode: safety.mode(),
+        mode: safety.told_mode(),
         program,
         config,
         tuning,
@@ -390,7 +390,7 @@ fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let mode = machine.safety.mode();
     mode.state() == State::Hold
         && matches!(mode.interrupted(), State::Run | State::Jog)
-        && machine.ports.motion(|motion| motion.state() == motion::State::Held)
+        && machine.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
 }
 
 /// A byte that changes how fast things go, or what turns.

@@ -68,6 +68,12 @@ impl Safety {
         self.mode
     }
 
+    /// The state as others are told: a reset is over at once.
+    #[must_use]
+    pub fn told_mode(&self) -> Mode {
+        if self.is_resetting() { Mode::default() } else { self.mode }
+    }
+
     /// Nothing may move.
     #[must_use]
     pub const fn is_halted(&self) -> bool {
