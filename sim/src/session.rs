@@ -69,6 +69,8 @@ pub struct Session {
     progress: Option<(u64, u64)>,
     halted: Option<String>,
     errors: Vec<String>,
+    /// The last message in GRBL's dialect.
+    message: String,
 }
 
 impl Session {
@@ -91,6 +93,7 @@ impl Session {
             progress: None,
             halted: None,
             errors: Vec::new(),
+            message: String::new(),
         }
     }
 
@@ -143,6 +146,14 @@ impl Session {
                 self.give_up(now_ns, "the file stopped playing before its end");
             }
             Step::Start | Step::Play if line.starts_with(PAUSED) => self.go(now_ns, Step::Over),
+            // In GRBL's dialect messages say why, and no line is an error's.
+            Step::Start | Step::Play if line.starts_with(PAUSED_GRBL) => {
+                let why = std::mem::take(&mut self.message);
+                self.errors.extend([why, line.to_owned()]);
+                self.go(now_ns, Step::Over);
+            }
+            // The tool is in, whatever the program waited for has been done.
+            Step::Start | Step::Play if line.contains(WAITS) => self.go(now_ns, Step::Start),
             Step::Settle if line.starts_with("<Idle") => {
                 self.idle = if self.idle_needed > 1 && warms_up(line) { 0 } else { self.idle + 1 };
                 if self.idle >= self.idle_needed {
@@ -152,6 +163,9 @@ impl Session {
             Step::Settle if line.starts_with("<Run") => self.idle = 0,
             Step::Settle if line.starts_with("<Alarm") => self.give_up(now_ns, "the machine is in alarm after the job"),
             _ => {}
+        }
+        if line.starts_with("[MSG:") {
+            line.clone_into(&mut self.message);
         }
     }
 
@@ -257,6 +271,10 @@ fn warms_up(status: &str) -> bool {
 const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
 const PAUSED: &str = "error:paused";
+const PAUSED_GRBL: &str = "[MSG:paused";
+
+/// The program waits for a person (M0, M6), who is to say that it may go on.
+const WAITS: &str = ": ~ or M24 goes on";
 
 /// What a board says whose configuration cannot be used: nothing can be played on it. Its findings come
 /// before.
@@ -315,6 +333,25 @@ mod tests {
         assert_eq!(heard, ["M21", "M23 job.gcode", "M24", "M27", "?"]);
         assert!(session.is_over() && session.succeeded());
         assert_eq!(session.progress(), Some(1.0));
+    }
+
+    #[test]
+    fn a_job_that_pauses_in_grbls_dialect_is_over_and_its_reason_told() {
+        let mut session = Session::new("job.gcode", Opening::AtOnce);
+        session.step = Step::Play;
+        session.hear(0, b"[MSG:G77 is not known here]\n[MSG:paused, line 6 of /sd/job.gcode was not carried out]\n");
+        assert!(session.is_over() && !session.succeeded());
+        assert_eq!(session.errors()[0], "[MSG:G77 is not known here]");
+    }
+
+    #[test]
+    fn a_program_that_waits_is_told_to_go_on() {
+        let mut session = Session::new("job.gcode", Opening::AtOnce);
+        session.step = Step::Play;
+        session.hear(0, b"// put in tool 1 (M6): ~ or M24 goes on, abort ends the job\n");
+        assert_eq!(session.say(0).as_deref(), Some("M24\n"));
+        session.hear(0, b"ok\n");
+        assert_eq!(session.say(10 * S).as_deref(), Some("M27\n"));
     }
 
     #[test]
