@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz peers velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-fuzz velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -87,6 +87,14 @@ bench: firmware virtual-prime velvet
 peers: target/toolchain.mk
 	@$(CARGO) build -q --locked -p host
 	@python3 peers/rs274.py target/debug/velvet out/peers
+
+## make peers-senders [SENDERS="printcore bcnc ..."]              printrun, OctoPrint, bCNC, CNCjs at the virtual board; installs them
+peers-senders: virtual-prime firmware
+	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
+
+## make peers-fuzz [SECONDS=n] [SEED=n]   random programs through LinuxCNC's interpreter and ours
+peers-fuzz: velvet
+	@python3 peers/fuzz_rs274.py $(VELVET) out/peers/fuzz $(or $(SECONDS),60) $(SEED)
 
 ## make fuzz [SECONDS=n] [TARGET=parser|program|console] [MINIMISE=1]
 ##                               any input: no panic, no hang, no motion outside limits; needs a C++ compiler

@@ -4,12 +4,11 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 import urllib.parse
 import urllib.request
 
-from board import Board, Failed, ROOT, Steps
+from board import Board, Failed, ROOT, Steps, main
 from mill import steps_of_a_mill
 
 INI = """[bCNC]
@@ -93,6 +92,10 @@ class Bcnc:
     def cancel(self):
         self._send("cmd", "STOP")
 
+    def settle(self):
+        """It clears the machine once more, some seconds after a job has ended."""
+        time.sleep(8)
+
     def unlock(self):
         self._send("cmd", "UNLOCK")
 
@@ -117,4 +120,4 @@ def run(name, out, program):
 
 
 if __name__ == "__main__":
-    run("bCNC", sys.argv[1], os.path.join(ROOT, "target/peers/bcnc/bin/python"))
+    main(run)

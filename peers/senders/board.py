@@ -10,6 +10,7 @@ import re
 import select
 import socket
 import subprocess
+import sys
 import threading
 import time
 import tty
@@ -232,3 +233,11 @@ def zigzag(turns, feed, low=20.0, high=60.0, down=None):
 def between(value, low, high, what):
     if not low <= value <= high:
         raise Failed(f"{what} is {value:.3g}, not from {low} to {high}")
+
+
+def main(run):
+    """OUT NAME WHERE: runs one sender, and leaves its rows in OUT/NAME.json."""
+    out, name, where = sys.argv[1:]
+    rows = run(name, out, where)
+    with open(os.path.join(out, f"{name}.json"), "w") as file:
+        json.dump(rows, file)

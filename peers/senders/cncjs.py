@@ -4,11 +4,10 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 
-from board import Board, Failed, ROOT, Steps
+from board import Board, Failed, ROOT, Steps, main
 from mill import steps_of_a_mill
 
 PORT = 8898
@@ -91,6 +90,9 @@ class Cncjs:
     def cancel(self):
         self._say("command", "gcode:stop", {"force": True})
 
+    def settle(self):
+        """It has nothing more to say by itself."""
+
     def unlock(self):
         self._say("command", "unlock")
 
@@ -117,4 +119,4 @@ def run(name, out, folder):
 
 
 if __name__ == "__main__":
-    run("CNCjs", sys.argv[1], os.path.join(ROOT, "target/peers/cncjs"))
+    main(run)

@@ -71,6 +71,7 @@ def steps_of_a_mill(steps, board, sender):
         if sender.state().startswith(("Alarm", "ALARM")):
             sender.unlock()
             board.until("it to be idle", lambda _: sender.state() == "Idle", 20)
+        sender.settle()
         sender.line("G53 G0 X5 Y5 Z5")
         board.at((5, 5, 5), 30)
         errors = sender.errors()

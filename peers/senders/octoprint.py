@@ -5,13 +5,12 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
 import uuid
 
-from board import Board, Failed, ROOT, Steps, between, zigzag
+from board import Board, Failed, ROOT, Steps, between, main, zigzag
 
 CONFIG = os.path.join(ROOT, "config/samples/cartesian.ini")
 PORT, KEY = 8897, "0123456789ABCDEF0123456789ABCDEF"
@@ -180,4 +179,4 @@ def run(name, out, program):
 
 
 if __name__ == "__main__":
-    run("OctoPrint", sys.argv[1], os.path.join(ROOT, "target/peers/octoprint/bin/octoprint"))
+    main(run)

@@ -4,20 +4,19 @@ On a pseudo-terminal it numbers and checksums the lines of a job; on TCP it send
 """
 
 import os
-import sys
 import threading
 
-from board import Board, Failed, ROOT, Steps, between, zigzag
+from board import Board, Failed, ROOT, Steps, between, main, zigzag
 
 CONFIG = os.path.join(ROOT, "config/samples/cartesian.ini")
 
 
-def run(name, out, pseudo_terminal):
+def run(name, out, where):
     from printrun.gcoder import LightGCode
     from printrun.printcore import printcore
 
     steps, board = Steps(name), Board(CONFIG, out, name)
-    wire = board.terminal() if pseudo_terminal else board.talk()
+    wire = board.terminal() if where == "terminal" else board.talk()
     core, heard, ended = printcore(), [], threading.Event()
     core.recvcb = lambda line: heard.append(line.rstrip())
     core.endcb = ended.set
@@ -107,4 +106,4 @@ def run(name, out, pseudo_terminal):
 
 
 if __name__ == "__main__":
-    run("printcore", sys.argv[1], len(sys.argv) > 2)
+    main(run)
