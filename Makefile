@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-fuzz velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -91,6 +91,10 @@ peers: target/toolchain.mk
 ## make peers-senders [SENDERS="printcore bcnc ..."]              printrun, OctoPrint, bCNC, CNCjs at the virtual board; installs them
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
+
+## make peers-slicers            files made by PrusaSlicer, Slic3r, CuraEngine and FreeCAD (Debian's), end to end on the native runner
+peers-slicers: velvet
+	@python3 peers/slicers.py $(VELVET) target/peers out/peers/slicers
 
 ## make peers-fuzz [SECONDS=n] [SEED=n]   random programs through LinuxCNC's interpreter and ours
 peers-fuzz: velvet
