@@ -1,0 +1,36 @@
+(Project Plate)
+(Created by Estlcam version 11 build 11.245)
+(Machining time about 00:00:31 hours)
+
+(Required tools:)
+(Endmill 3mm)
+
+G21 (Units: Millimeters)
+G90 (Absolute coordinates)
+G94 (Feed per minute)
+
+M03 S24000 (Spindle on)
+G00 Z5.0000 (Move to safe height)
+
+(No. 1 Hole 1)
+G00 X18.5000 Y20.0000
+G00 Z0.5000
+G01 Z0.0000 F600 S24000
+G03 X21.5000 Y20.0000 Z-0.7500 I1.5000 J0.0000 F1200
+G03 X18.5000 Y20.0000 Z-1.5000 I-1.5000 J0.0000
+G03 X21.5000 Y20.0000 I1.5000 J0.0000
+G03 X18.5000 Y20.0000 I-1.5000 J0.0000
+G00 Z5.0000
+
+(No. 2 Part 1)
+G00 X30.0000 Y30.0000
+G00 Z0.5000
+G01 Z-1.5000 F600
+G01 X40.0000 Y45.0000 F1200
+G01 X20.0000 Y45.0000
+G01 X30.0000 Y30.0000
+G00 Z5.0000
+G00 X0.0000 Y0.0000
+
+M05 (Spindle off)
+M30 (End of program)
