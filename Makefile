@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz stream velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -91,6 +91,11 @@ peers: target/toolchain.mk
 ## make peers-senders [SENDERS="printcore bcnc ..."]              printrun, OctoPrint, bCNC, CNCjs at the virtual board; installs them
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
+
+## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
+stream: virtual-prime firmware
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test stream -- --ignored --nocapture
 
 ## make peers-slicers            files made by PrusaSlicer, Slic3r, CuraEngine and FreeCAD (Debian's), end to end on the native runner
 peers-slicers: velvet

@@ -46,7 +46,8 @@ impl Onlooker {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(0),
             Err(_) => Err(()),
         };
-        let answered = asked.is_ok_and(|asked| asked == 0 || client.write_all(state(world).repeat(asked).as_bytes()).is_ok());
+        let answered =
+            asked.is_ok_and(|asked| asked == 0 || client.write_all(state(world).repeat(asked).as_bytes()).is_ok());
         if !answered {
             self.client = None;
         }
@@ -57,7 +58,8 @@ impl Onlooker {
 /// heaters in degrees Celsius with their mean duty.
 fn state(world: &World) -> String {
     let [x, y, z] = world.tool_mm();
-    let mut line = format!("{{\"s\":{:.6},\"tool\":[{x:.4},{y:.4},{z:.4}],\"carriages\":{{", world.now_ns() as f64 * 1e-9);
+    let mut line =
+        format!("{{\"s\":{:.6},\"tool\":[{x:.4},{y:.4},{z:.4}],\"carriages\":{{", world.now_ns() as f64 * 1e-9);
     let carriages = Actuator::ALL.into_iter().filter_map(|motor| Some((motor.name(), world.carriage_mm(motor)?)));
     for (index, (name, mm)) in carriages.enumerate() {
         let comma = if index > 0 { "," } else { "" };
