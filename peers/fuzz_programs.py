@@ -285,7 +285,7 @@ class Maker:
         if self.random.random() < 0.85:
             return self.move()
         self.lines.append(self.random.choice([
-            "G0 G1 X1", "G90 G91", "X1 X2 G0", "G1", "G2 X1", "G1 X[1/0]", "#0 = 1", "G0 X#99999", "G4", "G10 L2 X1", "G10 L2 P12 X1", "G92",
+            "G0 G1 X1", "G90 G91", "X1 X2 G0", "G1", "G2 X1", "G1 X[1/0]", "#0 = 1", "G0 X#99999", "G4", "G10 L2 P1 X1 Y", "G10 L2 P12 X1", "G92",
             "G53 X1", "G81 Z-1", "M3 M5", "G0 X1 Y", "G0 X-", "G0 X[1", "G0 X1]", "G43 H77", "G5.9", "M198", "G17 G18", "G0 X1 G4 P1", "G28 G0 X1",
             "G1 X1 I2", "G0 X1 R3", "G0 X1 P2", "G0 X1 L2", "T-1", "S-1", "F-1", "G0 X1.2.3", "G0 X+5", "G0 X--5", "G0 X 5", "G 0 X5", "G0 X1 ( open",
             "O900 endif", "O901 if [1]", "#<q>=1 #<q>=2 G0 X#<q>", "G0 X[#<nobody>]", "G0 X[SQRT[0-1]]", "G0 X[ACOS[2]]", "G0 X[LN[0]]", "G0 X[2**-1]",

@@ -114,6 +114,8 @@ def velvet(program, path):
                 centre = [number(word) for word in rest[:2]]
             else:
                 centre = centre_of(start, here, axes, radius, turns_left)
+            if rest[-1].startswith("T"):
+                feed = length_of(start, here, axes, centre, turns_left, int(turns)) * 60.0 / feed if feed else math.inf
             actions.append(["arc", plane, sense, int(turns), *here, *centre, feed])
         elif words[0] == "dwell":
             actions.append(["dwell", number(words[1])])
@@ -121,7 +123,7 @@ def velvet(program, path):
             actions.append(["message", line[len("message "):].strip()])
         elif words[0] in ("pause", "tool"):
             actions.append([words[0]])
-        elif words[0] not in ("end", "print", "note:") and not line.startswith("position is A"):
+        elif words[0] not in ("end", "print", "note", "note:") and not line.startswith("position is A"):
             # LinuxCNC prints beside its actions, and has no axis A here.
             actions.append([line])
     return actions, done.returncode == 0, done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""
@@ -137,6 +139,17 @@ def centre_of(start, end, axes, radius, turns_left):
     height = math.sqrt(max(radius * radius - chord * chord / 4.0, 0.0))
     side = (1.0 if turns_left else -1.0) * (1.0 if radius > 0 else -1.0)
     return [(ax + bx) / 2.0 - side * dy / chord * height, (ay + by) / 2.0 + side * dx / chord * height]
+
+
+def length_of(start, end, axes, centre, turns_left, turns):
+    """How long an arc is, along its axis too."""
+    first, last = (math.atan2(place[axes[1]] - centre[1], place[axes[0]] - centre[0]) for place in (start, end))
+    radius = math.hypot(start[axes[0]] - centre[0], start[axes[1]] - centre[1])
+    angle = (last - first if turns_left else first - last) % math.tau
+    if angle < 1e-9:
+        angle = math.tau
+    along = sum(end[axis] - start[axis] for axis in range(3) if axis not in axes)
+    return math.hypot(radius * (angle + (turns - 1) * math.tau), along)
 
 
 def same(ours, theirs):

@@ -190,7 +190,7 @@ fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
 /// Where the checksum's `*` stands, and its number.
 ///
 /// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only
-/// digits follow. Elsewhere a `*` inside a comment is part of the comment.
+/// digits follow. Elsewhere a `*` inside a comment is part of the comment, and in brackets it multiplies.
 fn checksum(line: &[u8], numbered: bool) -> Result<Option<(usize, u8)>, Refusal> {
     let Some(last) = memchr::memrchr(b'*', line) else { return Ok(None) };
     if numbered
@@ -216,12 +216,16 @@ fn checksum_number(line: &[u8], star: usize) -> Option<(u8, usize)> {
 
 fn star_outside_comments(line: &[u8]) -> Option<usize> {
     let mut in_parentheses = false;
+    let mut brackets = 0_u32;
     for (at, byte) in line.iter().enumerate() {
         match byte {
             b'(' => in_parentheses = true,
             b')' => in_parentheses = false,
-            b';' if !in_parentheses => return None,
-            b'*' if !in_parentheses => return Some(at),
+            _ if in_parentheses => {}
+            b'[' => brackets += 1,
+            b']' => brackets = brackets.saturating_sub(1),
+            b';' => return None,
+            b'*' if brackets == 0 => return Some(at),
             _ => {}
         }
     }
@@ -320,6 +324,20 @@ mod tests {
         assert_eq!(decoder.expected(), 0);
         decode(&mut decoder, "M1100").unwrap();
         assert_eq!(decoder.expected(), 0);
+    }
+
+    #[test]
+    fn a_star_in_brackets_multiplies_on_a_numbered_line_too() {
+        let mut decoder = Decoder::new();
+        for line in
+            ["N5 G1 X[2*3]", "N5 #1=[2 * [1 ** 2]]", "N5 G1 X[2*3] (4*5)", "N5 G1 X[2*3] ; 4*", "N5 G1 Y1 X[2*3]F7"]
+        {
+            assert!(decode(&mut decoder, line).is_ok(), "{line}");
+        }
+        assert!(decode(&mut decoder, &numbered(1, "G1 X[2*3]")).is_ok());
+        for line in ["N5 G1 X[2*3]*1", "N5 G1 X[2]*3 Y1", "N5 G1 X1*"] {
+            assert!(decode(&mut decoder, line).is_err(), "{line}");
+        }
     }
 
     #[test]

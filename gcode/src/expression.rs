@@ -321,7 +321,13 @@ impl Operator {
         let (is_a, is_b) = (a != 0.0, b != 0.0);
         Ok(match self {
             Self::Power if a < 0.0 && libm::floor(b) != b => return Err(Problem::NotFinite),
-            Self::Power => libm::pow(a, b),
+            Self::Power => {
+                let power = libm::pow(a, b);
+                if !power.is_finite() {
+                    return Err(Problem::NotFinite);
+                }
+                power
+            }
             Self::Times => a * b,
             Self::Over | Self::Modulo if !is_b => return Err(Problem::DivisionByZero),
             Self::Over => a / b,
@@ -462,6 +468,7 @@ mod tests {
         assert_eq!(wrong("#<>"), Err((2, Problem::BadName)));
         assert_eq!(wrong(&"[".repeat(12)), Err((11, Problem::NestedTooDeep)));
         assert_eq!(wrong("[[-8] ** 0.5]"), Err((13, Problem::NotFinite)));
+        assert_eq!(wrong("[0 ** -1 GT 2]"), Err((9, Problem::NotFinite)));
     }
 
     proptest! {
