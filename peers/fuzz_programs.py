@@ -120,8 +120,7 @@ class Maker:
         elif kind == 7:
             self.add(f"G53 G{self.random.choice('01')} {self.axes()}" + self.feed_word())
         else:
-            code = self.random.choice(["G28", "G30"])
-            self.add(self.random.choice([f"{code}.1", f"{code} {self.axes()}", code]))
+            self.add("G92.1")
 
     def arc(self):
         """From a known place, so that both ends lie on the circle."""
@@ -255,7 +254,8 @@ class Maker:
         self.add("G17 G91")
         words = " ".join(f"{letter}{self.literal(-5, 5)}" for letter in ("XYIJPQ"))
         self.add(f"G5 {words} F300" if not self.inverse else "G0 X1")
-        self.add(f"G0 {self.axes()}")
+        # Where the spline ended, by what comes next; somewhere else, so that it is a move.
+        self.add(f"G91 G0 X{self.literal(1, 9)} Y{self.literal(-9, -1)} Z1")
 
     def other(self):
         kind = self.random.randrange(9)
@@ -272,11 +272,11 @@ class Maker:
         elif kind == 4:
             self.spline()
         elif kind == 5:
-            self.add(self.random.choice(["M48", "M49", "M50 P0", "M51 P1", "M52 P1", "M53 P1", "M62 P1", "M65 P0"]))
+            self.add(self.random.choice(["G61", "G61.1", "G64 P0.02", "M9"]))
         elif kind == 6:
             self.add(self.random.choice(["G61", "G64 P0.05 Q0.02", "G64"]))
         elif kind == 7:
-            self.add(self.random.choice(["M70", "M71", "M72", "M73"]) if self.depth == 0 else "M9")
+            self.add(self.random.choice(["S1000 M4", "M5", "F333"]))
         else:
             self.wrong()
 

@@ -44,9 +44,9 @@ def difference(program, path):
     """None when both agree."""
     try:
         theirs, they_did, their_error = linuxcnc(path)
+        ours, we_did, our_error = velvet(program, path)
     except subprocess.TimeoutExpired:
-        return None
-    ours, we_did, our_error = velvet(program, path)
+        return Difference("takes too long", "")
     # What rs274 does not print: splines, and what a line of ours notes.
     ours = [action for action in ours if not re.match(r"(Cubic|Quadratic|Nurbs|Spline|note)", str(action[0]))]
     if they_did and not we_did:
@@ -160,13 +160,14 @@ def main():
             case = cases.setdefault(found.kind, {"count": 0, "seeds": [], "forms": {}})
             case["count"] += 1
             # The same kind may have several causes: the first ones of each are cut down, then a few.
-            if case["count"] <= 25 or case["count"] % 10 == 0:
+            if case["count"] <= 12 or case["count"] % 20 == 0:
                 case["seeds"].append(seed)
                 small = bench.cut_down(lines, found.kind)
                 reason = reason_for(known, found.kind, small)
                 form = reason or re.sub(r"\d+(\.\d+)?", "0", " / ".join(small))[:200]
                 if form not in case["forms"]:
-                    case["forms"][form] = {"count": 0, "seed": seed, "known": reason, "program": small, "text": bench.look(small).text}
+                    text = (bench.look(small) or found).text
+                    case["forms"][form] = {"count": 0, "seed": seed, "known": reason, "program": small, "text": text}
                     print(f"{'known' if reason else 'NEW'} seed {seed}: {found.kind}: {reason or ' / '.join(small)}", flush=True)
                 case["forms"][form]["count"] += 1
         seed += 1

@@ -5,146 +5,25 @@
 //! which has a checksum over all its bytes, nor the text of a code that takes one (M117): there `!` is a
 //! letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
 //! part of some letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a
-//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write their
-//! bytes as text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is the
-//! command too, outside comments and texts.
+//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write
+//! their bytes as text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is
+//! the command too, outside comments and texts.
+
+mod request;
+
+pub use request::Realtime;
+use request::{ABORT, STOP, classify, classify_extended};
 
 use crate::scanner::TEXT_M_CODES;
 
-/// A request that does not wait for its turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Realtime {
-    /// `?`: report the status.
-    Status,
-    /// `!`: feed hold.
-    Hold,
-    /// `~`: resume.
-    Resume,
-    /// Ctrl-X: abort, halt.
-    Abort,
-    /// Ctrl-Y: clear a halt, else stop what this console started (jog, listing).
-    Stop,
-    /// 0x87: report the status with all its fields (grblHAL).
-    StatusInFull,
-    /// 0x84: the safety door is open (GRBL).
-    Door,
-    /// 0x85: stop jogging (GRBL).
-    JogCancel,
-    /// A line `M112`: emergency stop. The line itself is carried out in its turn, too, and does no more.
-    Emergency,
-    /// 0x90: feed rates as programmed (GRBL, as all that follow).
-    FeedReset,
-    /// 0x91: feed rates 10 % up.
-    FeedUp10,
-    /// 0x92: feed rates 10 % down.
-    FeedDown10,
-    /// 0x93: feed rates 1 % up.
-    FeedUp1,
-    /// 0x94: feed rates 1 % down.
-    FeedDown1,
-    /// 0x95: rapids at their full rate.
-    RapidFull,
-    /// 0x96: rapids at half their rate.
-    RapidHalf,
-    /// 0x97: rapids at a quarter of their rate.
-    RapidQuarter,
-    /// 0x99: spindle as programmed.
-    SpindleReset,
-    /// 0x9A: spindle 10 % up.
-    SpindleUp10,
-    /// 0x9B: spindle 10 % down.
-    SpindleDown10,
-    /// 0x9C: spindle 1 % up.
-    SpindleUp1,
-    /// 0x9D: spindle 1 % down.
-    SpindleDown1,
-    /// 0x9E: in a hold, stop the spindle, or start it again.
-    SpindleStop,
-    /// 0xA0: flood coolant the other way.
-    Flood,
-    /// 0xA1: mist coolant the other way.
-    Mist,
-}
-
-impl Realtime {
-    /// Every request, the most urgent first.
-    pub const ALL: [Self; 25] = [
-        Self::Emergency,
-        Self::Abort,
-        Self::Door,
-        Self::Hold,
-        Self::Resume,
-        Self::JogCancel,
-        Self::Stop,
-        Self::FeedReset,
-        Self::FeedUp10,
-        Self::FeedDown10,
-        Self::FeedUp1,
-        Self::FeedDown1,
-        Self::RapidFull,
-        Self::RapidHalf,
-        Self::RapidQuarter,
-        Self::SpindleReset,
-        Self::SpindleUp10,
-        Self::SpindleDown10,
-        Self::SpindleUp1,
-        Self::SpindleDown1,
-        Self::SpindleStop,
-        Self::Flood,
-        Self::Mist,
-        Self::StatusInFull,
-        Self::Status,
-    ];
-}
-
-/// The request that a control character or a sign makes.
-const fn classify(byte: u8) -> Option<Realtime> {
-    Some(match byte {
-        b'?' => Realtime::Status,
-        b'!' => Realtime::Hold,
-        b'~' => Realtime::Resume,
-        ABORT => Realtime::Abort,
-        STOP => Realtime::Stop,
-        _ => return None,
-    })
-}
-
-/// The request that a byte of GRBL 1.1's makes.
-const fn classify_extended(byte: u8) -> Option<Realtime> {
-    Some(match byte {
-        0x87 => Realtime::StatusInFull,
-        0x84 => Realtime::Door,
-        0x85 => Realtime::JogCancel,
-        0x90 => Realtime::FeedReset,
-        0x91 => Realtime::FeedUp10,
-        0x92 => Realtime::FeedDown10,
-        0x93 => Realtime::FeedUp1,
-        0x94 => Realtime::FeedDown1,
-        0x95 => Realtime::RapidFull,
-        0x96 => Realtime::RapidHalf,
-        0x97 => Realtime::RapidQuarter,
-        0x99 => Realtime::SpindleReset,
-        0x9A => Realtime::SpindleUp10,
-        0x9B => Realtime::SpindleDown10,
-        0x9C => Realtime::SpindleUp1,
-        0x9D => Realtime::SpindleDown1,
-        0x9E => Realtime::SpindleStop,
-        0xA0 => Realtime::Flood,
-        0xA1 => Realtime::Mist,
-        _ => return None,
-    })
-}
-
-/// In UTF-8 before every letter of which the second byte is the number of the letter itself: U+0080 to U+00BF.
+/// In UTF-8 before every letter of which the second byte is the number of the letter itself: U+0080 to
+/// U+00BF.
 const LATIN_MARK: u8 = 0xC2;
 
 /// A byte that goes on with a letter of UTF-8 and begins none.
 const fn continues_letter(byte: u8) -> bool {
     matches!(byte, 0x80..=0xBF)
 }
-
-const ABORT: u8 = 0x18;
-const STOP: u8 = 0x19;
 
 /// Where in a line the receiver is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

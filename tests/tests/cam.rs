@@ -1,5 +1,5 @@
-//! Files as CAM programs write them, run end to end: the tool goes where they say, it waits for a person where they say, and
-//! nothing is passed over without a word.
+//! Files as CAM programs write them, run end to end: the tool goes where they say, it waits for a person
+//! where they say, and nothing is passed over without a word.
 //!
 //! They are written in each program's style for a mill that speaks GRBL, and stand in data/cam.
 

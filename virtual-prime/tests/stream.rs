@@ -1,7 +1,8 @@
-//! Character counting at full rate: a GRBL sender keeps the receive buffer full at 1 Mbaud. Every line gets its one answer, in
-//! order, and the motors never wait for lines.
+//! Character counting at full rate: a GRBL sender keeps the receive buffer full at 1 Mbaud. Every line gets
+//! its one answer, in order, and the motors never wait for lines.
 //!
-//! `a_hundred_thousand_lines` takes minutes and runs with `make stream`; the rest of it is the same with fewer lines.
+//! `a_hundred_thousand_lines` takes minutes and runs with `make stream`; the rest of it is the same with
+//! fewer lines.
 
 mod common;
 

@@ -353,8 +353,8 @@ pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.motion(motion::Motion::stop);
 }
 
-/// Ctrl-X: stops what goes on, drops what was sent, and greets anew. Where nothing goes on, or a hold has come
-/// to rest, it is no alarm.
+/// Ctrl-X: stops what goes on, drops what was sent, and greets anew. Where nothing goes on, or a hold has
+/// come to rest, it is no alarm.
 pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_motion();
     let Machine { sessions, ports, .. } = machine;

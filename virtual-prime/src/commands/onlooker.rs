@@ -1,5 +1,5 @@
-//! The machine as somebody sees who stands beside it: where its carriages are, how warm its heaters. A test of
-//! a sender asks here, so that nothing rests on what the firmware or the sender believes.
+//! The machine as somebody sees who stands beside it: where its carriages are, how warm its heaters. A test
+//! of a sender asks here, so that nothing rests on what the firmware or the sender believes.
 
 use std::fmt::Write as _;
 use std::io::{self, Read, Write};
