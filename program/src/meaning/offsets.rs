@@ -146,8 +146,9 @@ pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     if subcode == 0 && !words.is_bare() {
         return set_work_position(program, context);
     }
-    if subcode == 2 {
-        program.modal.g92_kept = program.modal.g92;
+    let is_set = program.modal.g92 != [0.0; 3];
+    if subcode != 2 || is_set {
+        program.modal.g92_kept = if subcode == 2 { program.modal.g92 } else { [0.0; 3] };
     }
     program.modal.g92 = [0.0; 3];
     if let Some(tool) = program.tools.active_mut().filter(|_| subcode == 0) {
@@ -162,6 +163,7 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
         let tool = program.tools.active_mut().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
         tool.e = e;
     }
+    program.modal.g92_kept = [0.0; 3];
     for axis in Axis::PRIMARY {
         if let Some(mm) = words.axis(axis) {
             program.modal.set_g92(axis, mm, program.position[axis]);
@@ -184,9 +186,9 @@ pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>)
     NOTHING
 }
 
-/// G92.3: the offset itself, mm; without words, what G92.2 has taken away.
+/// G92.3: the offset itself, mm; without words, what G92.2 has taken away, if it has.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    if context.words.is_bare() {
+    if context.words.is_bare() && program.modal.g92_kept != [0.0; 3] {
         program.modal.g92 = program.modal.g92_kept;
     }
     for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
