@@ -45,7 +45,7 @@ class Maker:
         if self.names and kind < 0.35:
             return f"#<{self.random.choice(self.names)}>"
         if kind < 0.4:
-            return self.random.choice(["#5420", "#5421", "#5422", "#<_x>", "#<_y>", "#<_z>", "#5220", "#5211", "#5221", "#<_feed>"])
+            return self.random.choice(["#5420", "#5421", "#5422", "#<_x>", "#<_y>", "#<_z>", "#5220"])
         return self.literal(-9, 9)
 
     def number(self, low=-50.0, high=50.0):
@@ -115,8 +115,8 @@ class Maker:
         elif kind == 5:
             self.add("G49")
         elif kind == 6:
-            self.add(f"G10 L1 P{self.random.randint(1, 2)} Z{self.literal(-20, 20)}")
-            self.add(f"G43 H{self.random.randint(1, 2)}")
+            self.add("G49")
+            self.add(f"G43.1 Z{self.literal(-9, 9)}")
         elif kind == 7:
             self.add(f"G53 G{self.random.choice('01')} {self.axes()}" + self.feed_word())
         else:
@@ -268,7 +268,7 @@ class Maker:
         elif kind == 2:
             self.add(self.random.choice(["(MSG, hello there)", "(a remark)", "(DEBUG, #1 and #<_x>)", "; nothing", "", "/ G0 X3", "/G1 Y2 F99", "(MSG,)"]))
         elif kind == 3:
-            self.add(self.random.choice(["M0", "M1", "M60", "M8", "M9", "M3 S100", "M5", "M7", "T1 M6", "T2", "M6 T2", "S500", "F250"]))
+            self.add(self.random.choice(["M0", "M1", "M60", "M9", "M3 S100", "M5", "T1 M6", "T2", "M6 T2", "S500", "F250"]))
         elif kind == 4:
             self.spline()
         elif kind == 5:
