@@ -24,7 +24,7 @@ pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, Pla
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, KillButton, Parity, PlayerConfig, PrinterDialect, SystemConfig,
-    UartConfig,
+    ToolChangeConfig, UartConfig,
 };
 
 use crate::module::{MAX_OFF, OffModule};
@@ -99,6 +99,8 @@ pub struct MachineConfig {
     pub kill_button: KillButton,
     /// `[player]`
     pub player: PlayerConfig,
+    /// `[tool change]`
+    pub tool_change: ToolChangeConfig,
     /// Canned cycles.
     pub cycles: CyclesConfig,
     /// What stays off because of an error in the file; see [`MachineConfig::off`].

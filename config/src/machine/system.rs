@@ -141,6 +141,17 @@ pub struct PlayerConfig {
     pub dialect: FileDialect,
 }
 
+/// `[tool change]`
+#[derive(Clone, Debug, Default)]
+pub struct ToolChangeConfig {
+    /// Line executed before the tool is changed; empty for none.
+    pub before_gcode: Command,
+    /// The operator is asked to change it.
+    pub prompt: bool,
+    /// Line executed once it has been changed; empty for none.
+    pub after_gcode: Command,
+}
+
 /// What files are written in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FileDialect {

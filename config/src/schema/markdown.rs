@@ -26,7 +26,7 @@ pub fn markdown() -> String {
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "The board and its consoles",
-        &["general", "system", "consoles", "uart console", "kill button", "player", "network"],
+        &["general", "system", "consoles", "uart console", "kill button", "player", "tool change", "network"],
     ),
     ("Motion", &["motion control", "planner", "conveyor", "input shaper"]),
     (

@@ -68,6 +68,7 @@ pub const SECTIONS: &[Section] = &[
     leveling::SKEW_CORRECTION,
     system::KILL_BUTTON,
     system::PLAYER,
+    system::TOOL_CHANGE,
     kinematics::LINEAR_DELTA,
     kinematics::ROTARY_DELTA,
     kinematics::MORGAN_SCARA,

@@ -266,3 +266,34 @@ pub const PLAYER: Section = Section {
         .velvet(),
     ],
 };
+
+pub const TOOL_CHANGE: Section = Section {
+    name: "tool change",
+    summary: "What M6 does on a machine without extruders.",
+    form: Form::Plain,
+    settings: &[
+        text(
+            "before_gcode",
+            "",
+            96,
+            |c, _, v| c.tool_change.before_gcode = super::switches::spaced(v),
+            "A line executed before the tool is changed. Underscores stand for blanks.",
+        )
+        .velvet(),
+        bool(
+            "prompt",
+            "true",
+            |c, _, v| c.tool_change.prompt = v,
+            "Ask the operator to put the tool in, and wait for `~` or M24; false: the scripts change it.",
+        )
+        .velvet(),
+        text(
+            "after_gcode",
+            "",
+            96,
+            |c, _, v| c.tool_change.after_gcode = super::switches::spaced(v),
+            "A line executed once it has been changed. Underscores stand for blanks.",
+        )
+        .velvet(),
+    ],
+};

@@ -4,7 +4,7 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, flow, functions, halt, operator, parameters, shapes, suspend};
+use super::{Hands, Machine, flow, functions, halt, operator, parameters, shapes, suspend, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -82,7 +82,7 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
         Action::EndProgram => end_program(machine).await,
         Action::Pause(why) => operator::pause(machine, why).await,
-        Action::ChangeTool(tool) => operator::change_tool(machine, tool).await,
+        Action::ChangeTool(tool) => tool_change::begin(machine, tool).await,
         Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
         Action::Resume => suspend::resume(machine, to).await,
         Action::Function(function, words) => functions::run(machine, function, words, to).await,

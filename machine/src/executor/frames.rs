@@ -76,6 +76,10 @@ pub(super) enum Frame<'c> {
     /// The startup lines of GRBL's dialect from this one on.
     Startup(u8),
     Then(Then),
+    /// The job goes on once the operator has done what it was asked for.
+    Operator,
+    /// The script before a tool change has ended: the operator is to put this one in.
+    ToolChange(u32),
 }
 
 /// The stack.
@@ -108,6 +112,11 @@ impl<'c> Frames<'c> {
     /// Drops what was started since the stack had this height.
     pub fn drop_down_to(&mut self, height: usize) {
         self.frames.truncate(height);
+    }
+
+    /// What is next waits for the operator.
+    pub fn wait_for_operator(&self) -> bool {
+        matches!(self.frames.last(), Some(Frame::Operator))
     }
 
     pub fn pop(&mut self) -> Option<Frame<'c>> {

@@ -21,7 +21,9 @@ use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 /// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
 /// command of a switch. False when there was nothing.
 pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    if !machine.frames.is_empty() {
+    // While the operator does something, sessions may: he jogs, and touches off the tool.
+    let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
+    if !machine.frames.is_empty() && !operator_is_busy {
         stack::run_top(machine).await;
         return true;
     }

@@ -29,6 +29,7 @@ mod shapes;
 mod source;
 mod stack;
 mod suspend;
+mod tool_change;
 
 use core::pin::pin;
 

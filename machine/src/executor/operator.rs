@@ -1,8 +1,9 @@
-//! What a program tells the operator, and waits for: messages, M0, M1, M60, M6.
+//! What a program tells the operator, and waits for: messages, M0, M1, M60.
 
 use program::{Pause, Remark, State};
 
 use super::Machine;
+use super::frames::Frame;
 use crate::failure::{Answer, Failure, Message, Outcome};
 use crate::ports::Ports;
 use crate::safety::Event;
@@ -36,19 +37,13 @@ pub(super) async fn pause<P: Ports>(machine: &mut Machine<'_, P>, why: Pause) ->
     wait(machine, format_args!("the program waits ({code})")).await
 }
 
-/// M6.
-pub(super) async fn change_tool<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
-    machine.standstill().await?;
-    if tool == 0 {
-        return wait(machine, format_args!("take the tool out (T0 M6)")).await;
-    }
-    wait(machine, format_args!("put in tool {tool} (M6)")).await
-}
-
-/// A job is paused; lines of a session are held.
-async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
+/// A job is paused, with what is left of its line; lines of a session are held.
+pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
+        if !machine.frames.push(Frame::Operator) {
+            return Err(Failure::refused("scripts start each other without end"));
+        }
         machine.jobs.wait_for_operator();
         return Ok(Answer::Ok);
     }

@@ -8,7 +8,7 @@ use super::blocks::Start;
 use super::frames::{Frame, Replay, Then};
 use super::source::{Origin, Source};
 use super::suspend::start_script;
-use super::{Hands, Machine, answers, blocks};
+use super::{Hands, Machine, answers, blocks, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Ports, StorageError};
 use crate::probing::level_by_cartesian_grid;
@@ -25,6 +25,13 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
         Some(Frame::Script(..)) => script_next(machine).await,
         _ => match machine.frames.pop() {
             Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest).await,
+            // The job was aborted meanwhile, and with it its line.
+            Some(Frame::Operator) if !machine.jobs.is_open() => machine.frames.drop_down_to(0),
+            Some(Frame::ToolChange(tool)) => {
+                if let Err(failure) = tool_change::put_in(machine, tool).await {
+                    fail(machine, failure);
+                }
+            }
             Some(Frame::Startup(number)) => run_startup(machine, number).await,
             Some(Frame::Then(then)) => {
                 if let Err(failure) = go_on(machine, then).await {
@@ -134,7 +141,7 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
-            Frame::Script(..) | Frame::Then(_) | Frame::Startup(_) => {}
+            Frame::Script(..) | Frame::Then(_) | Frame::Startup(_) | Frame::Operator | Frame::ToolChange(_) => {}
         }
     }
 }

@@ -94,7 +94,7 @@ impl Jobs {
         if self.suspended.is_some() {
             return Err(Failure::refused(SUSPENDED));
         }
-        job.paused = false;
+        (job.paused, job.waits_for_operator) = (false, false);
         job.listeners.tells_end = reply.to();
         Ok(Answer::Ok)
     }

@@ -7,6 +7,8 @@ const BUTTON: &[&str] = &["[kill button] enable = true", "[kill button] pin = PB
 const LATCHING: &[&str] =
     &["[kill button] enable = true", "[kill button] pin = PB7^", "[kill button] toggle_enable = true"];
 const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
+/// No extruder, and nobody to put the tool in.
+const SPINDLE: &[&str] = &["[extruder] hotend.enable = false", "[tool change] prompt = false"];
 /// M203 is of minutes in one dialect and of seconds in the others.
 const PLAYED: &[&str] = &["M28 a.g", "M203 X600", "M29", "play /sd/a.g", "G4 P200", "M203"];
 const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin = PB9"];
@@ -36,6 +38,9 @@ pub const ROWS: &[Row] = &[
     row("[player] leave_heaters_on_suspend", "true", "false", Say(&["M104 S50", "M600", "get temp hotend"])),
     row("[player] after_suspend_gcode", "", "G91_G1_X1_F600", Edges(&["G91", "G1 Y1 F600", "M600"])),
     row("[player] before_resume_gcode", "", "G91_G1_Z1_F600", Edges(&["G91", "G1 Y1 F600", "M600", "resume"])),
+    row("[tool change] before_gcode", "", "G91_G1_X1_F600", Look(changed)).with(SPINDLE),
+    row("[tool change] after_gcode", "", "G91_G1_Y1_F600", Look(changed)).with(SPINDLE),
+    row("[tool change] prompt", "true", "false", Look(changed)).with(&["[extruder] hotend.enable = false"]),
     row("[player] dialect", "klipper", "reprapfirmware", Say(PLAYED)),
     row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
 ];
@@ -69,4 +74,10 @@ fn at_boot(bench: &mut Bench) -> String {
     bench.hear(2.0);
     let moved = bench.world(|world| world.trace().total());
     moved.to_string() + &edges(bench, &["G91", "G1 X1 F600"])
+}
+
+/// What a tool change says, and where it leaves the machine.
+fn changed(bench: &mut Bench) -> String {
+    bench.type_in("T1 M6\n");
+    bench.hear(2.0) + &bench.status()
 }

@@ -1,0 +1,43 @@
+//! M6: a script that takes the machine to where tools are changed, the operator's part, a script behind it.
+
+use super::Machine;
+use super::frames::Frame;
+use super::operator;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::Ports;
+
+/// Begins a tool change. Whatever stands behind it in its line waits for its end.
+pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
+    machine.standstill().await?;
+    if machine.config.tool_change.before_gcode.is_empty() {
+        put_in(machine, tool).await?;
+        return Ok(Answer::Ok);
+    }
+    let script = &machine.config.tool_change.before_gcode;
+    push(machine, Frame::ToolChange(tool))?;
+    push(machine, Frame::Script(script, 0))?;
+    Ok(Answer::Ok)
+}
+
+/// The operator puts it in, or takes out the one that is there (0); then the second script.
+pub(super) async fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
+    let script = &machine.config.tool_change.after_gcode;
+    if !script.is_empty() {
+        push(machine, Frame::Script(script, 0))?;
+    }
+    if !machine.config.tool_change.prompt {
+        return Ok(());
+    }
+    // The script may have moved there.
+    machine.standstill().await?;
+    let waited = if tool == 0 {
+        operator::wait(machine, format_args!("take the tool out (T0 M6)")).await
+    } else {
+        operator::wait(machine, format_args!("put in tool {tool} (M6)")).await
+    };
+    waited.map(drop)
+}
+
+fn push<'c, P: Ports>(machine: &mut Machine<'c, P>, frame: Frame<'c>) -> Result<(), Failure> {
+    if machine.frames.push(frame) { Ok(()) } else { Err(Failure::refused("scripts start each other without end")) }
+}
