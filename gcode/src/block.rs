@@ -63,7 +63,20 @@ impl fmt::Display for Code {
     }
 }
 
-const LETTERS: usize = 26;
+/// A to Z, and `@` and `^` of polar coordinates.
+const LETTERS: usize = 28;
+
+/// Every letter a word can have, in the order in which words are given.
+pub const WORD_LETTERS: [char; LETTERS] = {
+    let mut letters = ['@'; LETTERS];
+    let mut place = 0;
+    while place < 26 {
+        letters[place] = (b'A' + place as u8) as char;
+        place += 1;
+    }
+    letters[27] = '^';
+    letters
+};
 
 /// One command and its words, or words alone, which go on with the last motion code.
 ///
@@ -121,6 +134,14 @@ impl<'a> Block<'a> {
         index(letter).is_some_and(|index| self.present & (1 << index) != 0)
     }
 
+    /// Whether one of the words A, B, C, `@` and `^` is there: those of a move that few moves have.
+    #[must_use]
+    #[inline]
+    pub const fn has_rare_coordinate(&self) -> bool {
+        const RARE: u32 = 0b111 | 1 << 26 | 1 << 27;
+        self.present & RARE != 0
+    }
+
     /// Whether there is no word (nor text) beside the code.
     #[must_use]
     pub const fn is_bare(&self) -> bool {
@@ -138,7 +159,7 @@ impl<'a> Block<'a> {
 
     /// The words in order of the alphabet: letter and number.
     pub fn words(&self) -> impl Iterator<Item = (char, Option<f64>)> + '_ {
-        ('A'..='Z').filter(|&letter| self.has(letter)).map(|letter| (letter, self.get(letter)))
+        WORD_LETTERS.into_iter().filter(|&letter| self.has(letter)).map(|letter| (letter, self.get(letter)))
     }
 
     /// Whether the code is this one, subcode included.
@@ -194,5 +215,9 @@ impl fmt::Display for Block<'_> {
 
 #[inline]
 fn index(letter: char) -> Option<usize> {
-    letter.is_ascii_alphabetic().then(|| usize::from((letter as u8).to_ascii_uppercase() - b'A'))
+    match letter {
+        '@' => Some(26),
+        '^' => Some(27),
+        letter => letter.is_ascii_alphabetic().then(|| usize::from((letter as u8).to_ascii_uppercase() - b'A')),
+    }
 }

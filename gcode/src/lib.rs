@@ -10,6 +10,7 @@
 #![cfg_attr(not(test), no_std)]
 
 mod block;
+mod code_number;
 mod decoder;
 mod error;
 pub mod expression;
@@ -22,7 +23,7 @@ mod scanner;
 mod text_value;
 mod whole_line;
 
-pub use block::{Block, Code, Letter};
+pub use block::{Block, Code, Letter, WORD_LETTERS};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
 pub use error::{Problem, SyntaxError};
 pub use expression::{NoParameters, Parameter, Parameters};

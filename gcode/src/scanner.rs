@@ -16,7 +16,7 @@ const NUMBERED_G_CODES: [u16; 22] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 73, 8
 /// The commands of a line, in order. Ends after the first error.
 #[derive(Clone, Debug)]
 pub struct Blocks<'a> {
-    line: &'a [u8],
+    pub(crate) line: &'a [u8],
     pub(crate) at: usize,
     /// A comment that says something, `(MSG, hello)`.
     remark: Option<&'a [u8]>,
@@ -41,11 +41,11 @@ impl<'a> Blocks<'a> {
         (self.line, self.at)
     }
 
-    fn peek(&self) -> Option<u8> {
+    pub(crate) fn peek(&self) -> Option<u8> {
         self.line.get(self.at).copied()
     }
 
-    fn rest(&self) -> &'a [u8] {
+    pub(crate) fn rest(&self) -> &'a [u8] {
         self.line.get(self.at..).unwrap_or(&[])
     }
 
@@ -53,7 +53,7 @@ impl<'a> Blocks<'a> {
         SyntaxError { column: column(at), problem }
     }
 
-    fn skip_blanks(&mut self) {
+    pub(crate) fn skip_blanks(&mut self) {
         while matches!(self.peek(), Some(b' ' | b'\t')) {
             self.at += 1;
         }
@@ -107,6 +107,8 @@ impl<'a> Blocks<'a> {
                 Some(b'(') => self.pass_comment()?,
                 Some(byte) if byte.is_ascii_alphabetic() => return Ok(Some(byte.to_ascii_uppercase())),
                 Some(b'#') => self.assign(parameters)?,
+                // Polar coordinates: distance and angle.
+                Some(byte @ (b'@' | b'^')) => return Ok(Some(byte)),
                 Some(b'*') => return Err(self.error(self.at, Problem::BadChecksum)),
                 Some(byte) => return Err(self.error(self.at, Problem::NotALetter(byte))),
             }
@@ -130,9 +132,9 @@ impl<'a> Blocks<'a> {
         let Some(first) = self.next_word(parameters)? else { return Ok(false) };
         let begin = self.at;
         let code = match first {
-            b'G' => Some(self.code(Letter::G, 'G')?),
-            b'M' => Some(self.code(Letter::M, 'M')?),
-            b'T' => Some(self.code(Letter::T, 'T')?),
+            b'G' => Some(self.code(Letter::G, 'G', parameters)?),
+            b'M' => Some(self.code(Letter::M, 'M', parameters)?),
+            b'T' => Some(self.code(Letter::T, 'T', parameters)?),
             _ => None,
         };
         block.begin(code, column(begin));
@@ -165,29 +167,6 @@ impl<'a> Blocks<'a> {
         block.text = block.text.or(text);
         self.at += length;
         true
-    }
-
-    /// A code's number and subcode, the letter being at hand.
-    pub(crate) fn code(&mut self, letter: Letter, name: char) -> Result<Code, SyntaxError> {
-        let begin = self.at;
-        self.at += 1;
-        self.skip_blanks();
-        let number = number::parse_digits(self.rest()).and_then(|(n, length)| Some((u16::try_from(n).ok()?, length)));
-        let (number, length) = number.ok_or(self.error(begin, Problem::BadCode(name)))?;
-        self.at += length;
-        let mut subcode = 0;
-        if self.peek() == Some(b'.') {
-            self.at += 1;
-            let digits =
-                number::parse_digits(self.rest()).and_then(|(n, length)| Some((u8::try_from(n).ok()?, length)));
-            let (value, length) = digits.ok_or(self.error(begin, Problem::BadSubcode(name)))?;
-            self.at += length;
-            subcode = value;
-        }
-        if self.peek() == Some(b'.') || (letter == Letter::T && subcode != 0) {
-            return Err(self.error(begin, Problem::BadSubcode(name)));
-        }
-        Ok(Code { letter, number, subcode })
     }
 
     /// The number of a word, the letter being at hand; none for a flag.
@@ -410,6 +389,14 @@ mod tests {
     }
 
     #[test]
+    fn polar_coordinates_are_words() {
+        let words = blocks("G1 @5^-30 F100");
+        assert_eq!(words, [g(1).with('@', 5.0).with('^', -30.0).with('F', 100.0)]);
+        assert_eq!(words[0].to_string(), "G1 F100 @5 ^-30");
+        assert!(words[0].has_rare_coordinate() && !blocks("G1 X1 F5")[0].has_rare_coordinate());
+    }
+
+    #[test]
     fn comments_that_say_something_are_kept() {
         let mut blocks = Blocks::new(b"(plain) (MSG, hello there) M0 (PRINT, #1)");
         let mut block = Block::new(None, 0);
@@ -427,7 +414,7 @@ mod tests {
 
     #[test]
     fn bad_words_name_their_column_and_reason() {
-        assert_eq!(failing("G1 X1 @5"), (0, 7, Problem::NotALetter(b'@')));
+        assert_eq!(failing("G1 X1 $5"), (0, 7, Problem::NotALetter(b'$')));
         assert_eq!(failing("G90 G1 X1..2"), (1, 8, Problem::SecondPoint('X')));
         assert_eq!(failing("G1 X-"), (0, 4, Problem::NoDigits('X')));
         assert_eq!(failing("G1 X.Y1"), (0, 4, Problem::NoDigits('X')));
@@ -444,8 +431,8 @@ mod tests {
 
     #[test]
     fn the_reason_begins_with_smoothieware_words_and_ends_with_the_column() {
-        let error = Blocks::new(b"G1 X1 @5").next().unwrap().unwrap_err();
-        assert_eq!(error.to_string(), "Illegal word: '@' where a letter should be, column 7");
+        let error = Blocks::new(b"G1 X1 $5").next().unwrap().unwrap_err();
+        assert_eq!(error.to_string(), "Illegal word: '$' where a letter should be, column 7");
     }
 
     proptest! {

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::block::{Block, Code, Letter};
+use crate::block::{Block, Code, Letter, WORD_LETTERS};
 use crate::error::{Problem, SyntaxError};
 use crate::expression::Parameters;
 use crate::scanner::{Blocks, column};
@@ -58,7 +58,7 @@ impl<'a> WholeLine<'a> {
         let place = self.codes.iter().position(|other| Some(*other) == code);
         let column = place.and_then(|place| self.columns.get(place)).copied();
         self.part.begin(code, column.unwrap_or(self.all.column));
-        for letter in 'A'..='Z' {
+        for letter in WORD_LETTERS {
             if self.all.has(letter) && wanted(letter) {
                 let column = self.all.column_of(letter).min(u16::from(u8::MAX)) as u8;
                 self.part.set(letter as u8, self.all.get(letter), column);
@@ -85,9 +85,9 @@ impl<'a> Blocks<'a> {
         while let Some(letter) = self.next_word(parameters)? {
             let begin = self.at;
             let code = match letter {
-                b'G' => self.code(Letter::G, 'G')?,
-                b'M' => self.code(Letter::M, 'M')?,
-                b'T' => self.code(Letter::T, 'T')?,
+                b'G' => self.code(Letter::G, 'G', parameters)?,
+                b'M' => self.code(Letter::M, 'M', parameters)?,
+                b'T' => self.code(Letter::T, 'T', parameters)?,
                 letter => {
                     if whole.all.has(char::from(letter)) {
                         whole.twice = Some(char::from(letter));
