@@ -10,6 +10,7 @@ const SWITCH: &str = "switch";
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
     for (place, switch) in config.switches.iter().enumerate().filter(|(_, switch)| switch.enable) {
+        same_number(checks, place, switch);
         if switch.is_input() {
             input(checks, place, switch);
         } else {
@@ -28,8 +29,22 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
+/// Two inputs, or two outputs, cannot have one number.
+fn same_number(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
+    let config = checks.config;
+    let is_same = |other: &&SwitchConfig| {
+        other.enable && other.is_input() == switch.is_input() && other.io_number == switch.io_number
+    };
+    let other = config.switches.iter().take(place).find(is_same).filter(|_| switch.io_number.is_some());
+    if let Some(other) = other {
+        let reason = format_args!("'{}' has the same number", other.name);
+        checks.error((SWITCH, place, "io_number"), reason, format_args!("write another one"));
+    }
+}
+
 fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
-    if switch.output_on_command.is_empty() && switch.output_off_command.is_empty() {
+    let is_silent = switch.output_on_command.is_empty() && switch.output_off_command.is_empty();
+    if is_silent && switch.io_number.is_none() {
         let reason = format_args!("the input does nothing");
         checks.error((SWITCH, place, "output_on_command"), reason, format_args!("write the line it executes"));
     }
@@ -43,7 +58,7 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
         let reason = format_args!("the switch does not say how its output is driven");
         checks.error((SWITCH, place, "output_type"), reason, format_args!("write digital, sigmadeltapwm or hwpwm"));
     }
-    if switch.input_on_command.is_none() && switch.input_off_command.is_none() {
+    if switch.input_on_command.is_none() && switch.input_off_command.is_none() && switch.io_number.is_none() {
         let reason = format_args!("no code turns the switch on or off");
         checks.error((SWITCH, place, "input_on_command"), reason, format_args!("write a code, as in M106"));
     }

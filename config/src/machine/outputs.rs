@@ -58,6 +58,8 @@ pub struct SwitchConfig {
     pub input_off_command: Option<CommandCode>,
     /// Subcode as written; the codes above have it already, where they had none of their own.
     pub subcode: u8,
+    /// The number by which M62 to M68 know it.
+    pub io_number: Option<u8>,
     /// The output.
     pub output_pin: Option<OutputPin>,
     /// How the output is driven.

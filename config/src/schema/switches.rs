@@ -103,6 +103,13 @@ pub const SWITCH: Section = Section {
             "Subcode of both codes, where they have none of their own.",
         )
         .v1("switch.<name>.subcode"),
+        integer(
+            "io_number",
+            "-1",
+            (-1, 63),
+            switch!(|s, v| s.io_number = u8::try_from(v).ok()),
+            "The P or E by which M62 to M68 know it: outputs and inputs have numbers of their own. -1: none.",
+        ),
         pin(
             "output_pin",
             "nc",

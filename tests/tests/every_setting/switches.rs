@@ -32,6 +32,7 @@ pub const ROWS: &[Row] = &[
     row("[switch] fan.input_on_command", "M106", "M126", Say(STATE)),
     row("[switch] fan.input_off_command", "M107", "M127", Say(STATE)),
     row("[switch] fan.subcode", "0", "1", Say(STATE)),
+    row("[switch] fan.io_number", "-1", "5", Say(&["M62 P5", "switch fan"])),
     row("[switch] fan.output_pin", "PE1", "PE3", Boot),
     row("[switch] fan.output_pin", "PE1", "PB9", Board("settings.rs")),
     row("[switch] fan.output_type", "sigmadeltapwm", "digital", Look(half)),
