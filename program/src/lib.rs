@@ -19,6 +19,7 @@ mod context;
 mod control_flow;
 mod cycle;
 mod cycles;
+mod described;
 mod dialect;
 mod dispatch;
 pub mod extended;

@@ -1,0 +1,157 @@
+//! Actions in words for a person.
+
+use core::fmt::{self, Write};
+
+use units::PerAxis;
+
+use crate::action::{Action, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
+
+/// Its name in words: `axis speeds`.
+impl fmt::Display for Function {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut name = heapless::String::<32>::new();
+        // Every name fits.
+        let _ = write!(name, "{self:?}");
+        for (place, letter) in name.chars().enumerate() {
+            if place > 0 && letter.is_ascii_uppercase() {
+                f.write_char(' ')?;
+            }
+            f.write_char(letter.to_ascii_lowercase())?;
+        }
+        Ok(())
+    }
+}
+
+/// An action in words: what it changes, seen from a position.
+#[derive(Clone, Copy, Debug)]
+pub struct Described<'a, 'b> {
+    action: &'a Action<'b>,
+    from: &'a PerAxis<f64>,
+}
+
+impl<'b> Action<'b> {
+    /// The action in words for a person. Moves name the axes that differ from where they begin.
+    #[must_use]
+    pub const fn described<'a>(&'a self, from: &'a PerAxis<f64>) -> Described<'a, 'b> {
+        Described { action: self, from }
+    }
+}
+
+impl fmt::Display for Described<'_, '_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.action {
+            Action::Move(request) => describe_move(f, request, self.from),
+            Action::Dwell(time) => write!(f, "dwell {} s", time.seconds()),
+            Action::Effect(Effect::Target { heater, target }) => {
+                write!(f, "heater {} to {} C, on the way", heater.index(), target.0)
+            }
+            Action::Effect(Effect::Switch { switch, on, value }) => {
+                write!(f, "switch {} {}", switch.index(), if *on { "on" } else { "off" })?;
+                value.map_or(Ok(()), |value| write!(f, " at {value}"))?;
+                f.write_str(", on the way")
+            }
+            Action::HeatAndWait { heater, target } => {
+                write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
+            }
+            Action::Home(axes) if axes.is_empty() => f.write_str("home"),
+            Action::Home(axes) => write!(f, "home {axes}"),
+            Action::SetPosition { to, homed } => {
+                f.write_str("position is")?;
+                for axis in units::Axis::ALL {
+                    to[axis].map_or(Ok(()), |mm| write!(f, " {}{mm}", axis.letter()))?;
+                }
+                if *homed { f.write_str(", homed") } else { Ok(()) }
+            }
+            Action::ForgetHoming(axes) => write!(f, "forget homing of {axes}"),
+            Action::ProbeDown(probe) => describe_probe_down(f, probe),
+            Action::ProbeAlong(probe) => {
+                let until = if probe.until == Contact::Closes { "contact" } else { "release" };
+                write!(f, "search for {until} to")?;
+                describe_target(f, &probe.target, self.from)?;
+                probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
+                f.write_str(if probe.must_find { ", or alarm" } else { "" })
+            }
+            Action::Finish => f.write_str("wait until nothing moves"),
+            Action::EndProgram => f.write_str("end of program"),
+            Action::Halt => f.write_str("emergency stop"),
+            Action::Release => f.write_str("clear the halt"),
+            Action::Suspend { heaters_stay } => {
+                f.write_str(if *heaters_stay { "suspend, heaters stay on" } else { "suspend" })
+            }
+            Action::Resume => f.write_str("resume"),
+            Action::Message(text) => write!(f, "message: {text}"),
+            Action::Pause(_) => f.write_str("wait for the operator"),
+            Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
+            Action::Return => f.write_str("end of subroutine"),
+            Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),
+            Action::Note(text) => write!(f, "note: {text}"),
+            Action::Acceleration(value) => write!(f, "accelerate with {value} mm/s2"),
+            Action::Function(function, words) => write!(f, "{function}{words}"),
+        }
+    }
+}
+
+fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>) -> fmt::Result {
+    let kind = match (&request.shape, request.rate) {
+        (Shape::Line { .. }, Rate::Rapid(_)) => "rapid",
+        (Shape::Line { .. }, _) => "line",
+        (Shape::Arc { clockwise: true, .. }, _) => "arc clockwise",
+        (Shape::Arc { .. }, _) => "arc counter-clockwise",
+        (Shape::Cubic(_), _) => "cubic spline",
+        (Shape::Quadratic(_), _) => "quadratic spline",
+        (Shape::Nurbs { .. }, _) => "NURBS",
+    };
+    write!(f, "{kind} to")?;
+    describe_target(f, &request.target, from)?;
+    match request.shape {
+        Shape::Line { .. } => {}
+        Shape::Arc { plane, centre, turns, .. } => {
+            let (first, second) = plane.axes();
+            match centre {
+                Centre::At(a, b) => {
+                    let (a, b) = (tidy(from[first] + a), tidy(from[second] + b));
+                    write!(f, ", centre {}{a} {}{b}", first.letter(), second.letter())?;
+                }
+                Centre::Radius(radius) => write!(f, ", radius {radius} in {}{}", first.letter(), second.letter())?,
+            }
+            if turns > 1 {
+                write!(f, ", {turns} turns")?;
+            }
+        }
+        Shape::Cubic([(i, j), (p, q)]) => write!(f, ", leaving by {i} {j}, arriving from {p} {q}")?,
+        Shape::Quadratic((i, j)) => write!(f, ", by {i} {j}")?,
+        Shape::Nurbs { order } => write!(f, ", of order {order}")?,
+    }
+    match request.rate {
+        Rate::Rapid(speed) | Rate::Feed(speed) => write!(f, " at {} mm/s", speed.0)?,
+        Rate::Duration(seconds) => write!(f, " in {seconds} s")?,
+    }
+    if request.power != 0.0 {
+        write!(f, ", S{}", request.power)?;
+    }
+    match request.corner {
+        Corner::Sharp => Ok(()),
+        Corner::Stop => f.write_str(", from a stop"),
+        Corner::Rounded(None) => f.write_str(", corner rounded"),
+        Corner::Rounded(Some(mm)) => write!(f, ", corner rounded within {mm} mm"),
+    }
+}
+
+fn describe_target(f: &mut fmt::Formatter<'_>, target: &PerAxis<f64>, from: &PerAxis<f64>) -> fmt::Result {
+    for axis in units::Axis::ALL.into_iter().filter(|axis| target[*axis] != from[*axis]) {
+        write!(f, " {}{}", axis.letter(), tidy(target[axis]))?;
+    }
+    Ok(())
+}
+
+/// To the nanometre: what a person writes comes back as he wrote it.
+fn tidy(mm: f64) -> f64 {
+    libm::round(mm * 1e6) / 1e6
+}
+
+fn describe_probe_down(f: &mut fmt::Formatter<'_>, probe: &ProbeDown) -> fmt::Result {
+    f.write_str(if probe.reversed { "search for the bed the other way" } else { "search for the bed" })?;
+    probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
+    probe.reads.map_or(Ok(()), |mm| write!(f, ", Z reads {mm} there"))?;
+    f.write_str(if probe.stays { ", and stay" } else { ", and return" })
+}
