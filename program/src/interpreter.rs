@@ -208,6 +208,8 @@ impl Interpreter {
         self.flow.reset();
         self.memory.end();
         self.end_cycles();
+        (self.modal.auxiliary.mist, self.modal.auxiliary.flood) = (false, false);
+        self.modal.auxiliary.spindle = crate::Spindle::Stopped;
         self.modal.power = 0.0;
         self.modal.machine_next = false;
         self.splines = Splines::default();

@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod action;
+mod auxiliary;
 mod claims;
 pub mod codes;
 pub mod commands;
@@ -45,6 +46,7 @@ pub use action::{
     Action, Centre, Contact, ControlPoint, Corner, Effect, Function, MOST_POINTS, Move, Pause, ProbeAlong, ProbeDown,
     Rate, Shape,
 };
+pub use auxiliary::{Auxiliary, Spindle};
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};

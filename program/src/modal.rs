@@ -7,6 +7,7 @@ use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
 
 use crate::action::Corner;
+use crate::auxiliary::Auxiliary;
 use crate::cycle::{Cycle, Retract};
 use crate::words::MM_PER_INCH;
 
@@ -144,6 +145,8 @@ pub struct Modal {
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
     pub shift: [f64; 3],
+    /// What turns and flows, and the operator's overrides.
+    pub auxiliary: Auxiliary,
     /// G53: the next motion code is in machine coordinates.
     pub machine_next: bool,
 }
@@ -173,6 +176,7 @@ impl Modal {
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
             shift: [0.0; 3],
+            auxiliary: Auxiliary::START,
             machine_next: false,
         }
     }

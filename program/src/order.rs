@@ -139,6 +139,10 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     let (mut parts, mut left) = (Parts::new(), written);
     for (rank, code, row) in ranked {
         let mut letters = letters_of(row) & written;
+        if *code == Code::g(4) {
+            // There S is the spindle's.
+            letters &= !bit('S');
+        }
         let may_have_axes = is_place(*rank, row)
             || *rank == MOTION
             || *rank == MACHINE_COORDINATES && motion.is_none() && place.is_none();

@@ -49,6 +49,12 @@ fn setup() -> Setup {
             assert!(setup.claims.add(Code::m(off), Claim::SwitchOff(SwitchId(switch))));
         }
     }
+    for (code, claim) in [(7, Claim::SwitchOn(SwitchId(4))), (8, Claim::SwitchOn(SwitchId(5)))] {
+        assert!(setup.claims.add(Code::m(code), claim));
+    }
+    for switch in [4, 5] {
+        assert!(setup.claims.add(Code::m(9), Claim::SwitchOff(SwitchId(switch))));
+    }
     setup
 }
 

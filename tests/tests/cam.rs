@@ -141,6 +141,9 @@ fn a_code_that_nothing_carries_out_stops_the_job_before_it_moves() {
     let more = played.bench.hear(1.0);
     played.heard.push_str(&more);
     let heard = &played.heard;
-    assert!(heard.contains("M4 is not carried out here") && heard.contains("paused, line 6 "), "{heard}");
+    assert!(
+        heard.contains("M4 is for a part that this machine has not") && heard.contains("paused, line 6 "),
+        "{heard}"
+    );
     played.assert_reached(Alpha, 0.0, 0.0);
 }

@@ -3,9 +3,9 @@
 
 use gcode::Code;
 
-use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
+use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
-use crate::meaning::moves;
+use crate::meaning::spindle;
 use crate::word::{Unit, WordInfo, word};
 
 const TARGET_WORDS: &[WordInfo] = &[
@@ -63,13 +63,22 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Result)
         .differs("the swing's amplitude is counted twice: its gains are double"),
-    CodeInfo::means(Code::m(3), moves::power, "spindle or laser on, where [switch] says so; S of moves that follow")
+    CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on, where [switch] says so; S of moves that follow")
         .takes(&[word('S', Unit::Number, "power")])
+        .group(Group::Spindle)
         .waits(Waits::Path),
-    CodeInfo::means(Code::m(5), moves::power, "spindle or laser off, where [switch] says so; S is 0")
+    CodeInfo::means(Code::m(4), spindle::power, "spindle on, counter-clockwise, where [switch] says so")
+        .takes(&[word('S', Unit::Number, "power")])
+        .group(Group::Spindle)
+        .waits(Waits::Path)
+        .needed()
+        .differs("not known"),
+    CodeInfo::means(Code::m(5), spindle::power, "spindle or laser off, where [switch] says so; S is 0")
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
-    CodeInfo::claimed(Code::m(9), "coolant off, where [switch] says so")
+    CodeInfo::means(Code::m(7), spindle::coolant, "mist on, where [switch] says so").waits(Waits::Path),
+    CodeInfo::means(Code::m(8), spindle::coolant, "flood on, where [switch] says so").waits(Waits::Path),
+    CodeInfo::means(Code::m(9), spindle::coolant, "coolant off, where [switch] says so")
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::claimed(Code::m(80), "power supply on, where [switch] says so")

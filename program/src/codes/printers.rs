@@ -106,7 +106,6 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(910, "settings of a motor driver"),
     quiet(913, "threshold of a motor driver's modes"),
     quiet(914, "sensitivity of a motor driver's stall detection"),
-    missing(4, "spindle on, counter-clockwise"),
     missing(42, "switch a pin by its number"),
     missing(163, "share of a mixing extruder"),
     missing(125, "park, and wait for a person"),

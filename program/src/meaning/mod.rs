@@ -11,4 +11,5 @@ pub(crate) mod offsets;
 pub(crate) mod printers;
 pub(crate) mod probing;
 pub(crate) mod program;
+pub(crate) mod spindle;
 pub(crate) mod splines;

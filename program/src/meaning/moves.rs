@@ -132,16 +132,6 @@ pub(crate) fn dwell<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     Ok(Meaning::Action(Action::Dwell(Micros((seconds * 1e6) as u64))))
 }
 
-/// M3 and M5: the S of moves that follow.
-pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    match (context.words.code().number, context.words.get('S')) {
-        (5, _) => program.modal.power = 0.0,
-        (_, Some(power)) => program.modal.power = power as f32,
-        _ => {}
-    }
-    NOTHING
-}
-
 /// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in
 /// force.
 pub(crate) fn machine_coordinates<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

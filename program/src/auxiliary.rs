@@ -1,0 +1,54 @@
+//! Modes beside the path: what turns and flows, and whether the operator's overrides count.
+
+/// How the spindle turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spindle {
+    /// M5.
+    #[default]
+    Stopped,
+    /// M3.
+    Clockwise,
+    /// M4.
+    CounterClockwise,
+}
+
+impl Spindle {
+    /// The number of its M-code.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        match self {
+            Self::Stopped => 5,
+            Self::Clockwise => 3,
+            Self::CounterClockwise => 4,
+        }
+    }
+}
+
+/// The modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Auxiliary {
+    /// M3, M4, M5.
+    pub spindle: Spindle,
+    /// G96: S is the speed of the surface, not that of the spindle.
+    pub surface_speed: bool,
+    /// M7.
+    pub mist: bool,
+    /// M8.
+    pub flood: bool,
+    /// M48, M50: the operator's override of feed rates counts.
+    pub feed_override: bool,
+    /// M48, M51: that of the spindle's speed counts.
+    pub spindle_override: bool,
+}
+
+impl Auxiliary {
+    /// As at boot, and after M2.
+    pub const START: Self = Self {
+        spindle: Spindle::Stopped,
+        surface_speed: false,
+        mist: false,
+        flood: false,
+        feed_override: true,
+        spindle_override: true,
+    };
+}

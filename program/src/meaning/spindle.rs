@@ -1,0 +1,39 @@
+//! What turns and flows: spindle, coolant, and the operator's overrides of speeds.
+
+use crate::auxiliary::Spindle;
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::Fault;
+use crate::interpreter::Interpreter;
+
+/// M3, M4 and M5: the S of moves that follow, and how the spindle turns.
+pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let code = context.words.code();
+    match (code.number, context.words.get('S')) {
+        (5, _) => program.modal.power = 0.0,
+        (_, Some(power)) => program.modal.power = power as f32,
+        _ => {}
+    }
+    program.modal.auxiliary.spindle = match code.number {
+        3 => Spindle::Clockwise,
+        // Nothing turns it the other way.
+        4 if program.setup.claims.of(code).next().is_none() => return Ok(Meaning::Unknown),
+        4 => Spindle::CounterClockwise,
+        _ => Spindle::Stopped,
+    };
+    NOTHING
+}
+
+/// M7, M8 and M9.
+pub(crate) fn coolant<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let code = context.words.code();
+    if program.setup.claims.of(code).next().is_none() {
+        return Ok(Meaning::Unknown);
+    }
+    let modes = &mut program.modal.auxiliary;
+    match code.number {
+        7 => modes.mist = true,
+        8 => modes.flood = true,
+        _ => (modes.mist, modes.flood) = (false, false),
+    }
+    NOTHING
+}
