@@ -65,6 +65,13 @@ pub enum Action<'b> {
     Return,
     /// Have the operator put in this tool.
     ChangeTool(u32),
+    /// Whether the operator's overrides of feed and spindle count, once nothing moves.
+    Overrides {
+        /// That of feed rates.
+        feed: bool,
+        /// That of the spindle's speed.
+        spindle: bool,
+    },
     /// Tell whoever sent the line something about it.
     Note(&'static str),
     /// Moves accelerate with so much from now on, mm/s2.

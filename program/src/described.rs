@@ -84,6 +84,10 @@ impl fmt::Display for Described<'_, '_> {
             Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
             Action::Return => f.write_str("end of subroutine"),
             Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),
+            Action::Overrides { feed, spindle } => {
+                let counts = |on: &bool| if *on { "count" } else { "do not count" };
+                write!(f, "overrides of feed {}, of the spindle {}", counts(feed), counts(spindle))
+            }
             Action::Note(text) => write!(f, "note: {text}"),
             Action::Acceleration(value) => write!(f, "accelerate with {value} mm/s2"),
             Action::Function(function, words) => write!(f, "{function}{words}"),

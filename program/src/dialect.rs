@@ -107,6 +107,12 @@ impl Dialect {
         matches!(self, Self::Marlin | Self::RepRapFirmware | Self::Klipper)
     }
 
+    /// Whether it reads codes otherwise than Smoothieware, which the table knows.
+    #[inline]
+    pub(crate) const fn reads_otherwise(self) -> bool {
+        !matches!(self, Self::Smoothie)
+    }
+
     /// Whether the words of G38 follow G90 and G91; else they are distances.
     pub(crate) const fn probes_by_distance_mode(self) -> bool {
         matches!(self, Self::Grbl)

@@ -23,7 +23,7 @@ impl Interpreter {
             return Some(codes::TOOL);
         }
         // Moves mean the same to all.
-        if dialect.is_other_printers() && (code.letter == Letter::M || code.number >= codes::FIRST_G_READ_OTHERWISE) {
+        if dialect.reads_otherwise() && (code.letter == Letter::M || code.number >= codes::FIRST_G_READ_OTHERWISE) {
             let otherwise = codes::find_in(code, dialect);
             if otherwise.is_some() {
                 return otherwise;

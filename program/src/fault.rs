@@ -103,6 +103,7 @@ pub enum Problem {
     InverseTime,
     CentreAbsolute,
     NoName,
+    HoldStays,
     /// A parameter cannot be set.
     Parameter(gcode::Problem),
 }
@@ -201,6 +202,7 @@ impl fmt::Display for Problem {
             Self::ProbeNoWay => "the way to probe along has no length",
             Self::ProbeRate => "the feed rate of a search must be above zero",
             Self::ProbeSubcode => "Only G38.2 to G38.5 are supported",
+            Self::HoldStays => "M53 P0: feed hold cannot be switched off",
             Self::NoName => "the name of a file is missing",
         };
         f.write_str(text)

@@ -96,7 +96,10 @@ fn letters_of(row: &CodeInfo) -> u32 {
 }
 
 fn row_of(code: Code) -> Option<&'static CodeInfo> {
-    if code.letter == Letter::T { Some(codes::TOOL) } else { codes::find(code) }
+    if code.letter == Letter::T {
+        return Some(codes::TOOL);
+    }
+    codes::find_in(code, crate::Dialect::Grbl).or_else(|| codes::find(code))
 }
 
 /// Puts the codes of a line in order, and gives each its words. `None` when one of them is none of RS-274's,

@@ -1,15 +1,15 @@
-//! Codes that the firmwares of other printers read otherwise than Smoothieware.
+//! Codes that the firmwares of other printers, and mills, read otherwise than Smoothieware.
 //!
 //! A code that has no row here means the same to all of them. Sources: Marlin's "G-code Index", the Duet
 //! project's "GCode dictionary", Klipper's "G-Codes".
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Waits};
+use super::row::{CodeInfo, Group, Waits};
 use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::meaning::printers;
+use crate::meaning::{printers, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 /// A row that is for some dialects alone.
@@ -22,6 +22,7 @@ pub struct Otherwise {
 }
 
 const MARLIN: Dialects = Dialects::of(Dialect::Marlin);
+const GRBL: Dialects = Dialects::of(Dialect::Grbl);
 const REPRAP: Dialects = Dialects::of(Dialect::RepRapFirmware);
 
 const fn reads(dialects: Dialects, row: CodeInfo) -> Otherwise {
@@ -83,6 +84,12 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(Dialects::PRINTERS, level(Code::g(29))),
     // Prusa's, of the MK2 and MK3.
+    reads(
+        GRBL,
+        CodeInfo::means(Code::m(48), spindle::overrides, "the operator's overrides of feed and spindle count")
+            .group(Group::Overrides)
+            .waits(Waits::Standstill),
+    ),
     reads(MARLIN, level(Code::g(80))),
     reads(Dialects::PRINTERS, motors_off(18)),
     reads(Dialects::PRINTERS, motors_off(84)),

@@ -12,6 +12,7 @@ mod heat;
 mod leveling;
 #[cfg(feature = "docs")]
 mod markdown;
+mod mill;
 mod motion;
 mod motors;
 mod offsets;
@@ -32,11 +33,12 @@ pub(crate) use row::Handler;
 pub use row::{CodeInfo, Group, Waits};
 
 /// The rows by topic, each with its title.
-pub const TOPICS: [(&str, &[CodeInfo]); 10] = [
+pub const TOPICS: [(&str, &[CodeInfo]); 11] = [
     ("Moves", motion::ROWS),
     ("Canned cycles and feed modes", cycles::ROWS),
     ("Units, planes and offsets", offsets::ROWS),
     ("Homing, probing and leveling", leveling::ROWS),
+    ("Mills and lathes", mill::ROWS),
     ("Extruders", extruder::ROWS),
     ("Heaters and switches", heat::ROWS),
     ("Motors and limits", motors::ROWS),
@@ -52,7 +54,7 @@ pub(crate) const FIRST_G_READ_OTHERWISE: u16 = 10;
 
 /// The row of a code that one dialect reads otherwise than Smoothieware.
 pub(crate) fn find_in(code: Code, dialect: Dialect) -> Option<&'static CodeInfo> {
-    if !dialect.is_other_printers() {
+    if !dialect.reads_otherwise() {
         return None;
     }
     let reads = |other: &&Otherwise| other.row.code == code && other.dialects.has(dialect);

@@ -19,6 +19,8 @@ pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Mean
         program.modal.motion = MotionMode::Linear;
     }
     program.splines = crate::splines::Splines::default();
+    let modes = &mut program.modal.auxiliary;
+    (modes.feed_override, modes.spindle_override, modes.surface_speed) = (true, true, false);
     Ok(Meaning::Action(Action::EndProgram))
 }
 

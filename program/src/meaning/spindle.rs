@@ -1,8 +1,9 @@
 //! What turns and flows: spindle, coolant, and the operator's overrides of speeds.
 
+use crate::action::Action;
 use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
-use crate::fault::Fault;
+use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 
 /// M3, M4 and M5: the S of moves that follow, and how the spindle turns.
@@ -36,4 +37,29 @@ pub(crate) fn coolant<'b>(program: &mut Interpreter, context: &Context<'b>) -> R
         _ => (modes.mist, modes.flood) = (false, false),
     }
     NOTHING
+}
+
+/// M48 to M51: whether the operator's overrides count.
+pub(crate) fn overrides<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let on = words.get('P') != Some(0.0);
+    let modes = &mut program.modal.auxiliary;
+    match words.code().number {
+        48 => (modes.feed_override, modes.spindle_override) = (true, true),
+        49 => (modes.feed_override, modes.spindle_override) = (false, false),
+        50 => modes.feed_override = on,
+        _ => modes.spindle_override = on,
+    }
+    Ok(Meaning::Action(Action::Overrides { feed: modes.feed_override, spindle: modes.spindle_override }))
+}
+
+/// M52 and M53: the first needs an input, the second cannot be switched off.
+pub(crate) fn feed_inputs<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let (code, on) = (words.code(), words.get('P') != Some(0.0));
+    match (code.number, on) {
+        (52, true) => Err(Problem::Needs(code, "an input of adaptive feed").refused(words.column())),
+        (53, false) => Err(Problem::HoldStays.refused(words.column_of('P'))),
+        _ => NOTHING,
+    }
 }

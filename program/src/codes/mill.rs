@@ -1,0 +1,33 @@
+//! What mills and lathes have: their spindle, outputs and inputs by number, modes that are saved.
+
+use gcode::Code;
+
+use super::row::{CodeInfo, Group, Waits};
+use crate::meaning::spindle;
+use crate::word::{Unit, WordInfo, word};
+
+const NOT_KNOWN: &str = "not known";
+const ON_OR_OFF: &[WordInfo] = &[word('P', Unit::Number, "0: no; 1 where it is left out").whole(0.0, 1.0)];
+
+pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::means(Code::m(49), spindle::overrides, "the operator's overrides of feed and spindle do not count")
+        .group(Group::Overrides)
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
+    one_override(50, "whether the operator's override of feed rates counts"),
+    one_override(51, "whether the operator's override of the spindle's speed counts"),
+    CodeInfo::means(Code::m(52), spindle::feed_inputs, "adaptive feed; refused but for P0: it needs an input")
+        .takes(ON_OR_OFF)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::m(53), spindle::feed_inputs, "feed hold works; P0 is refused: it always does")
+        .takes(ON_OR_OFF)
+        .differs(NOT_KNOWN),
+];
+
+const fn one_override(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::m(number), spindle::overrides, help)
+        .takes(ON_OR_OFF)
+        .group(Group::Overrides)
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN)
+}
