@@ -49,6 +49,8 @@ pub(crate) struct Outputs {
 struct Spindle {
     /// Percent of the value that it is told.
     percent: f32,
+    /// The program does not let that count.
+    ignored: bool,
     /// It stands, until the operator has it turn again.
     stopped: bool,
     /// The output does not say so yet.
@@ -57,7 +59,7 @@ struct Spindle {
 
 impl Default for Spindle {
     fn default() -> Self {
-        Self { percent: 100.0, stopped: false, unsaid: false }
+        Self { percent: 100.0, ignored: false, stopped: false, unsaid: false }
     }
 }
 
@@ -201,7 +203,8 @@ impl Outputs {
 
     /// What of a value remains after what the operator has done to the spindle.
     fn as_overridden(&self, config: &MachineConfig, switch: SwitchId, value: f32) -> f32 {
-        let Spindle { percent, stopped, .. } = self.spindle;
+        let Spindle { stopped, .. } = self.spindle;
+        let percent = if self.spindle.ignored { 100.0 } else { self.spindle.percent };
         if percent == 100.0 && !stopped || Self::spindle(config) != Some(switch) {
             return value;
         }
@@ -224,6 +227,12 @@ impl Outputs {
     pub const fn override_spindle(&mut self, percent: f32) {
         self.spindle.percent = percent;
         self.spindle.unsaid = true;
+    }
+
+    /// Whether it counts (M48, M49, M51).
+    pub const fn let_override_count(&mut self, counts: bool) {
+        self.spindle.unsaid |= self.spindle.ignored == counts;
+        self.spindle.ignored = !counts;
     }
 
     /// Stops the spindle, or has it turn again.

@@ -4,7 +4,7 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, flow, functions, halt, operator, parameters, shapes, suspend, tool_change};
+use super::{Hands, Machine, flow, functions, halt, operator, parameters, program_io, shapes, suspend, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -83,6 +83,7 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::EndProgram => end_program(machine).await,
         Action::Pause(why) => operator::pause(machine, why).await,
         Action::ChangeTool(tool) => tool_change::begin(machine, tool).await,
+        Action::Overrides { feed, spindle } => program_io::enable_overrides(machine, feed, spindle).await,
         Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
         Action::Resume => suspend::resume(machine, to).await,
         Action::Function(function, words) => functions::run(machine, function, words, to).await,
@@ -125,8 +126,7 @@ async fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Optio
 async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
         machine.standstill().await?;
-        machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
-        machine.outputs.override_spindle(100.0);
+        program_io::reset_overrides(machine);
     }
     flow::end(machine);
     parameters::save(machine).await;

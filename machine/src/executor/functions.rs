@@ -8,7 +8,7 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::frames::Then;
-use super::{Hands, Machine, suspend};
+use super::{Hands, Machine, program_io, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::grbl::hal;
@@ -133,6 +133,11 @@ fn motion_or_heat<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Option<Outcome> {
+    if function == Function::SpeedFactor {
+        let said = motion_codes::speed_factor(&mut machine.ports, words, &mut Reply::new(&mut machine.sessions, to));
+        program_io::speed_factor_set(machine);
+        return Some(said);
+    }
     let now = machine.ports.now();
     let Machine { ports, program, sessions, safety, axes, bed, tuning, config, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
@@ -151,7 +156,6 @@ fn motion_or_heat<P: Ports>(
         Function::Accelerations => motion_codes::accelerations(ports, config, program.tools(), words),
         Function::CornerSettings => motion_codes::corner_settings(ports, words),
         Function::Jerk => motion_codes::jerk(ports, words),
-        Function::SpeedFactor => motion_codes::speed_factor(ports, words, reply),
         Function::Trims => arms::trims(tuning, words, reply).map(ok),
         Function::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
         Function::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),

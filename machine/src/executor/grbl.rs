@@ -6,7 +6,7 @@ use program::{Dialect, Meaning, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Hands, Machine, actions, functions};
+use super::{Hands, Machine, actions, functions, program_io};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
@@ -14,7 +14,6 @@ use crate::grbl::numbers::Error;
 use crate::grbl::settings::{Change, Setting, Sources};
 use crate::grbl::status::{self, Report};
 use crate::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
-use crate::heat::Output;
 use crate::motion_config::motion_config;
 use crate::ports::Ports;
 use crate::safety::Event;
@@ -375,8 +374,7 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
     machine.program.reset();
     machine.resynchronise();
-    machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
-    machine.outputs.override_spindle(100.0);
+    program_io::reset_overrides(machine);
     begin_startup(machine);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.sessions.get_mut(id) {
@@ -402,8 +400,8 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
     let factors = machine.ports.motion(|motion| motion.overrides());
     match request {
         Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
-            let percent = overrides::changed(libm::round(factors.feed * 100.0), request);
-            machine.ports.motion(|motion| motion.set_overrides(percent / 100.0, factors.rapid));
+            let percent = overrides::changed(libm::round(program_io::feed(machine) * 100.0), request);
+            program_io::set_feed(machine, percent / 100.0);
         }
         Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
             let rapid = overrides::rapid(request) / 100.0;
@@ -419,7 +417,7 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
             let code = if request == Realtime::Flood { 8 } else { 7 };
             if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
                 let change = machine.outputs.turn_over(machine.config, code);
-                apply(machine, change);
+                program_io::apply(machine, change);
             }
         }
         spindle => {
@@ -427,22 +425,5 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
             machine.outputs.override_spindle(percent as f32);
         }
     }
-    say_spindle(machine);
-}
-
-/// Has the spindle turn as the operator wants it. What rides on motion was told before: that comes first.
-pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.ports.heat(|heat| heat.has_effects()) {
-        return;
-    }
-    let change = machine.outputs.take_override(machine.config);
-    apply(machine, change);
-}
-
-fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
-    let now = machine.ports.now();
-    if let Some(output) = change {
-        // A switch takes anything.
-        let _ = machine.ports.heat(|heat| heat.apply(output, now));
-    }
+    program_io::say_spindle(machine);
 }

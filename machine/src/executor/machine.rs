@@ -51,6 +51,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Axes that have a switch to home with.
     pub(super) can_home: AxisSet,
     pub(super) polls: Polls,
+    /// The operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
+    pub(super) feed_waits: Option<f64>,
     /// What GRBL's dialect has beside.
     pub(super) grbl: Grbl,
     /// Saved settings were loaded since boot.
@@ -86,6 +88,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
+            feed_waits: None,
             grbl: Grbl::default(),
             settings_loaded: false,
             meanwhile,

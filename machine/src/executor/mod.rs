@@ -24,6 +24,7 @@ mod operator;
 mod parameters;
 mod passed_over;
 mod polls;
+mod program_io;
 mod serve;
 mod shapes;
 mod source;

@@ -6,7 +6,7 @@ use gcode::realtime::Realtime;
 use program::{Dialect, State};
 use units::{Axis, Micros, PerAxis};
 
-use super::{Machine, commands, functions, grbl};
+use super::{Machine, commands, functions, grbl, program_io};
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -161,7 +161,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.outputs.stop_spindle(false);
-        grbl::say_spindle(self);
+        program_io::say_spindle(self);
         if was_door {
             let outputs = self.outputs.door_closes(self.config);
             self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
@@ -225,7 +225,7 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
         }
         self.follow_motion();
-        grbl::say_spindle(self);
+        program_io::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
         self.follow_job();

@@ -1,0 +1,78 @@
+//! What a program asks of switches and of the operator's overrides: M48 to M51, M66.
+
+use super::Machine;
+use crate::failure::{Answer, Outcome};
+use crate::heat::Output;
+use crate::ports::Ports;
+
+/// M48 to M51: whether the operator's overrides count, once nothing moves. What he has set stays known.
+pub(super) async fn enable_overrides<P: Ports>(machine: &mut Machine<'_, P>, feed: bool, spindle: bool) -> Outcome {
+    machine.standstill().await?;
+    match (feed, machine.feed_waits) {
+        (true, Some(factor)) => {
+            machine.feed_waits = None;
+            set_feed(machine, factor);
+        }
+        (false, None) => {
+            let factors = machine.ports.motion(|motion| motion.overrides());
+            machine.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
+            machine.feed_waits = Some(factors.feed);
+        }
+        _ => {}
+    }
+    machine.outputs.let_override_count(spindle);
+    say_spindle(machine);
+    Ok(Answer::Ok)
+}
+
+/// The operator's factor of feed rates, whether it counts or not.
+pub(super) fn feed<P: Ports>(machine: &mut Machine<'_, P>) -> f64 {
+    machine.feed_waits.unwrap_or_else(|| machine.ports.motion(|motion| motion.overrides().feed))
+}
+
+/// The operator's factor of feed rates is another one.
+pub(super) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
+    if machine.feed_waits.is_some() {
+        machine.feed_waits = Some(factor);
+        return;
+    }
+    machine.ports.motion(|motion| {
+        let rapid = motion.overrides().rapid;
+        motion.set_overrides(factor, rapid);
+    });
+}
+
+/// M220 has set a factor: where overrides do not count, it waits.
+pub(super) fn speed_factor_set<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.feed_waits.is_some() {
+        let factors = machine.ports.motion(|motion| motion.overrides());
+        machine.feed_waits = Some(factors.feed);
+        machine.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
+    }
+}
+
+/// Speeds are as programmed, and overrides count: the program has ended, or the machine was reset.
+pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.feed_waits = None;
+    machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    machine.outputs.let_override_count(true);
+    machine.outputs.override_spindle(100.0);
+}
+
+/// Has the spindle turn as the operator wants it. What rides on motion was told before: that comes first.
+pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.ports.heat(|heat| heat.has_effects()) {
+        return;
+    }
+    let change = machine.outputs.take_override(machine.config);
+    apply(machine, change);
+}
+
+/// Changes an output at once.
+pub(super) fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
+    let now = machine.ports.now();
+    if let Some(output) = change {
+        // A switch takes anything.
+        let _ = machine.ports.heat(|heat| heat.apply(output, now));
+    }
+}

@@ -1,0 +1,41 @@
+//! What mill files ask of a whole machine beside moves: outputs and inputs by number, overrides, modes, logs.
+
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::Alpha;
+
+/// A machine with an output that is on or off, one that takes a value, and an input, all with numbers.
+fn with_switches() -> Plan {
+    Plan::new(CARTESIAN).adding(
+        "\n[switch]\nclamp.enable = true\nclamp.output_pin = PH6\nclamp.output_type = digital\nclamp.io_number = 3\n\
+         air.enable = true\nair.output_pin = PH7\nair.output_type = sigmadeltapwm\nair.io_number = 1\n\
+         lid.enable = true\nlid.input_pin = PB7^\nlid.io_number = 3\n",
+    )
+}
+
+/// Seconds that a way takes.
+fn duration(bench: &mut Bench, line: &str) -> f64 {
+    let begun = bench.now_s();
+    bench.run(&[line, "M400"]);
+    bench.now_s() - begun
+}
+
+#[test]
+fn a_program_says_whether_overrides_count() {
+    let mut bench = with_switches().start();
+    bench.run(&["G91", "G1 F600"]);
+    let plain = duration(&mut bench, "G1 X10");
+    bench.run(&["M220 S50"]);
+    let slow = duration(&mut bench, "G1 X10");
+    assert!(slow > 1.7 * plain, "{slow} s at half speed, {plain} s at full");
+    bench.run(&["M50 P0"]);
+    let ignored = duration(&mut bench, "G1 X10");
+    assert!((ignored - plain).abs() < 0.1 * plain, "{ignored} s, not {plain}");
+    // What the operator wants meanwhile counts afterwards.
+    bench.run(&["M220 S25", "M50 P1"]);
+    let slower = duration(&mut bench, "G1 X10");
+    assert!(slower > 3.0 * plain, "{slower} s at a quarter, {plain} s at full");
+    // The end of a program lets them count, and forgets them.
+    bench.run(&["M50 P0", "M2", "G91"]);
+    let plain_again = duration(&mut bench, "G1 X10 F600");
+    assert!((plain_again - plain).abs() < 0.1 * plain, "{plain_again} s, not {plain}");
+}
