@@ -46,7 +46,7 @@ impl Interpreter {
     ) -> Option<(&'static CodeInfo, Function, Words<'b>)> {
         let row = self.row(block, dialect).filter(|row| row.waits == codes::Waits::Question)?;
         let (Handler::Function(function) | Handler::Both(_, function)) = row.handler else { return None };
-        let words = row.words_of(block, self.modal.inches);
+        let words = row.words_of(block, self.modal.lengths());
         words.check().is_ok().then_some((row, function, words))
     }
 
@@ -62,7 +62,7 @@ impl Interpreter {
         dialect: Dialect,
     ) -> Result<Meaning<'b>, Fault> {
         self.begin_block();
-        let words = row.words_of(block, self.modal.inches);
+        let words = row.words_of(block, self.modal.lengths());
         if row.is_bounded {
             words.check()?;
         }

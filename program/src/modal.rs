@@ -9,7 +9,7 @@ use units::{Axis, MmPerSecond, PerAxis, Plane};
 use crate::action::Corner;
 use crate::auxiliary::Auxiliary;
 use crate::cycle::{Cycle, Retract};
-use crate::words::MM_PER_INCH;
+use crate::words::{Lengths, MM_PER_INCH};
 
 /// Coordinate systems G54 to G59.3.
 pub const COORDINATE_SYSTEMS: usize = 9;
@@ -145,6 +145,8 @@ pub struct Modal {
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
     pub shift: [f64; 3],
+    /// G7: words of X are diameters.
+    pub diameters: bool,
     /// What turns and flows, and the operator's overrides.
     pub auxiliary: Auxiliary,
     /// G53: the next motion code is in machine coordinates.
@@ -176,6 +178,7 @@ impl Modal {
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
             shift: [0.0; 3],
+            diameters: false,
             auxiliary: Auxiliary::START,
             machine_next: false,
         }
@@ -195,6 +198,12 @@ impl Modal {
             MotionMode::Cycle => Code::g(self.cycle.g()),
             MotionMode::Cancelled => Code::g(80),
         }
+    }
+
+    /// How lengths are written.
+    #[inline]
+    pub(crate) const fn lengths(&self) -> Lengths {
+        Lengths { inches: self.inches, diameters: self.diameters }
     }
 
     /// A length in the program's units.

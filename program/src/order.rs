@@ -42,7 +42,7 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::M, 48..=53 | 62..=68 | 98..=99) => 9,
         (Letter::G, 4) => 10,
         (Letter::G, 17..=19) => 11,
-        (Letter::G, 20 | 21) => 12,
+        (Letter::G, 7 | 8 | 20 | 21) => 12,
         (Letter::G, 40..=42) => 13,
         (Letter::G, 43 | 49) => TOOL_OFFSETS,
         (Letter::G, 54..=59) => 15,

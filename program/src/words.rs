@@ -18,19 +18,38 @@ pub struct Words<'b> {
     /// How they are read.
     known: &'static [WordInfo],
     code: Code,
-    inches: bool,
+    lengths: Lengths,
+}
+
+/// How the program writes lengths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Lengths {
+    /// Lengths are in inches (G20).
+    pub inches: bool,
+    /// Those along X are diameters (G7).
+    pub diameters: bool,
+}
+
+impl Lengths {
+    /// mm, and radii.
+    const PLAIN: Self = Self { inches: false, diameters: false };
+
+    fn mm(self, letter: char, value: f64) -> f64 {
+        let value = if self.diameters && letter.eq_ignore_ascii_case(&'X') { value / 2.0 } else { value };
+        if self.inches { value * MM_PER_INCH } else { value }
+    }
 }
 
 impl<'b> Words<'b> {
     /// The words of a block as the row of this code reads them.
-    pub(crate) const fn new(block: &'b Block<'b>, code: Code, known: &'static [WordInfo], inches: bool) -> Self {
-        Self { block, known, code, inches }
+    pub(crate) const fn new(block: &'b Block<'b>, code: Code, known: &'static [WordInfo], lengths: Lengths) -> Self {
+        Self { block, known, code, lengths }
     }
 
     /// No words of a code, where a dialect says the same by another one.
     pub(crate) const fn bare(code: Code) -> Self {
         static BARE: Block<'static> = Block::new(None, 1);
-        Self { block: &BARE, known: &[], code, inches: false }
+        Self { block: &BARE, known: &[], code, lengths: Lengths::PLAIN }
     }
 
     /// The code they belong to.
@@ -48,7 +67,7 @@ impl<'b> Words<'b> {
     pub fn get(&self, letter: char) -> Option<f64> {
         let value = self.block.get(letter)?;
         let unit = self.known(letter).map_or(Unit::Number, |word| word.unit);
-        Some(self.converted(value, unit))
+        Some(self.converted(letter, value, unit))
     }
 
     /// A length in mm, where the row says that it is one: without a look at the row, for every line of a
@@ -57,7 +76,7 @@ impl<'b> Words<'b> {
     pub(crate) fn length(&self, letter: char) -> Option<f64> {
         debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
         let value = self.block.get(letter)?;
-        Some(if self.inches { value * MM_PER_INCH } else { value })
+        Some(if self.lengths == Lengths::PLAIN { value } else { self.lengths.mm(letter, value) })
     }
 
     /// A plain number, where the row says that it is one.
@@ -72,7 +91,7 @@ impl<'b> Words<'b> {
     pub(crate) fn feed(&self, letter: char) -> Option<f64> {
         debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Feed), "{letter}");
         let value = self.block.get(letter)?;
-        Some(self.converted(value, Unit::Feed))
+        Some(self.converted(letter, value, Unit::Feed))
     }
 
     /// The number as it is written, whatever it is.
@@ -86,12 +105,12 @@ impl<'b> Words<'b> {
         self.known.iter().find(|word| word.letter == letter.to_ascii_uppercase())
     }
 
-    fn converted(&self, value: f64, unit: Unit) -> f64 {
-        let length = |value: f64| if self.inches { value * MM_PER_INCH } else { value };
+    fn converted(&self, letter: char, value: f64, unit: Unit) -> f64 {
+        let length = |value: f64| self.lengths.mm(letter, value);
         match unit {
             Unit::Length => length(value),
             Unit::Feed => length(value) / 60.0,
-            Unit::StepsPerLength if self.inches => value / MM_PER_INCH,
+            Unit::StepsPerLength if self.lengths.inches => value / MM_PER_INCH,
             Unit::MmPerMinute => value / 60.0,
             Unit::Milliseconds | Unit::Milliamps => value / 1_000.0,
             Unit::Percent => value / 100.0,
@@ -102,7 +121,7 @@ impl<'b> Words<'b> {
     /// A word as a length in mm, where a row reads it as a number because it is a length in some cases only.
     #[must_use]
     pub fn as_length(&self, letter: char) -> Option<f64> {
-        self.block.get(letter).map(|value| self.converted(value, Unit::Length))
+        self.block.get(letter).map(|value| self.converted(letter, value, Unit::Length))
     }
 
     /// Whether a word is there, with or without a number.

@@ -13,7 +13,7 @@ const TRANSCRIPT: &[(&str, &str)] = &[
     ("M114", "ok C: X:5.0000 Y:6.0000 Z:0.0000 E:0.0000 \n"),
     ("M114.4", "ok MP: X:5.0000 Y:6.0000 Z:0.0000\n"),
     ("$G", "[GC:G1 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F600.0000 S0.0000]\nok\n"),
-    ("G7", "ok - G7 ignored\n"),
+    ("G6", "ok - G6 ignored\n"),
     ("M9999", "ok - M9999 ignored\n"),
     ("M104.3 S20", "ok - M104.3 ignored\n"),
     ("G1 X1 Y", "// WARNING gcode parse failed Illegal parameter word: Y needs a number, column 7 - G1 X1 Y\nok\n"),

@@ -3,13 +3,19 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
-use crate::meaning::spindle;
+use crate::meaning::{offsets, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
 const ON_OR_OFF: &[WordInfo] = &[word('P', Unit::Number, "0: no; 1 where it is left out").whole(0.0, 1.0)];
 
 pub const ROWS: &[CodeInfo] = &[
+    CodeInfo::means(Code::g(7), offsets::diameter_mode, "words of X are diameters, as on a lathe")
+        .group(Group::Diameter)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::g(8), offsets::diameter_mode, "words of X are radii")
+        .group(Group::Diameter)
+        .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(49), spindle::overrides, "the operator's overrides of feed and spindle do not count")
         .group(Group::Overrides)
         .waits(Waits::Standstill)

@@ -8,7 +8,7 @@ use crate::fault::{Fault, Part};
 use crate::interpreter::Interpreter;
 use crate::state::States;
 use crate::word::{Bounds, Doc, WordInfo, doc};
-use crate::words::Words;
+use crate::words::{Lengths, Words};
 
 /// A part of the interpreter that says what a code means.
 pub(crate) type Interpret = for<'b> fn(&mut Interpreter, &Context<'b>) -> Result<Meaning<'b>, Fault>;
@@ -83,6 +83,7 @@ pub enum Group {
     RetractMode,
     Stopping,
     Overrides,
+    Diameter,
     Spindle,
 }
 
@@ -238,7 +239,7 @@ impl CodeInfo {
     }
 
     /// The words of a block as this row reads them.
-    pub(crate) const fn words_of<'b>(&self, block: &'b Block<'b>, inches: bool) -> Words<'b> {
-        Words::new(block, self.code, self.words, inches)
+    pub(crate) const fn words_of<'b>(&self, block: &'b Block<'b>, lengths: Lengths) -> Words<'b> {
+        Words::new(block, self.code, self.words, lengths)
     }
 }

@@ -26,6 +26,12 @@ pub(crate) fn length_unit<'b>(program: &mut Interpreter, context: &Context<'b>) 
     NOTHING
 }
 
+/// G7, G8.
+pub(crate) fn diameter_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.diameters = context.words.code().number == 7;
+    NOTHING
+}
+
 /// G90, G91.
 pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let modal = &mut program.modal;
