@@ -104,6 +104,8 @@ pub enum Problem {
     CentreAbsolute,
     NoName,
     HoldStays,
+    PolarAndCartesian,
+    PolarAtOrigin,
     /// A parameter cannot be set.
     Parameter(gcode::Problem),
 }
@@ -202,6 +204,8 @@ impl fmt::Display for Problem {
             Self::ProbeNoWay => "the way to probe along has no length",
             Self::ProbeRate => "the feed rate of a search must be above zero",
             Self::ProbeSubcode => "Only G38.2 to G38.5 are supported",
+            Self::PolarAndCartesian => "@ and ^ do not go together with X and Y",
+            Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
             Self::HoldStays => "M53 P0: feed hold cannot be switched off",
             Self::NoName => "the name of a file is missing",
         };

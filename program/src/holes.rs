@@ -21,6 +21,8 @@ pub(crate) struct Plan {
     pub first: PerAxis<f64>,
     /// From hole to hole.
     pub step: PerAxis<f64>,
+    /// From hole to hole about a centre, instead: polar coordinates after G91.
+    pub turn: Option<Turn>,
     /// How many holes, one at least.
     pub count: u32,
     /// R.
@@ -38,6 +40,24 @@ pub(crate) struct Plan {
     pub rates: Rates,
 }
 
+/// Holes about a centre, mm and radians.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    /// X and Y of the centre.
+    pub centre: [f64; 2],
+    /// Distance and angle of the first hole.
+    pub first: [f64; 2],
+    /// From hole to hole.
+    pub step: [f64; 2],
+}
+
+impl Turn {
+    fn hole(&self, number: u32) -> [f64; 2] {
+        let [distance, angle] = [0, 1].map(|of| self.first[of] + self.step[of] * f64::from(number));
+        [self.centre[0] + distance * libm::cos(angle), self.centre[1] + distance * libm::sin(angle)]
+    }
+}
+
 /// What the moves have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rates {
@@ -53,6 +73,9 @@ impl Plan {
         let mut place = self.first;
         for axis in Axis::PRIMARY {
             place[axis] += self.step[axis] * f64::from(number);
+        }
+        if let Some(turn) = self.turn {
+            [place[Axis::X], place[Axis::Y]] = turn.hole(number);
         }
         place[self.along] = height;
         place
@@ -191,9 +214,30 @@ impl Holes {
         if self.done >= plan.count {
             return Vec::new();
         }
+        if plan.turn.is_some() {
+            return self.reach_about();
+        }
         let (now, last) = (self.done, plan.count - 1);
         let heights = [(now, self.at[plan.along]), (now, plan.bottom), (now, plan.clear), (last, plan.clear)];
         let holes = heights.into_iter().chain([(last, plan.bottom), (last, plan.clear)]);
         [self.at].into_iter().chain(holes.map(|(number, height)| plan.hole(number, height))).collect()
+    }
+
+    /// The same of holes about a centre: the corners of the box that they lie in.
+    fn reach_about(&self) -> Vec<PerAxis<f64>, 7> {
+        let plan = &self.plan;
+        let mut corners = [plan.hole(self.done, plan.clear); 2];
+        for number in self.done..plan.count {
+            let hole = plan.hole(number, plan.clear);
+            for axis in [Axis::X, Axis::Y] {
+                corners[0][axis] = corners[0][axis].min(hole[axis]);
+                corners[1][axis] = corners[1][axis].max(hole[axis]);
+            }
+        }
+        let [mut low, high] = corners;
+        low[plan.along] = plan.bottom;
+        let (mut left, mut right) = (low, high);
+        (left[Axis::Y], right[Axis::Y]) = (high[Axis::Y], low[Axis::Y]);
+        [self.at, low, left, high, right].into_iter().collect()
     }
 }

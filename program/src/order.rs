@@ -8,10 +8,10 @@ use crate::codes::{self, CodeInfo, Group};
 use crate::fault::{Fault, Problem};
 
 /// What codes that move, or say where things are, share.
-const AXES: u32 = bits("XYZABC");
+const AXES: u32 = bits("XYZABC@^");
 /// What moves by the motion code in force, and what is said of a move.
-const PLACE_WORDS: u32 = bits("XYZABCE");
-const MOVE_WORDS: u32 = bits("XYZABCEIJKRPQFSL");
+const PLACE_WORDS: u32 = bits("XYZABCE@^");
+const MOVE_WORDS: u32 = bits("XYZABCEIJKRPQFSL@^");
 /// Feed rate and speed, which need no move.
 const RATES: u32 = bits("FS");
 /// Rank of tool offsets.
@@ -129,7 +129,10 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
             return Err(Problem::SameGroup(*other, *code).refused(0));
         }
     }
-    let written = ('A'..='Z').filter(|letter| line.words().has(*letter)).fold(0, |all, letter| all | bit(letter));
+    let written = gcode::WORD_LETTERS
+        .into_iter()
+        .filter(|letter| line.words().has(*letter))
+        .fold(0, |all, letter| all | bit(letter));
     let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && letters_of(row) & AXES != 0;
     let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
     let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);
@@ -177,7 +180,7 @@ fn give_rest(
     let moves = left & PLACE_WORDS != 0 && !axes_are_taken;
     let known = if moves { MOVE_WORDS } else { RATES };
     let strange = if has_motion { left } else { left & !known };
-    if let Some(letter) = ('A'..='Z').find(|letter| strange & bit(*letter) != 0) {
+    if let Some(letter) = gcode::WORD_LETTERS.into_iter().find(|letter| strange & bit(*letter) != 0) {
         return Err(Problem::UnusedWord(letter).refused(0));
     }
     // Before what stops the program, behind everything else.

@@ -130,6 +130,12 @@ impl<'b> Words<'b> {
         self.block.has(letter)
     }
 
+    /// See [`Block::has_rare_coordinate`].
+    #[inline]
+    pub(crate) const fn has_rare_coordinate(&self) -> bool {
+        self.block.has_rare_coordinate()
+    }
+
     /// Whether there is no word beside the code.
     #[must_use]
     pub const fn is_bare(&self) -> bool {

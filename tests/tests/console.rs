@@ -17,7 +17,7 @@ const TRANSCRIPT: &[(&str, &str)] = &[
     ("M9999", "ok - M9999 ignored\n"),
     ("M104.3 S20", "ok - M104.3 ignored\n"),
     ("G1 X1 Y", "// WARNING gcode parse failed Illegal parameter word: Y needs a number, column 7 - G1 X1 Y\nok\n"),
-    ("G1 @", "// WARNING gcode parse failed Illegal word: '@' where a letter should be, column 4 - G1 @\nok\n"),
+    ("G1 &", "// WARNING gcode parse failed Illegal word: '&' where a letter should be, column 4 - G1 &\nok\n"),
     ("N1 G4 P1*255", "rs N1\n"),
     ("N1 G4 P1*sum", "ok\n"),
     ("N7 G4 P1*sum", "rs N2\n"),

@@ -173,7 +173,7 @@ mod tests {
             ("X1F100S5", Error::BadJog),
             ("X1 F100 P", Error::Number),
             ("X1F", Error::Number),
-            ("X1 F1 @", Error::Letter),
+            ("X1 F1 &", Error::Letter),
         ] {
             assert_eq!(number(text), error, "{text}");
         }

@@ -176,7 +176,7 @@ mod tests {
             let letters: BTreeSet<char> = row.words.iter().map(|word| word.letter).collect();
             assert_eq!(letters.len(), row.words.len(), "{}", row.code);
             assert!(
-                letters.iter().all(|letter| letter.is_ascii_uppercase() && !"GMN".contains(*letter)),
+                letters.iter().all(|letter| gcode::WORD_LETTERS.contains(letter) && !"GMN".contains(*letter)),
                 "{}",
                 row.code
             );

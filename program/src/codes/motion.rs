@@ -16,6 +16,8 @@ macro_rules! target_words {
             word('A', Unit::Number, "where to"),
             word('B', Unit::Number, "where to"),
             word('C', Unit::Number, "where to"),
+            word('@', Unit::Length, "where to: distance from the origin of X and Y"),
+            word('^', Unit::Number, "where to: angle from X there, degrees"),
             word('E', Unit::Number, "filament of the active extruder, mm or mm3"),
             word('F', Unit::Feed, "speed from now on"),
             word('S', Unit::Number, "laser or spindle power from now on"),

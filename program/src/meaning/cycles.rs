@@ -8,7 +8,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::cycle::{Cycle, Retract, drilling_axis};
 use crate::cycles::Series;
 use crate::fault::{Fault, Problem};
-use crate::holes::{Holes, Plan, Rates};
+use crate::holes::{Holes, Plan, Rates, Turn};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
 use crate::modal::{FeedMode, MotionMode};
@@ -16,6 +16,8 @@ use crate::words::Words;
 
 /// More pecks than this are a slip in Q.
 const MOST_PECKS: f64 = 10_000.0;
+/// More holes than this about a centre are a slip.
+const MOST_ABOUT: f64 = 360.0;
 /// This share of a peck is rounding: a Q that divides the depth makes no peck more.
 const SHARE_OF_PECK: f64 = 1e-6;
 
@@ -84,7 +86,7 @@ fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> 
     enter(program, cycle, by_words);
     may_drill(program, words)?;
     moves::take_rates(program, words)?;
-    if !"XYZ".chars().any(|letter| words.has(letter)) {
+    if !"XYZ@^".chars().any(|letter| words.has(letter)) {
         // Alone it says what the lines mean that follow.
         let word = "RQPL".chars().find(|letter| words.has(*letter));
         return word.map_or(NOTHING, |letter| Err(Problem::CycleNowhere(cycle.g()).refused(words.column_of(letter))));
@@ -192,12 +194,18 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
         first[axis] = modal.machine(axis, mm, here[axis]);
         step[axis] = if modal.absolute { 0.0 } else { mm };
     }
+    let mut turn = None;
+    if words.has_rare_coordinate() {
+        moves::polar(program, words, &mut first)?;
+        turn = about(program, words, &first)?;
+    }
     let plan = Plan {
         // Where the words say how a hole is drilled, Q makes it pecks.
         cycle: if cycle == Cycle::BreakChips || series.peck.is_none() { cycle } else { Cycle::Peck },
         along,
         first,
         step,
+        turn,
         count: words.get('L').map_or(1, |count| count as u32),
         retract,
         bottom,
@@ -214,6 +222,22 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
         },
     };
     if plan.is_finite() { Ok(plan) } else { Err(Problem::NoPlace.refused(words.column())) }
+}
+
+/// Holes at polar coordinates after G91: distance and angle add from hole to hole.
+fn about(program: &Interpreter, words: &Words<'_>, first: &PerAxis<f64>) -> Result<Option<Turn>, Fault> {
+    let modal = &program.modal;
+    let count = words.get('L').unwrap_or(1.0);
+    if modal.absolute || count <= 1.0 {
+        return Ok(None);
+    }
+    if count > MOST_ABOUT {
+        return Err(Problem::TooMuch(words.code(), 'L', MOST_ABOUT).refused(words.column_of('L')));
+    }
+    let centre = [modal.offset(Axis::X), modal.offset(Axis::Y)];
+    let (x, y) = (first[Axis::X] - centre[0], first[Axis::Y] - centre[1]);
+    let step = [words.length('@').unwrap_or(0.0), words.as_written('^').unwrap_or(0.0).to_radians()];
+    Ok(Some(Turn { centre, first: [libm::hypot(x, y), libm::atan2(y, x)], step }))
 }
 
 /// How many pecks a depth takes, mm both.

@@ -9,7 +9,7 @@ use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// Words of a move.
-const WAY: &str = "XYZABCEIJKR";
+const WAY: &str = "XYZABCEIJKR@^";
 
 /// G93, G94, G95; words behind it are those of the motion code in force.
 pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

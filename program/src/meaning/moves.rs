@@ -94,22 +94,15 @@ fn take_feed(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> 
 }
 
 /// Where a motion block leads, in machine space, and where E then is.
-fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
+pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
     let mut target = program.position;
     for axis in Axis::PRIMARY {
         if let Some(mm) = words.length(axis.letter()) {
             target[axis] = program.modal.machine(axis, mm, program.position[axis]);
         }
     }
-    // Few lines have any of them.
-    let auxiliary: &[Axis] =
-        if words.has('A') || words.has('B') || words.has('C') { &[Axis::A, Axis::B, Axis::C] } else { &[] };
-    for &axis in auxiliary {
-        let Some(word) = words.number(axis.letter()) else { continue };
-        if program.tools.uses(axis) {
-            return Err(Problem::ExtruderAxis(axis).refused(words.column_of(axis.letter())));
-        }
-        target[axis] = if program.modal.absolute { word } else { target[axis] + word };
+    if words.has_rare_coordinate() {
+        rare_coordinates(program, words, &mut target)?;
     }
     let Some(word) = words.number('E') else { return Ok((target, None)) };
     let tool = program.tools.active().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
@@ -119,6 +112,43 @@ fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, 
     let to = if program.modal.e_absolute { word } else { tool.e + word };
     target[tool.settings.axis] += (to - tool.e) * tool.scale();
     Ok((target, Some(to)))
+}
+
+/// A, B, C and polar coordinates.
+#[cold]
+fn rare_coordinates(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) -> Result<(), Fault> {
+    for axis in [Axis::A, Axis::B, Axis::C] {
+        let Some(word) = words.number(axis.letter()) else { continue };
+        if program.tools.uses(axis) {
+            return Err(Problem::ExtruderAxis(axis).refused(words.column_of(axis.letter())));
+        }
+        target[axis] = if program.modal.absolute { word } else { target[axis] + word };
+    }
+    if words.has('@') || words.has('^') { polar(program, words, target) } else { Ok(()) }
+}
+
+/// `@` and `^`: distance and angle from the origin of X and Y. What is not written stays; after G91 both add
+/// (LinuxCNC, "Polar Coordinates").
+pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) -> Result<(), Fault> {
+    let modal = &program.modal;
+    if let Some(letter) = ['X', 'Y'].into_iter().find(|letter| words.has(*letter)) {
+        return Err(Problem::PolarAndCartesian.refused(words.column_of(letter)));
+    }
+    let origin = |axis| if modal.machine_next { 0.0 } else { modal.offset(axis) };
+    let (ox, oy) = (origin(Axis::X), origin(Axis::Y));
+    let (x, y) = (program.position[Axis::X] - ox, program.position[Axis::Y] - oy);
+    let (distance, angle) = (words.length('@'), words.number('^').map(f64::to_radians));
+    let is_relative = !modal.absolute && !modal.machine_next;
+    let (now, direction) = (libm::hypot(x, y), libm::atan2(y, x));
+    // At the origin there is no direction to go on with.
+    if now == 0.0 && (is_relative || angle.is_none()) {
+        return Err(Problem::PolarAtOrigin.refused(words.column()));
+    }
+    let of = |word: Option<f64>, now: f64| word.map_or(now, |word| if is_relative { now + word } else { word });
+    let (distance, angle) = (of(distance, now), of(angle, direction));
+    target[Axis::X] = ox + distance * libm::cos(angle);
+    target[Axis::Y] = oy + distance * libm::sin(angle);
+    Ok(())
 }
 
 /// G4: P in the dialect's unit, S in seconds; both add.

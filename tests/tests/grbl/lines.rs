@@ -61,7 +61,7 @@ fn what_is_refused_has_grbls_number_and_our_reason() {
     for (line, number) in [
         ("G1 X@", 2),
         ("G1 X", 2),
-        ("@", 1),
+        ("&", 1),
         ("G1.x", 23),
         ("G999", 20),
         ("G999 G21", 20),
