@@ -13,6 +13,7 @@ use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
 use crate::setup::{HeaterSetup, Setup};
 use crate::splines::Splines;
+use crate::tool_table::ToolTable;
 use crate::tools::Tools;
 
 /// How deep M120 saves.
@@ -258,6 +259,11 @@ impl Interpreter {
     #[must_use]
     pub const fn tools(&self) -> &Tools {
         &self.tools
+    }
+
+    /// What is known of the tools that go into the spindle.
+    pub const fn tool_table(&mut self) -> &mut ToolTable {
+        &mut self.tools.table
     }
 
     /// The park position.

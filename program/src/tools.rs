@@ -5,6 +5,7 @@ use units::{Axis, ToolId};
 
 use crate::fault::{Fault, Problem};
 use crate::setup::ToolSettings;
+use crate::tool_table::ToolTable;
 use crate::words::Words;
 
 /// Extruders at most: the motors of A, B and C.
@@ -47,6 +48,8 @@ pub struct Tools {
     pub(crate) selected: u16,
     /// The one that it has put in.
     pub(crate) in_spindle: u16,
+    /// What is known of the tools that go into the spindle.
+    pub(crate) table: ToolTable,
 }
 
 impl Tools {
@@ -55,7 +58,7 @@ impl Tools {
         let new = |settings: &ToolSettings| Tool { settings: settings.clone(), e: 0.0, flow: 1.0, retracted: None };
         let mut tools: Vec<Tool, MAX_TOOLS> = settings.iter().take(MAX_TOOLS).map(new).collect();
         tools.sort_unstable_by_key(|tool| tool.settings.id);
-        Self { tools, active: 0, selected: 0, in_spindle: 0 }
+        Self { tools, active: 0, selected: 0, in_spindle: 0, table: ToolTable::default() }
     }
 
     /// All extruders, in order of their numbers.
@@ -84,6 +87,12 @@ impl Tools {
     #[must_use]
     pub fn number(&self) -> u32 {
         if self.has_extruders() { u32::from(self.active_id().0) } else { u32::from(self.in_spindle) }
+    }
+
+    /// What is known of the tools that go into the spindle.
+    #[must_use]
+    pub const fn table(&self) -> &ToolTable {
+        &self.table
     }
 
     /// M6: the selected tool is in the spindle.
