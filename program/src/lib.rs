@@ -31,6 +31,7 @@ mod interpreter;
 mod meaning;
 mod memory;
 mod modal;
+mod named_parameters;
 mod order;
 mod parameters;
 mod park;

@@ -6,7 +6,8 @@ use gcode::{Parameter, Parameters, Problem};
 use units::{Axis, PerAxis};
 
 use crate::interpreter::Interpreter;
-use crate::modal::{Modal, MotionMode};
+use crate::modal::Modal;
+use crate::named_parameters::predefined;
 
 /// Between the parameters of two coordinate systems.
 const SYSTEM_STRIDE: u16 = 20;
@@ -103,8 +104,11 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         let mm = probe.get(*axis as usize).copied().unwrap_or(0.0);
         return Some(written(mm - modal.offset(*axis)));
     }
-    if let Some(axis) = of_axis(5_401, number) {
+    if let Some(axis) = of_axis(5_081, number) {
         return modal.tool_offset.get(axis).copied().map(written);
+    }
+    if let Some(axis) = axis_at(5_021, number) {
+        return Some(coordinate(modal, axis, &program.position));
     }
     if let Some(axis) = axis_at(5_420, number) {
         return Some(coordinate(modal, axis, &modal.work(&program.position)));
@@ -118,50 +122,33 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         (5_163, _) => Some(program.park.z.unwrap_or(0.0)),
         (5_210, _) => Some(f64::from(u8::from(modal.g92 != [0.0; 3]))),
         (5_400, _) => Some(f64::from(program.tools.number())),
+        (5_401..=5_413, _) => Some(of_tool(program, number)),
         // What nothing here fills: further axes and offsets, as LinuxCNC's file of parameters has them.
-        (5_061..=5_602, _) => Some(0.0),
+        (5_021..=5_602, _) => Some(0.0),
         _ => None,
     }
 }
 
+/// What the table knows of the tool in the spindle, in mm as the file does; of the extruder in use its
+/// offset.
+fn of_tool(program: &Interpreter, number: u16) -> f64 {
+    let axis = usize::from(number - 5_401);
+    let Some(tool) = program.tools.spindle_entry() else {
+        let extruder = program.tools.active().map(|tool| tool.settings.offset).unwrap_or_default();
+        return extruder.get(axis).copied().unwrap_or(0.0);
+    };
+    match number {
+        5_401..=5_403 => tool.offset.get(axis).copied().unwrap_or(0.0),
+        5_404..=5_406 => tool.rotary.get(axis - 3).map_or(0.0, |degrees| f64::from(*degrees)),
+        5_410 => tool.diameter,
+        5_411 => f64::from(tool.angles[0]),
+        5_412 => f64::from(tool.angles[1]),
+        5_413 => f64::from(tool.orientation),
+        _ => 0.0,
+    }
+}
+
 /// A place as a program writes it.
-fn coordinate(modal: &Modal, axis: Axis, place: &PerAxis<f64>) -> f64 {
+pub(crate) fn coordinate(modal: &Modal, axis: Axis, place: &PerAxis<f64>) -> f64 {
     if axis.is_primary() { modal.in_program_units(place[axis]) } else { place[axis] }
-}
-
-fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
-    let modal = &program.modal;
-    let truth = |is: bool| f64::from(u8::from(is));
-    let tenfold = |code: gcode::Code| f64::from(code.number) * 10.0 + f64::from(code.subcode);
-    Some(match name {
-        "_x" | "_y" | "_z" | "_a" | "_b" | "_c" => {
-            let axis = axis_named(name.strip_prefix('_')?)?;
-            coordinate(modal, axis, &modal.work(&program.position))
-        }
-        "_abs_x" | "_abs_y" | "_abs_z" | "_abs_a" | "_abs_b" | "_abs_c" => {
-            let axis = axis_named(name.strip_prefix("_abs_")?)?;
-            coordinate(modal, axis, &program.position)
-        }
-        "_feed" => modal.in_program_units(modal.feed_rate.0) * 60.0,
-        "_rpm" => f64::from(modal.power),
-        "_metric" => truth(!modal.inches),
-        "_imperial" => truth(modal.inches),
-        "_absolute" => truth(modal.absolute),
-        "_incremental" => truth(!modal.absolute),
-        "_motion_mode" => tenfold(modal.motion_code()),
-        "_plane" => match modal.plane {
-            units::Plane::Xy => 170.0,
-            units::Plane::Xz => 180.0,
-            units::Plane::Yz => 190.0,
-        },
-        "_coord_system" => 540.0 + 10.0 * modal.system.min(5) as f64 + modal.system.saturating_sub(5) as f64,
-        "_current_tool" => f64::from(program.tools.number()),
-        "_selected_tool" => f64::from(program.tools.selected),
-        "_is_rapid" => truth(modal.motion == MotionMode::Rapid),
-        _ => return None,
-    })
-}
-
-fn axis_named(letter: &str) -> Option<Axis> {
-    Axis::ALL.into_iter().find(|axis| letter.eq_ignore_ascii_case(axis.letter().encode_utf8(&mut [0; 4])))
 }

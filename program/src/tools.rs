@@ -5,7 +5,7 @@ use units::{Axis, ToolId};
 
 use crate::fault::{Fault, Problem};
 use crate::setup::ToolSettings;
-use crate::tool_table::ToolTable;
+use crate::tool_table::{ToolEntry, ToolTable};
 use crate::words::Words;
 
 /// Extruders at most: the motors of A, B and C.
@@ -93,6 +93,16 @@ impl Tools {
     #[must_use]
     pub const fn table(&self) -> &ToolTable {
         &self.table
+    }
+
+    /// What the table knows of the tool in the spindle.
+    pub(crate) fn spindle_entry(&self) -> Option<&ToolEntry> {
+        self.table.get(self.in_spindle).filter(|_| !self.has_extruders())
+    }
+
+    /// The pocket of a tool as the table has it, 0 where it says nothing.
+    pub(crate) fn pocket(&self, number: u16) -> f64 {
+        self.table.get(number).and_then(|tool| tool.pocket).map_or(0.0, f64::from)
     }
 
     /// M6: the selected tool is in the spindle.
