@@ -72,6 +72,10 @@ pub enum Action<'b> {
         /// That of the spindle's speed.
         spindle: bool,
     },
+    /// Read the tool table anew from the card.
+    ReadTools,
+    /// The program has changed what is kept on the card: offsets, the tool table.
+    Keep,
     /// Tell whoever sent the line something about it.
     Note(&'static str),
     /// Moves accelerate with so much from now on, mm/s2.

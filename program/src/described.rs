@@ -88,6 +88,8 @@ impl fmt::Display for Described<'_, '_> {
                 let counts = |on: &bool| if *on { "count" } else { "do not count" };
                 write!(f, "overrides of feed {}, of the spindle {}", counts(feed), counts(spindle))
             }
+            Action::ReadTools => f.write_str("read the tool table"),
+            Action::Keep => f.write_str("keep that on the card"),
             Action::Note(text) => write!(f, "note: {text}"),
             Action::Acceleration(value) => write!(f, "accelerate with {value} mm/s2"),
             Action::Function(function, words) => write!(f, "{function}{words}"),

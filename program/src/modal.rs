@@ -145,6 +145,8 @@ pub struct Modal {
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
     pub shift: [f64; 3],
+    /// G43, G43.1 or G43.2 is in force, not G49.
+    pub has_tool_length: bool,
     /// G7: words of X are diameters.
     pub diameters: bool,
     /// What turns and flows, and the operator's overrides.
@@ -178,6 +180,7 @@ impl Modal {
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
             shift: [0.0; 3],
+            has_tool_length: false,
             diameters: false,
             auxiliary: Auxiliary::START,
             machine_next: false,
@@ -224,6 +227,14 @@ impl Modal {
     pub fn set_tool_offset(&mut self, offset: [f64; 3]) {
         self.tool_offset = offset;
         self.tool_offset.iter_mut().zip(self.shift).for_each(|(sum, shift)| *sum += shift);
+    }
+
+    /// The tool offset without what is shifted.
+    #[must_use]
+    pub(crate) fn own_tool_offset(&self) -> [f64; 3] {
+        let mut offset = self.tool_offset;
+        offset.iter_mut().zip(self.shift).for_each(|(offset, shift)| *offset -= shift);
+        offset
     }
 
     /// Shifts everything that follows.

@@ -60,6 +60,7 @@ pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
         },
         "ccomp" => 400.0,
         "coord_system" => 540.0 + 10.0 * modal.system.min(5) as f64 + modal.system.saturating_sub(5) as f64,
+        "tool_offset" => truth(modal.has_tool_length),
         "retract_old_z" => truth(modal.retract == Retract::Initial),
         "retract_r_plane" => truth(modal.retract == Retract::RPlane),
         "ijk_absolute_mode" => truth(modal.arc_absolute),

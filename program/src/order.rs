@@ -36,8 +36,8 @@ fn rank(code: Code) -> Option<u8> {
     Some(match (code.letter, code.number) {
         (Letter::G, 93..=95) => 2,
         (Letter::T, _) => 5,
-        (Letter::M, 6) => 6,
         (Letter::M, 3..=5) => 7,
+        (Letter::M, 6 | 61) => 6,
         (Letter::M, 7..=9) => 8,
         (Letter::M, 48..=53 | 62..=68 | 98..=99) => 9,
         (Letter::G, 4) => 10,

@@ -74,6 +74,13 @@ impl Session {
     fn told(&mut self, words: &str) {
         match words.split_once(' ').unwrap_or((words, "")) {
             ("dialect", name) => self.dialect = Dialect::named(name).unwrap(),
+            ("extruders", "none") => {
+                self.interpreter = Interpreter::new(Setup { tools: heapless::Vec::new(), ..setup() });
+            }
+            ("tool", line) => {
+                let tool = program::ToolEntry::read(line).unwrap().unwrap();
+                self.interpreter.tool_table().add(tool).unwrap();
+            }
             ("cycles", "off") => self.cycles_are(CycleSetup { is_off: true, ..CycleSetup::default() }),
             ("cycles", "dwell in ms") => self.cycles_are(CycleSetup { dwell_in_ms: true, ..CycleSetup::default() }),
             ("homed", axes) => {

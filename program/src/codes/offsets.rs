@@ -4,7 +4,7 @@ use gcode::Code;
 
 use super::motion::target_words;
 use super::row::{CodeInfo, Group, Waits};
-use crate::meaning::{moves, offsets};
+use crate::meaning::{moves, offsets, tool_table};
 use crate::word::{Unit, WordInfo, word};
 
 const LENGTHS: &[WordInfo] =
@@ -19,20 +19,35 @@ const POSITION: &[WordInfo] = &[
     word('E', Unit::Number, "filament of the active extruder"),
 ];
 
+const TOOL_NUMBER: WordInfo =
+    word('H', Unit::Number, "of this tool; of the one in the spindle where it is left out, or 0").whole(0.0, 65_535.0);
+
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::means(Code::g(10), offsets::set_offsets, "set a work (L2, L20) or tool offset (L1); without L, retract")
+    CodeInfo::means(Code::g(10), offsets::set_offsets, "set a work or tool offset, or the tool table; without L, retract")
         .takes(&[
-            word('L', Unit::Number, "1: of a tool; 2: of a coordinate system; 20: so that the position reads as given"),
+            word(
+                'L',
+                Unit::Number,
+                "2: of a coordinate system; 20: so that the position reads as given. 1: of a tool; 10: so that the position reads as given with it; 11: the same in G59.3; 0: read `tool.tbl` anew",
+            ),
             word(
                 'P',
                 Unit::Number,
-                "coordinate system 1 to 9, 0 for the active one; with L1 the tool's number plus one",
+                "coordinate system 1 to 9, 0 for the active one; with L1, L10 and L11 the tool, with extruders its number plus one",
             ),
             word('X', Unit::Length, "by axis"),
             word('Y', Unit::Length, "by axis"),
             word('Z', Unit::Length, "by axis"),
+            word('A', Unit::Number, "by axis, degrees: of a tool"),
+            word('B', Unit::Number, "by axis, degrees: of a tool"),
+            word('C', Unit::Number, "by axis, degrees: of a tool"),
+            word('R', Unit::Number, "radius of a tool (length)"),
+            word('I', Unit::Number, "front angle of a lathe's tool, degrees"),
+            word('J', Unit::Number, "back angle"),
+            word('Q', Unit::Number, "orientation of a lathe's tool, 0 to 9"),
         ])
-        .waits(Waits::Path),
+        .waits(Waits::Path)
+        .differs("L0, L10 and L11 are not known"),
     plane(17, "plane of X and Y"),
     no_plane(17),
     plane(18, "plane of X and Z"),
@@ -44,15 +59,23 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::accepted(Code::g(40), "no cutter compensation; there is none").group(Group::CutterCompensation),
     no_compensation(41, "cutter compensation, left; refused: let the CAM program do it"),
     no_compensation(42, "cutter compensation, right; refused: let the CAM program do it"),
-    CodeInfo::accepted(Code::g(43), "accepted; tool offsets are in force always").group(Group::ToolLength),
-    CodeInfo::means(Code::g(43).sub(1), offsets::tool_length, "add to the tool offset")
+    CodeInfo::means(Code::g(43), tool_table::tool_length, "tool offset of `tool.tbl`; with extruders nothing to do")
+        .group(Group::ToolLength)
+        .takes(&[TOOL_NUMBER])
+        .differs("accepted, and nothing is done"),
+    CodeInfo::means(Code::g(43).sub(1), tool_table::tool_length, "add to the tool offset; in GRBL's dialect set it")
         .group(Group::ToolLength)
         .takes(LENGTHS),
-    CodeInfo::means(Code::g(43).sub(2), offsets::tool_length, "add to the tool offset, and move by as much")
+    CodeInfo::means(Code::g(43).sub(2), tool_table::tool_length, "add to the tool offset, and but for GRBL move so")
         .group(Group::ToolLength)
-        .takes(LENGTHS)
+        .takes(&[
+            word('X', Unit::Length, "by axis"),
+            word('Y', Unit::Length, "by axis"),
+            word('Z', Unit::Length, "by axis"),
+            TOOL_NUMBER,
+        ])
         .waits(Waits::Path),
-    CodeInfo::means(Code::g(49), offsets::no_tool_length, "no tool offset").group(Group::ToolLength),
+    CodeInfo::means(Code::g(49), tool_table::no_tool_length, "no tool offset").group(Group::ToolLength),
     CodeInfo::means(Code::g(52), offsets::local_origin, "shift the origin of all coordinate systems to here; 0: back")
         .takes(LENGTHS)
         .waits(Waits::Path)

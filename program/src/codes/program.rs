@@ -4,7 +4,7 @@ use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
-use crate::meaning::program;
+use crate::meaning::{program, tool_table};
 use crate::word::{Unit, word};
 
 const NOT_KNOWN: &str = "not known";
@@ -18,8 +18,13 @@ pub const ROWS: &[CodeInfo] = &[
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::means(Code::m(6), program::change_tool, "have the operator put in the tool of T")
         .takes(&[word('T', Unit::Id, "the tool")])
+        .group(Group::ToolChange)
         .waits(Waits::Standstill)
         .differs("selects a heater's tool"),
+    CodeInfo::means(Code::m(61), tool_table::set_current_tool, "this tool is in the spindle already")
+        .takes(&[word('Q', Unit::Number, "its number, 0 for none").whole(0.0, 65_535.0)])
+        .group(Group::ToolChange)
+        .differs(NOT_KNOWN),
     pause(60, "wait until the operator goes on (~ or M24)"),
     CodeInfo::means(Code::m(98), program::call, "call the subroutine O P, L times")
         .takes(&[

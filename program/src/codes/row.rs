@@ -82,6 +82,7 @@ pub enum Group {
     CutterCompensation,
     RetractMode,
     Stopping,
+    ToolChange,
     Overrides,
     Diameter,
     Spindle,

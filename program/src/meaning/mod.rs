@@ -13,3 +13,4 @@ pub(crate) mod probing;
 pub(crate) mod program;
 pub(crate) mod spindle;
 pub(crate) mod splines;
+pub(crate) mod tool_table;

@@ -7,7 +7,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::ExtruderFollows;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::extruders;
+use crate::meaning::{extruders, tool_table};
 use crate::modal::COORDINATE_SYSTEMS;
 
 /// G17, G18, G19.
@@ -97,33 +97,14 @@ pub(crate) fn path_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
     NOTHING
 }
 
-/// G43.1 and G43.2 add to the tool offset; G43.2 also moves by as much. G43 alone does nothing.
-pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    let words = &context.words;
-    let mut target = program.position;
-    for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.tool_offset) {
-        let mm = words.axis(axis).unwrap_or(0.0);
-        *offset += mm;
-        target[axis] += mm;
-    }
-    if words.code().subcode == 2 && target != program.position {
-        return Ok(Meaning::Action(program.rapid_to(target)));
-    }
-    NOTHING
-}
-
-/// G49.
-pub(crate) fn no_tool_length<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    program.modal.set_tool_offset([0.0; 3]);
-    NOTHING
-}
-
-/// G10 L1, L2 and L20; without L firmware retraction.
+/// G10 L0, L1, L2, L10, L11 and L20; without L firmware retraction.
 pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let here = match words.get('L') {
         None if !words.has('L') => return extruders::retract(program),
-        Some(1.0) => return extruders::set_tool_offset(program, words),
+        Some(1.0) if program.tools.has_extruders() => return extruders::set_tool_offset(program, words),
+        Some(0.0) => return tool_table::reload(program, words),
+        Some(1.0 | 10.0 | 11.0) => return tool_table::set_tool(program, words),
         Some(2.0) => false,
         Some(20.0) => true,
         _ => return Err(Problem::OffsetKind.refused(words.column_of('L'))),
