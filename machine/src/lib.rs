@@ -43,5 +43,5 @@ pub mod wait;
 pub mod watchdog;
 
 pub use executor::run;
-pub use files::{CONFIG_PATH, safe_file};
+pub use files::{CONFIG_PATH, kept, safe_file};
 pub use program::{Dialect, State};

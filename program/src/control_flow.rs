@@ -28,10 +28,10 @@ impl Interpreter {
         })
     }
 
-    /// Of the parameters `#31` to `#5000` that are not 0, in order, the one at this place: its number and its
+    /// Of the parameters that outlast a power cycle and are not 0, the one at this place: its number and its
     /// value.
     #[must_use]
-    pub fn parameter_at(&self, place: usize) -> Option<(u16, f64)> {
+    pub fn kept_parameter(&self, place: usize) -> Option<(u16, f64)> {
         self.memory.at(place)
     }
 

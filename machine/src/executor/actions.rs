@@ -4,7 +4,7 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, flow, functions, halt, operator, parameters, program_io, shapes, suspend, tool_change};
+use super::{Hands, Machine, flow, functions, halt, kept, operator, program_io, shapes, suspend, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -62,6 +62,8 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
         Action::Acceleration(value) => return motion_codes::acceleration(&mut machine.ports, value),
         Action::Call { number, times } => return flow::call(machine, number, times),
         Action::Return => return flow::end_call(machine),
+        Action::ReadTools => return kept::reload_tools(machine),
+        Action::Keep => kept::save_unless_playing(machine).await,
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
         _ => return stand_and_do(machine, action, to).await,
     }
@@ -129,7 +131,7 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
         program_io::reset_overrides(machine);
     }
     flow::end(machine);
-    parameters::save(machine).await;
+    kept::save(machine).await;
     Ok(Answer::Ok)
 }
 

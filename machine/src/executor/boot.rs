@@ -9,7 +9,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, grbl, parameters, suspend};
+use super::{Machine, grbl, kept, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -254,7 +254,7 @@ fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Saved settings are replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
-    parameters::load(machine);
+    kept::load(machine);
     if !machine.config.general.config_override {
         return;
     }

@@ -6,7 +6,7 @@ use program::{Dialect, Meaning, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Hands, Machine, actions, functions, program_io};
+use super::{Hands, Machine, actions, functions, kept, program_io};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
@@ -282,6 +282,7 @@ async fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipie
     }
     if what != "$" {
         machine.program.clear_offsets();
+        kept::save_unless_playing(machine).await;
     }
     save(machine, to).await?;
     machine.say(to, format_args!("[MSG:Restoring defaults]\n"));

@@ -11,7 +11,7 @@ use super::blocks::Start;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, blocks, commands, flow, grbl, named, parameters, passed_over, stack};
+use super::{Machine, blocks, commands, flow, grbl, kept, named, passed_over, stack};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -159,7 +159,7 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
-    parameters::save(machine).await;
+    kept::save(machine).await;
     let to = machine.jobs.tells_end();
     passed_over::say(machine);
     machine.jobs.close(&mut machine.ports);

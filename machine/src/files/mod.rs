@@ -3,6 +3,7 @@
 
 pub mod commands;
 pub mod config_edit;
+pub mod kept;
 pub mod listings;
 pub mod paths;
 pub mod safe_file;

@@ -1,0 +1,97 @@
+//! What programs keep over a power cycle, read at boot and written when it has changed: see
+//! [`crate::files::kept`].
+
+use super::Machine;
+use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
+use crate::ports::{Ports, StorageError};
+use crate::wait::yield_once;
+
+/// Lines of the tool table that are said to be none, at most.
+const MOST_SAID: u32 = 5;
+
+/// Reads all of it at boot. There need not be any.
+pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
+    match load_parameters(&mut machine.ports, &mut machine.program) {
+        Ok(0) | Err(StorageError::NotFound | StorageError::NoCard) => {}
+        Ok(bad) => {
+            machine.announce(format_args!("WARNING: {PARAMETERS}: {bad} lines are no parameters and were left out\n"));
+        }
+        Err(error) => machine.announce(format_args!("WARNING: {PARAMETERS} was not read: {}\n", error.text())),
+    }
+    match read_tools(machine) {
+        Ok(()) | Err(StorageError::NotFound | StorageError::NoCard) => {}
+        Err(error) => machine.announce(format_args!("WARNING: {TOOLS} was not read: {}\n", error.text())),
+    }
+}
+
+/// G10 L0.
+pub(super) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+    match read_tools(machine) {
+        Ok(()) => Ok(Answer::Ok),
+        Err(error) => Err(Failure::Refused(about_file(TOOLS, error.text()))),
+    }
+}
+
+fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    let Machine { ports, program, sessions, .. } = machine;
+    let mut flaws = 0;
+    let read = load_tools(ports, program, |line, flaw| {
+        flaws += 1;
+        if flaws > MOST_SAID {
+            return;
+        }
+        let all = crate::sessions::Recipient::All;
+        match flaw {
+            Some(flaw) => sessions.say(all, format_args!("WARNING: {TOOLS}, line {line} is left out: {flaw}\n")),
+            None => sessions
+                .say(all, format_args!("WARNING: {TOOLS}, line {line} is left out: it is too long, or no text\n")),
+        }
+    });
+    if flaws > MOST_SAID {
+        machine.announce(format_args!("WARNING: {TOOLS}: and {} more\n", flaws - MOST_SAID));
+    }
+    read
+}
+
+/// A code has changed what is kept. While a file is played, its end writes it.
+pub(super) async fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.jobs.is_playing() {
+        save(machine).await;
+    }
+}
+
+/// Writes what has changed. Whatever moment the power goes, each file is the old one or the new one.
+pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.program.take_parameters_changed()
+        && let Err(error) = write_parameters(machine).await
+    {
+        machine.announce(format_args!("WARNING: the parameters were not saved in {PARAMETERS}: {}\n", error.text()));
+    }
+    if machine.program.tools().table().is_unsaved() {
+        match write_tools(machine).await {
+            Ok(()) => machine.program.tool_table().saved(),
+            Err(error) => {
+                machine.announce(format_args!("WARNING: the tool table was not saved in {TOOLS}: {}\n", error.text()));
+            }
+        }
+    }
+}
+
+async fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    let mut saving = SavingParameters::begin(&mut machine.ports)?;
+    while saving.step(&mut machine.ports, &machine.program)? == Progress::More {
+        machine.serve();
+        yield_once().await;
+    }
+    Ok(())
+}
+
+async fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    let mut saving = SavingTools::begin(&mut machine.ports, &machine.program)?;
+    while saving.step(&mut machine.ports, &machine.program)? == Progress::More {
+        machine.serve();
+        yield_once().await;
+    }
+    Ok(())
+}
