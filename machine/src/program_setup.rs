@@ -80,6 +80,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
         tools: config.extruders.iter().map(|extruder| tool(config, extruder)).take(program::MAX_TOOLS).collect(),
         heaters: config.temperatures.iter().map(heater).take(units::MAX_HEATERS).collect(),
         claims: claims(config),
+        keeps_offsets: config.general.grbl_mode,
         is_preview: false,
         cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }

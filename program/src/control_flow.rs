@@ -3,8 +3,8 @@
 
 use core::fmt::Write;
 
+use gcode::FlowLine;
 use gcode::expression::Name;
-use gcode::{FlowLine, Parameter};
 use heapless::Vec;
 
 use crate::fault::{Fault, Problem};
@@ -32,7 +32,7 @@ impl Interpreter {
     /// value.
     #[must_use]
     pub fn kept_parameter(&self, place: usize) -> Option<(u16, f64)> {
-        self.memory.at(place)
+        parameters::kept_at(self, place)
     }
 
     /// Whether one of them has been set since the last call.
@@ -43,8 +43,7 @@ impl Interpreter {
     /// Sets one of them as it was before a power cycle. False when there is none with this number, or no
     /// room.
     pub fn restore_parameter(&mut self, number: u16, value: f64) -> bool {
-        let restored =
-            number > LOCALS as u16 && value.is_finite() && self.memory.set(&Parameter::Numbered(number), value).is_ok();
+        let restored = number > LOCALS as u16 && value.is_finite() && parameters::restore(self, number, value);
         let _as_on_the_card = self.memory.take_changed();
         restored
     }

@@ -239,6 +239,7 @@ impl Interpreter {
         self.modal.systems = Default::default();
         self.modal.g92 = self.setup.g92;
         self.park = ParkPosition::default();
+        crate::parameters::offsets_changed(self);
     }
 
     // --- what it holds ---

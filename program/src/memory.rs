@@ -175,6 +175,16 @@ impl Memory {
         self.numbered.get(place).copied()
     }
 
+    /// How many of them there are.
+    pub(crate) fn kept(&self) -> usize {
+        self.numbered.len()
+    }
+
+    /// Something else that is kept has been written.
+    pub(crate) const fn changed(&mut self) {
+        self.has_changed = true;
+    }
+
     /// Whether one of them has been written since the last call.
     pub(crate) const fn take_changed(&mut self) -> bool {
         core::mem::replace(&mut self.has_changed, false)

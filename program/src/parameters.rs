@@ -81,19 +81,76 @@ pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
         match parameter {
             Parameter::Numbered(5_220) => program.modal.system = value as usize - 1,
             Parameter::Numbered(number) if number > 5_000 => {
-                let modal = &mut program.modal;
-                if let Some(place) = of_axis(5_211, number).and_then(|axis| modal.g92.get_mut(axis)) {
+                if let Some(place) = of_axis(5_211, number).and_then(|axis| program.modal.g92.get_mut(axis)) {
                     *place = value;
-                } else if let Some((system, axis)) = system_and_axis(number)
-                    && let Some(place) = modal.systems.get_mut(system).and_then(|offsets| offsets.get_mut(axis))
-                {
-                    *place = value;
+                } else {
+                    set_offset(program, number, value);
                 }
             }
             parameter => program.memory.set(&parameter, value)?,
         }
     }
     Ok(())
+}
+
+/// The offset of a coordinate system; false when the number is none's.
+fn set_offset(program: &mut Interpreter, number: u16, value: f64) -> bool {
+    let place = system_and_axis(number)
+        .and_then(|(system, axis)| program.modal.systems.get_mut(system).and_then(|offsets| offsets.get_mut(axis)));
+    let Some(place) = place else { return false };
+    *place = value;
+    offsets_changed(program);
+    true
+}
+
+/// A coordinate system or the park position is another one.
+pub(crate) const fn offsets_changed(program: &mut Interpreter) {
+    if program.setup.keeps_offsets {
+        program.memory.changed();
+    }
+}
+
+/// The park position: X, Y, and Z where it takes part.
+const PARK: u16 = 5_161;
+/// Further offsets that outlast a power cycle: the park position, and X Y Z of each system.
+const KEPT_OFFSETS: usize = 3 + 3 * crate::COORDINATE_SYSTEMS;
+
+/// Of the parameters that outlast a power cycle and are not 0, the one at this place.
+pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)> {
+    let own = program.memory.at(place);
+    if own.is_some() || !program.setup.keeps_offsets {
+        return own;
+    }
+    let offset = |place: usize| match place.checked_sub(3) {
+        None => PARK + place as u16,
+        Some(place) => FIRST_SYSTEM + SYSTEM_STRIDE * (place / 3) as u16 + (place % 3) as u16,
+    };
+    let offsets = (0..KEPT_OFFSETS).filter_map(|place| {
+        let number = offset(place);
+        // A Z of 0 that takes part is another thing than none.
+        let value = if number == PARK + 2 { program.park.z } else { system(program, number).filter(|mm| *mm != 0.0) };
+        Some((number, value?))
+    });
+    let mut rest = offsets.skip(place - program.memory.kept());
+    rest.next()
+}
+
+/// One of them is as it was before a power cycle. False when there is none with this number, or no room.
+pub(crate) fn restore(program: &mut Interpreter, number: u16, value: f64) -> bool {
+    if number <= 5_000 {
+        return program.memory.set(&Parameter::Numbered(number), value).is_ok();
+    }
+    if !program.setup.keeps_offsets {
+        // Another machine's, or from before the dialect was changed.
+        return true;
+    }
+    match of_axis(PARK, number) {
+        Some(0) => program.park.x = value,
+        Some(1) => program.park.y = value,
+        Some(_) => program.park.z = Some(value),
+        None => return set_offset(program, number, value),
+    }
+    true
 }
 
 fn system(program: &Interpreter, number: u16) -> Option<f64> {

@@ -23,6 +23,8 @@ pub struct Setup {
     pub heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
     /// Codes that heaters and switches listen to.
     pub claims: Claims,
+    /// Offsets of coordinate systems and the park position outlast a power cycle as parameters do.
+    pub keeps_offsets: bool,
     /// Nothing is carried out: programs are only looked at.
     pub is_preview: bool,
     /// Canned cycles.

@@ -77,6 +77,7 @@ impl Session {
             ("extruders", "none") => {
                 self.interpreter = Interpreter::new(Setup { tools: heapless::Vec::new(), ..setup() });
             }
+            ("offsets", "kept") => self.interpreter = Interpreter::new(Setup { keeps_offsets: true, ..setup() }),
             ("tool", line) => {
                 let tool = program::ToolEntry::read(line).unwrap().unwrap();
                 self.interpreter.tool_table().add(tool).unwrap();

@@ -59,3 +59,19 @@ fn a_job_writes_the_table_at_its_end() {
     assert!((z(&bench, begun) - 1.0).abs() < 0.02, "{}", z(&bench, begun));
     assert!(bench.read_card("tool.tbl").unwrap().contains("T1 P1 Z20 D6 ;end mill\n"));
 }
+
+#[test]
+fn offsets_of_grbl_s_dialect_outlast_a_power_cycle() {
+    let mut bench = mill(TABLE).start();
+    bench.run(&["G10 L2 P2 X10 Y-5", "G10 L20 P1 Z7"]);
+    let kept = bench.read_card("parameters.var").unwrap();
+    let mut again = mill(TABLE).file("parameters.var", &kept).start();
+    let offsets = again.say("$#");
+    assert!(offsets.contains("[G54:0.000,0.000,-7.000]") && offsets.contains("[G55:10.000,-5.000,0.000]"), "{offsets}");
+    // Smoothieware's keeps them by M500.
+    let mut other = Plan::new(CARTESIAN).file("parameters.var", &kept).start();
+    let offsets = other.say("$#");
+    assert!(offsets.contains("[G54:0."), "{offsets}");
+    other.run(&["G10 L2 P2 X10"]);
+    assert_eq!(other.read_card("parameters.var").unwrap(), kept);
+}

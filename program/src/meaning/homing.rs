@@ -30,16 +30,26 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
         }
         let z = homes_z.then_some(program.position[Axis::Z]);
         program.park = ParkPosition { x: program.position[Axis::X], y: program.position[Axis::Y], z };
+        keep_park(program);
         return Ok(Meaning::Action(Action::Note("position saved, use M500 to make permanent")));
     }
     let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
     let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
     let z = words.axis(Axis::Z).filter(|_| homes_z);
     program.park = ParkPosition { x, y, z };
+    keep_park(program);
     if words.has('Z') && z.is_none() {
         return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
     }
     NOTHING
+}
+
+/// Where parameters keep the park position, it is written behind this line.
+fn keep_park(program: &mut Interpreter) {
+    crate::parameters::offsets_changed(program);
+    if program.setup.keeps_offsets {
+        program.then(Action::Keep);
+    }
 }
 
 /// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,

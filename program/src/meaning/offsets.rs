@@ -9,6 +9,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, tool_table};
 use crate::modal::COORDINATE_SYSTEMS;
+use crate::parameters;
 
 /// G17, G18, G19.
 pub(crate) fn plane<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
@@ -123,7 +124,8 @@ pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) 
             *offset = if replaces { mm } else { *offset + mm };
         }
     }
-    NOTHING
+    parameters::offsets_changed(program);
+    if program.setup.keeps_offsets { Ok(Meaning::Action(Action::Keep)) } else { NOTHING }
 }
 
 /// G92: makes the position read as given; without words, and G92.1, G92.2: as the coordinate system says.
