@@ -1,9 +1,12 @@
-//! Settings are replaced on the board's own file system, and the power goes at every single block write.
+//! Settings, parameters and tools are replaced on the board's own file system, and the power goes at every
+//! single block write.
 
 use std::io::Cursor;
 
+use machine::kept::{Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use machine::ports::{OpenMode, Storage, StorageError};
 use machine::safe_file::{Draft, settle};
+use program::{Dialect, Facts, Interpreter, Setup, ToolEntry};
 use storage::CardStorage;
 use storage::ram::{RamCard, Standing};
 
@@ -88,4 +91,115 @@ fn a_power_cut_at_any_block_write_leaves_the_old_settings_or_the_new() {
         assert_eq!(names(&mut card), ["config-override", "previous-config-override"]);
     }
     assert!(olds > 5 && news > 5, "{olds} old, {news} new");
+}
+
+/// A program on a machine that keeps its offsets.
+fn program() -> Interpreter {
+    Interpreter::new(Setup { keeps_offsets: true, ..Setup::default() })
+}
+
+/// What a program's end does with its parameters.
+fn save_parameters(card: &mut Card, program: &mut Interpreter) -> Result<(), StorageError> {
+    let mut saving = SavingParameters::begin(card)?;
+    while saving.step(card, program)? == Progress::More {}
+    Ok(())
+}
+
+/// What G10 L1 does with the tool table.
+fn save_tools(card: &mut Card, program: &mut Interpreter) -> Result<(), StorageError> {
+    let mut saving = SavingTools::begin(card, program)?;
+    while saving.step(card, program)? == Progress::More {}
+    program.tool_table().saved();
+    Ok(())
+}
+
+/// What the next boot finds.
+fn boot(disk: &RamCard) -> (Vec<(u16, f64)>, Vec<ToolEntry>) {
+    let (mut card, mut program) = (insert(disk.powered_for(None)), program());
+    assert!(matches!(load_parameters(&mut card, &mut program), Ok(0) | Err(StorageError::NotFound)));
+    let read = load_tools(&mut card, &mut program, |line, flaw| panic!("line {line}: {flaw:?}"));
+    assert!(matches!(read, Ok(()) | Err(StorageError::NotFound)));
+    ((0..).map_while(|place| program.kept_parameter(place)).collect(), program.tools().table().all().to_vec())
+}
+
+/// The power goes at every write of what changes a card: the next boot finds all of the old, or all of the
+/// new.
+fn old_or_new(begun: &RamCard, save: impl Fn(&mut Card) -> Result<(), StorageError>) {
+    let whole = begun.powered_for(None);
+    save(&mut insert(whole.clone())).unwrap();
+    let (old, new) = (boot(begun), boot(&whole));
+    assert_ne!(old, new);
+    let (mut olds, mut news) = (0, 0);
+    for writes in 0..=whole.counts().writes {
+        let cut = begun.powered_for(Some(writes));
+        let saved = save(&mut insert(cut.clone()));
+        assert_eq!(saved.is_ok(), writes == whole.counts().writes, "after {writes} block writes");
+        let found = boot(&cut);
+        olds += u32::from(found == old);
+        news += u32::from(found == new);
+        assert!(found == old || found == new, "after {writes} block writes: {found:?}");
+    }
+    assert!(olds > 5 && news > 1, "{olds} old, {news} new");
+}
+
+#[test]
+fn a_power_cut_at_any_block_write_leaves_the_old_parameters_and_offsets_or_the_new() {
+    let disk = formatted();
+    let set = |program: &mut Interpreter, sign: f64| {
+        // Some hundred parameters, every coordinate system, the park position.
+        for number in (31..140).chain([5_161, 5_162, 5_163, 5_221, 5_243, 5_382]) {
+            assert!(program.restore_parameter(number, sign * (f64::from(number) + 0.123_456)));
+        }
+    };
+    let (mut old, mut new) = (program(), program());
+    set(&mut old, 1.0);
+    set(&mut new, -1.0);
+    save_parameters(&mut insert(disk.clone()), &mut old).unwrap();
+    assert_eq!(boot(&disk).0.len(), 115);
+    old_or_new(&disk, |card| save_parameters(card, &mut new.clone()));
+    // And where there was no file.
+    old_or_new(&formatted(), |card| save_parameters(card, &mut new.clone()));
+}
+
+/// Carries out a line of codes.
+fn run(program: &mut Interpreter, line: &str) {
+    let mut blocks = gcode::Blocks::new(line.as_bytes());
+    let mut block = gcode::Block::new(None, 0);
+    while blocks.read(&mut block, program).unwrap() {
+        let row = program.row(&block, Dialect::Grbl).unwrap();
+        program.run(&block, row, Facts::default(), Dialect::Grbl).unwrap();
+    }
+}
+
+#[test]
+fn a_power_cut_at_any_block_write_leaves_the_old_tool_table_or_the_new() {
+    let disk = formatted();
+    let mut text = String::from("; a table\n\nT1 P1 Z12.5 D6.0 ;end mill\n");
+    for number in 2..40 {
+        text += &format!("T{number}  P{number}  Z+{number}.250000 D+3.000000 ;drill {number}\n");
+    }
+    text += "T40 Z1 ;the last line has no end";
+    let mut card = insert(disk.clone());
+    let mut draft = Draft::begin(&mut card, TOOLS).unwrap();
+    draft.write(&mut card, text.as_bytes()).unwrap();
+    draft.finish(&mut card).unwrap();
+    let mut changed = program();
+    load_tools(&mut card, &mut changed, |line, flaw| panic!("line {line}: {flaw:?}")).unwrap();
+    run(&mut changed, "G10 L1 P2 Z-3.5 R2");
+    run(&mut changed, "G10 L1 P40 X0.1");
+    run(&mut changed, "G10 L1 P77 Z8");
+    old_or_new(&disk, |card| save_tools(card, &mut changed.clone()));
+    // The rest of the file stays as it was.
+    save_tools(&mut card, &mut changed).unwrap();
+    let written = String::from_utf8(content(&mut card, TOOLS).unwrap()).unwrap();
+    let expected = text
+        .replace("T2  P2  Z+2.250000 D+3.000000 ;drill 2\n", "T2 P2 Z-3.5 D4 ;drill 2\n")
+        .replace("T40 Z1 ;the last line has no end", "T40 X0.1 Z1 ;the last line has no end\nT77 Z8\n");
+    assert_eq!(written, expected);
+    // And where there was no file.
+    old_or_new(&formatted(), |card| {
+        let mut fresh = program();
+        run(&mut fresh, "G10 L1 P1 Z1");
+        save_tools(card, &mut fresh)
+    });
 }
