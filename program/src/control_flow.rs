@@ -10,6 +10,7 @@ use heapless::Vec;
 use crate::fault::{Fault, Problem};
 use crate::flow::{Change, Flow, FlowFault, FlowProblem, Next, Place};
 use crate::interpreter::Interpreter;
+use crate::meaning::modes;
 use crate::memory::LOCALS;
 use crate::parameters;
 
@@ -88,6 +89,7 @@ impl Interpreter {
                     self.memory.leave(callers);
                 }
                 self.memory.give_back(returned);
+                modes::subroutines_ended(self);
             }
         }
         Ok(step.next)
@@ -113,6 +115,7 @@ impl Interpreter {
         if let Some(callers) = callers {
             self.memory.leave(callers);
         }
+        modes::subroutines_ended(self);
         Some(next)
     }
 
@@ -145,6 +148,7 @@ impl Interpreter {
     /// Nothing that was called or opened goes on: the program has ended, or was stopped.
     pub fn end_program(&mut self) {
         self.flow.reset();
+        self.frames.clear();
         self.memory.end();
     }
 }

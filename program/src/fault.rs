@@ -114,6 +114,7 @@ pub enum Problem {
     NoRotaryOffset,
     Orientation,
     TableFull,
+    NoSavedModes,
     HoldStays,
     PolarAndCartesian,
     PolarAtOrigin,
@@ -228,6 +229,7 @@ impl fmt::Display for Problem {
             Self::TableFull => "the tool table is full",
             Self::PolarAndCartesian => "@ and ^ do not go together with X and Y",
             Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
+            Self::NoSavedModes => "M72 without M70 or M73 in this subroutine",
             Self::HoldStays => "M53 P0: feed hold cannot be switched off",
             Self::NoName => "the name of a file is missing",
         };

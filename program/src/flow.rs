@@ -13,7 +13,7 @@ use heapless::Vec;
 use crate::memory::{LOCALS, Locals};
 
 /// Subroutines that call each other, at most.
-const MOST_CALLS: usize = 10;
+pub(crate) const MOST_CALLS: usize = 10;
 /// Conditions and loops within each other, at most.
 const MOST_OPEN: usize = 24;
 /// Subroutines whose places are known, at most; others are searched for.
@@ -163,6 +163,11 @@ impl Flow {
     #[must_use]
     pub const fn passes_over(&self) -> bool {
         self.passing.is_some()
+    }
+
+    /// How many subroutines run.
+    pub(crate) fn depth(&self) -> usize {
+        self.calls.len()
     }
 
     /// Nothing was called or opened.

@@ -11,6 +11,7 @@ use crate::flow::Flow;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
+use crate::saved_modes::SavedFrames;
 use crate::setup::{HeaterSetup, Setup};
 use crate::splines::Splines;
 use crate::tool_table::ToolTable;
@@ -18,6 +19,8 @@ use crate::tools::Tools;
 
 /// How deep M120 saves.
 const SAVED_STATES: usize = 8;
+/// What a block does beside its action: a code is claimed so often, and M72 has the switches of four.
+const MOST_EFFECTS: usize = MOST_CLAIMS + 16;
 /// Actions that can wait behind the first one of a block.
 const FOLLOWING: usize = 4;
 
@@ -38,8 +41,9 @@ pub struct Interpreter {
     pub(crate) last_probe: ([f64; 3], bool),
     pub(crate) memory: Memory,
     pub(crate) flow: Flow,
+    pub(crate) frames: SavedFrames,
     pub(crate) setup: Setup,
-    effects: Deque<Effect, MOST_CLAIMS>,
+    effects: Deque<Effect, MOST_EFFECTS>,
     following: Deque<Action<'static>, FOLLOWING>,
     before: Before,
 }
@@ -75,6 +79,7 @@ impl Interpreter {
             last_probe: ([0.0; 3], false),
             memory: Memory::default(),
             flow: Flow::default(),
+            frames: SavedFrames::default(),
             setup,
             effects: Deque::new(),
             following: Deque::new(),
@@ -100,7 +105,7 @@ impl Interpreter {
     /// An effect of a block beside its action.
     pub(crate) fn by_the_way(&mut self, effect: Effect) {
         let fits = self.effects.push_back(effect).is_ok();
-        debug_assert!(fits, "a code is claimed {MOST_CLAIMS} times at most");
+        debug_assert!(fits, "a block has {MOST_EFFECTS} effects at most");
     }
 
     /// What is to be done behind the action of the last block, or behind what this gave before, which has
@@ -121,6 +126,12 @@ impl Interpreter {
         if let Action::Move(request) = action {
             self.position = request.target;
         }
+    }
+
+    /// Whether an effect or an action waits that has not been given.
+    #[must_use]
+    pub fn has_more(&self) -> bool {
+        !self.effects.is_empty() || !self.is_last_action()
     }
 
     /// Whether nothing follows the action that was given last.
@@ -207,6 +218,7 @@ impl Interpreter {
     pub fn halt(&mut self) {
         self.following.clear();
         self.flow.reset();
+        self.frames.clear();
         self.memory.end();
         self.end_cycles();
         (self.modal.auxiliary.mist, self.modal.auxiliary.flood) = (false, false);

@@ -36,6 +36,7 @@ mod order;
 mod parameters;
 mod park;
 mod remark;
+mod saved_modes;
 mod setup;
 mod splines;
 mod state;

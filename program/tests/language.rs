@@ -150,7 +150,10 @@ impl Session {
         let mut codes = CodeLine::new();
         match Decoder::new().decode(line.as_bytes()) {
             Ok(Line::Flow(line)) => match self.interpreter.flow_line(&line, here, after) {
-                Ok(next) => return next,
+                Ok(next) => {
+                    self.say_what_returns(asked);
+                    return next;
+                }
                 Err(fault) => asked.push(format!("alarm: {fault}")),
             },
             _ if self.interpreter.flow().passes_over() => {}
@@ -204,6 +207,17 @@ impl Session {
             }
         }
         self.end_line(asked);
+    }
+
+    /// What M73 brings back at the end of a subroutine.
+    fn say_what_returns(&mut self, asked: &mut Vec<String>) {
+        let from = *self.interpreter.position();
+        while let Some(effect) = self.interpreter.next_effect() {
+            asked.push(Action::Effect(effect).described(&from).to_string());
+        }
+        while let Some(action) = self.interpreter.next_action() {
+            asked.push(action.described(&from).to_string());
+        }
     }
 
     fn end_line(&mut self, asked: &mut Vec<String>) {

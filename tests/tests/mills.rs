@@ -39,3 +39,15 @@ fn a_program_says_whether_overrides_count() {
     let plain_again = duration(&mut bench, "G1 X10 F600");
     assert!((plain_again - plain).abs() < 0.1 * plain, "{plain_again} s, not {plain}");
 }
+
+#[test]
+fn modes_come_back_when_a_subroutine_ends() {
+    let job = "G21\nG90\no1 sub\nM73\nG20\nG91\nM50 P0\nG1 X0.1 F100\no1 endsub\nG1 X0 F3000\no1 call\nG1 X10\n\
+               (PRINT, #<_metric> #<_feed_override>)\n";
+    let mut bench = with_switches().with("grbl_mode = false", "grbl_mode = true").file("a.g", job).start();
+    let begun = bench.carriage(Alpha);
+    bench.type_in("M32 a.g\n");
+    let heard = bench.hear_until("Done printing file", 10.0);
+    assert!(heard.contains("1.000000 1.000000"), "{heard}");
+    assert!((bench.carriage(Alpha) - begun - 10.0).abs() < 0.02);
+}

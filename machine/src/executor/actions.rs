@@ -34,6 +34,18 @@ pub(super) async fn carry_out_all<P: Ports>(
     Ok(answer)
 }
 
+/// What comes back at the end of a subroutine (M73).
+#[cold]
+pub(super) async fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    while let Some(what) = machine.program.next_effect() {
+        effect(machine, what).await?;
+    }
+    match machine.program.next_action() {
+        Some(action) => carry_out_all(machine, &action, to).await,
+        None => Ok(Answer::Ok),
+    }
+}
+
 async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check
         && !matches!(
@@ -61,7 +73,13 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
         Action::Message(_) => {}
         Action::Acceleration(value) => return motion_codes::acceleration(&mut machine.ports, value),
         Action::Call { number, times } => return flow::call(machine, number, times),
-        Action::Return => return flow::end_call(machine),
+        Action::Return => {
+            let ended = flow::end_call(machine)?;
+            while let Some(what) = machine.program.next_effect() {
+                effect(machine, what).await?;
+            }
+            return Ok(ended);
+        }
         Action::ReadTools => return kept::reload_tools(machine),
         Action::Keep => kept::save_unless_playing(machine).await,
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),

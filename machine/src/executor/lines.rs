@@ -11,7 +11,7 @@ use super::blocks::Start;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, blocks, commands, flow, grbl, kept, named, passed_over, stack};
+use super::{Machine, actions, blocks, commands, flow, grbl, kept, named, passed_over, stack};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -199,7 +199,10 @@ async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, 
         // In place: what it waits in is large, and would be copied for every line.
         Line::Code(blocks) => pin!(blocks::run_line(machine, blocks, Start::Line, source)).await,
         Line::Flow(line) => {
-            let outcome = flow::run_line(machine, &line, source);
+            let mut outcome = flow::run_line(machine, &line, source);
+            if outcome.is_ok() && machine.program.has_more() {
+                outcome = actions::what_returned(machine, source.to).await;
+            }
             finish(machine, outcome, None, source);
         }
         line => match named::command_of(machine, &line, source) {

@@ -9,7 +9,7 @@ use super::row::{CodeInfo, Group, Waits};
 use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::meaning::{printers, spindle};
+use crate::meaning::{modes, printers, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 /// A row that is for some dialects alone.
@@ -89,6 +89,11 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         CodeInfo::means(Code::m(48), spindle::overrides, "the operator's overrides of feed and spindle count")
             .group(Group::Overrides)
             .waits(Waits::Standstill),
+    ),
+    reads(
+        GRBL,
+        CodeInfo::means(Code::m(73), modes::saved_modes, "save the modes until the subroutine ends")
+            .group(Group::SavedModes),
     ),
     reads(MARLIN, level(Code::g(80))),
     reads(Dialects::PRINTERS, motors_off(18)),

@@ -3,7 +3,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
-use crate::meaning::{offsets, spindle};
+use crate::meaning::{modes, offsets, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
@@ -28,6 +28,9 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(53), spindle::feed_inputs, "feed hold works; P0 is refused: it always does")
         .takes(ON_OR_OFF)
         .differs(NOT_KNOWN),
+    saved(70, "save the modes"),
+    saved(71, "forget what M70 or M73 has saved"),
+    saved(72, "come back to the modes that M70 has saved"),
 ];
 
 const fn one_override(number: u16, help: &'static str) -> CodeInfo {
@@ -36,4 +39,8 @@ const fn one_override(number: u16, help: &'static str) -> CodeInfo {
         .group(Group::Overrides)
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN)
+}
+
+const fn saved(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::m(number), modes::saved_modes, help).group(Group::SavedModes).differs(NOT_KNOWN)
 }

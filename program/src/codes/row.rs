@@ -84,6 +84,7 @@ pub enum Group {
     Stopping,
     ToolChange,
     Overrides,
+    SavedModes,
     Diameter,
     Spindle,
 }

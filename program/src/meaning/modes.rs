@@ -1,0 +1,69 @@
+//! M70 to M73: modes that are saved, and come back.
+
+use gcode::Code;
+
+use crate::action::{Action, Effect};
+use crate::claims::Claim;
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::saved_modes::SavedModes;
+
+/// M70, M71, M72, M73.
+pub(crate) fn saved_modes<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let (depth, number) = (program.flow.depth(), context.words.code().number);
+    match number {
+        70 | 73 => program.frames.save(depth, number == 73, &program.modal),
+        71 => program.frames.forget(depth),
+        _ => {
+            let modes = program.frames.at(depth).ok_or(Problem::NoSavedModes.refused(context.words.column()))?;
+            bring_back(program, &modes);
+            return Ok(program.next_action().map_or(Meaning::Nothing, Meaning::Action));
+        }
+    }
+    NOTHING
+}
+
+/// Subroutines have ended: what M73 has saved in them comes back. What is to be done for it are the next
+/// effects and actions.
+pub(crate) fn subroutines_ended(program: &mut Interpreter) {
+    let depth = program.flow.depth();
+    if let Some(modes) = program.frames.end_down_to(depth) {
+        program.begin_block();
+        bring_back(program, &modes);
+    }
+}
+
+fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
+    let (before, power) = (program.modal.auxiliary, program.modal.power);
+    saved.restore(&mut program.modal);
+    let modes = saved.auxiliary;
+    program.modal.auxiliary = modes;
+    if modes.spindle != before.spindle || modes.spindle != crate::Spindle::Stopped && program.modal.power != power {
+        switch(program, modes.spindle.code());
+    }
+    if (modes.mist, modes.flood) != (before.mist, before.flood) {
+        // M9 turns both off; what stays is turned on again.
+        for (number, wanted) in [(9, true), (7, modes.mist), (8, modes.flood)] {
+            if wanted {
+                switch(program, number);
+            }
+        }
+    }
+    if (modes.feed_override, modes.spindle_override) != (before.feed_override, before.spindle_override) {
+        program.then(Action::Overrides { feed: modes.feed_override, spindle: modes.spindle_override });
+    }
+}
+
+/// What an M-code of spindle or coolant switches.
+fn switch(program: &mut Interpreter, number: u16) {
+    for place in 0.. {
+        let Some(claim) = program.setup.claims.of(Code::m(number)).nth(place) else { return };
+        let value = Some(program.modal.power).filter(|_| number < 5);
+        match claim {
+            Claim::SwitchOn(switch) => program.by_the_way(Effect::Switch { switch, on: true, value }),
+            Claim::SwitchOff(switch) => program.by_the_way(Effect::Switch { switch, on: false, value: None }),
+            _ => {}
+        }
+    }
+}
