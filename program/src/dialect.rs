@@ -144,6 +144,11 @@ impl Dialect {
         matches!(self, Self::Grbl)
     }
 
+    /// Whether the end of a program stops spindle and coolant, and goes back to G17; else they stay.
+    pub(crate) const fn stops_spindle_at_end(self) -> bool {
+        matches!(self, Self::Grbl)
+    }
+
     /// Whether M20 lists the card.
     pub(crate) const fn lists_by_m20(self) -> bool {
         !matches!(self, Self::Grbl)

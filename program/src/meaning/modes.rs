@@ -55,6 +55,15 @@ fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
     }
 }
 
+/// The spindle stops, and coolant does: M5 and M9.
+pub(crate) fn stop(program: &mut Interpreter) {
+    let modes = &mut program.modal.auxiliary;
+    (modes.spindle, modes.mist, modes.flood) = (crate::Spindle::Stopped, false, false);
+    for number in [5, 9] {
+        switch(program, number);
+    }
+}
+
 /// What an M-code of spindle or coolant switches.
 fn switch(program: &mut Interpreter, number: u16) {
     for place in 0.. {

@@ -4,11 +4,11 @@ use crate::action::{Action, Pause};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::extruders;
+use crate::meaning::{extruders, modes};
 use crate::modal::{FeedMode, MotionMode};
 
 /// M2, and M30 where it ends programs.
-pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.system = 0;
     program.modal.absolute = true;
     program.modal.corner = crate::Corner::Sharp;
@@ -21,6 +21,10 @@ pub(crate) fn end<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Mean
     program.splines = crate::splines::Splines::default();
     let modes = &mut program.modal.auxiliary;
     (modes.feed_override, modes.spindle_override, modes.surface_speed) = (true, true, false);
+    if context.dialect.stops_spindle_at_end() {
+        program.modal.plane = units::Plane::Xy;
+        modes::stop(program);
+    }
     Ok(Meaning::Action(Action::EndProgram))
 }
 
