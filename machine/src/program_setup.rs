@@ -1,8 +1,8 @@
 //! The configuration's words for the program, in `program`'s own types.
 
-use config::{CommandCode, FileDialect, MachineConfig, PrinterDialect};
+use config::{CommandCode, FileDialect, MachineConfig, OutputKind, PrinterDialect, SwitchConfig};
 use gcode::Code;
-use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, Setup, ToolSettings};
+use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, Setup, ToolSettings};
 use units::{Axis, SwitchId};
 
 /// The dialect of what the machine writes itself and is configured to do: saved settings, scripts.
@@ -81,9 +81,20 @@ pub fn setup(config: &MachineConfig) -> Setup {
         heaters: config.temperatures.iter().map(heater).take(units::MAX_HEATERS).collect(),
         claims: claims(config),
         keeps_offsets: config.general.grbl_mode,
+        io: config.switches.iter().enumerate().filter_map(io).collect(),
         is_preview: false,
         cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }
+}
+
+/// The number by which M62 to M68 know a switch.
+fn io((place, switch): (usize, &SwitchConfig)) -> Option<IoSetup> {
+    let kind = match switch.output_kind {
+        _ if switch.is_input() => IoKind::Input,
+        OutputKind::Digital => IoKind::Digital,
+        OutputKind::SigmaDelta | OutputKind::HardwarePwm => IoKind::Analog,
+    };
+    Some(IoSetup { number: switch.io_number?, switch: SwitchId(place as u8), kind })
 }
 
 fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettings {

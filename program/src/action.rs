@@ -72,6 +72,8 @@ pub enum Action<'b> {
         /// That of the spindle's speed.
         spindle: bool,
     },
+    /// Wait for an input once nothing moves, or read it. What was found comes back.
+    AwaitInput(AwaitInput),
     /// Read the tool table anew from the card.
     ReadTools,
     /// The program has changed what is kept on the card: offsets, the tool table.
@@ -82,6 +84,30 @@ pub enum Action<'b> {
     Acceleration(f64),
     /// Everything else, with its words.
     Function(Function, Words<'b>),
+}
+
+/// A wait for an input (M66).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AwaitInput {
+    /// Which.
+    pub input: SwitchId,
+    /// For what; none: it is read as it is.
+    pub event: Option<InputEvent>,
+    /// How long at most.
+    pub patience: Micros,
+}
+
+/// What an input does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputEvent {
+    /// It turns on.
+    Rise,
+    /// It turns off.
+    Fall,
+    /// It is on.
+    High,
+    /// It is off.
+    Low,
 }
 
 /// What rides on the path: it takes effect where the moves before it end, and stops nothing.

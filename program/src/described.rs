@@ -4,7 +4,7 @@ use core::fmt::{self, Write};
 
 use units::PerAxis;
 
-use crate::action::{Action, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
+use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
 
 /// Its name in words: `axis speeds`.
 impl fmt::Display for Function {
@@ -87,6 +87,10 @@ impl fmt::Display for Described<'_, '_> {
             Action::Overrides { feed, spindle } => {
                 let counts = |on: &bool| if *on { "count" } else { "do not count" };
                 write!(f, "overrides of feed {}, of the spindle {}", counts(feed), counts(spindle))
+            }
+            Action::AwaitInput(AwaitInput { input, event: None, .. }) => write!(f, "read input {}", input.index()),
+            Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
+                write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())
             }
             Action::ReadTools => f.write_str("read the tool table"),
             Action::Keep => f.write_str("keep that on the card"),

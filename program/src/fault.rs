@@ -116,6 +116,13 @@ pub enum Problem {
     TableFull,
     NoSavedModes,
     HoldStays,
+    /// No switch has this number as an output, as one with a value, as an input.
+    NoOutput(u8),
+    NoAnalogOutput(u8),
+    NoInput(u8),
+    NoAnalogInput,
+    DigitalOrAnalog,
+    NoPatience,
     PolarAndCartesian,
     PolarAtOrigin,
     /// A parameter cannot be set.
@@ -179,6 +186,11 @@ impl fmt::Display for Problem {
             Self::CycleNowhere(number) => return write!(f, "G{number} needs X, Y or Z"),
             Self::NotInCycle(letter) => return write!(f, "{letter} cannot move in a canned cycle"),
             Self::RetractBelow(axis) => return write!(f, "R is below {}", axis.letter()),
+            Self::NoOutput(number) => return write!(f, "no output has io_number = {number} in [switch]"),
+            Self::NoAnalogOutput(number) => {
+                return write!(f, "no output that takes a value has io_number = {number} in [switch]");
+            }
+            Self::NoInput(number) => return write!(f, "no input has io_number = {number} in [switch]"),
             Self::NotInTable(tool) => return write!(f, "tool {tool} is not in tool.tbl"),
             Self::RotaryOffset(tool, letter) => {
                 return write!(f, "tool {tool} has an offset along {letter}: only X Y and Z have one here");
@@ -231,6 +243,9 @@ impl fmt::Display for Problem {
             Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
             Self::NoSavedModes => "M72 without M70 or M73 in this subroutine",
             Self::HoldStays => "M53 P0: feed hold cannot be switched off",
+            Self::NoAnalogInput => "M66: there are no analog inputs",
+            Self::DigitalOrAnalog => "M66 takes P or E, not both",
+            Self::NoPatience => "M66: Q says how long to wait, in seconds, above 0",
             Self::NoName => "the name of a file is missing",
         };
         f.write_str(text)

@@ -42,6 +42,8 @@ pub struct Interpreter {
     pub(crate) memory: Memory,
     pub(crate) flow: Flow,
     pub(crate) frames: SavedFrames,
+    /// What the last M66 has found: `#5399`.
+    pub(crate) input_result: f64,
     pub(crate) setup: Setup,
     effects: Deque<Effect, MOST_EFFECTS>,
     following: Deque<Action<'static>, FOLLOWING>,
@@ -80,6 +82,7 @@ impl Interpreter {
             memory: Memory::default(),
             flow: Flow::default(),
             frames: SavedFrames::default(),
+            input_result: 0.0,
             setup,
             effects: Deque::new(),
             following: Deque::new(),
@@ -331,6 +334,11 @@ impl Interpreter {
     /// G30 Z: a contact at this height of the machine reads as given, both in mm.
     pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
         self.modal.set_g92(Axis::Z, reads, machine_z);
+    }
+
+    /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
+    pub const fn set_input_result(&mut self, value: f64) {
+        self.input_result = value;
     }
 
     /// Where a G38 ended, and whether it found its contact.

@@ -178,6 +178,7 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         (5_162, _) => Some(program.park.y),
         (5_163, _) => Some(program.park.z.unwrap_or(0.0)),
         (5_210, _) => Some(f64::from(u8::from(modal.g92 != [0.0; 3]))),
+        (5_399, _) => Some(program.input_result),
         (5_400, _) => Some(f64::from(program.tools.number())),
         (5_401..=5_413, _) => Some(of_tool(program, number)),
         // What nothing here fills: further axes and offsets, as LinuxCNC's file of parameters has them.

@@ -1,7 +1,7 @@
 //! What the interpreter is told about the machine once, when it starts.
 
 use heapless::Vec;
-use units::{Axis, Celsius, MmPerSecond, ToolId};
+use units::{Axis, Celsius, MmPerSecond, SwitchId, ToolId};
 
 use crate::claims::Claims;
 use crate::tools::MAX_TOOLS;
@@ -25,10 +25,37 @@ pub struct Setup {
     pub claims: Claims,
     /// Offsets of coordinate systems and the park position outlast a power cycle as parameters do.
     pub keeps_offsets: bool,
+    /// Switches that codes name by a number.
+    pub io: Vec<IoSetup, MOST_IO>,
     /// Nothing is carried out: programs are only looked at.
     pub is_preview: bool,
     /// Canned cycles.
     pub cycles: CycleSetup,
+}
+
+/// Switches at most.
+const MOST_IO: usize = 16;
+
+/// A switch that M62 to M68 name by a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IoSetup {
+    /// Its number.
+    pub number: u8,
+    /// The switch.
+    pub switch: SwitchId,
+    /// What it is.
+    pub kind: IoKind,
+}
+
+/// What a switch with a number is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IoKind {
+    /// An output that is on or off.
+    Digital,
+    /// An output that takes a value.
+    Analog,
+    /// An input.
+    Input,
 }
 
 /// What the machine's description says of canned cycles.

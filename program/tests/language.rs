@@ -4,12 +4,14 @@
 //! the indented lines below it are what the machine is asked to do, or `error:` or `alarm:` with what is
 //! wrong. `@` lines say what the machine is like or has found. The machine has extruders 0 (A) and 1 (B, 20
 //! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
-//! switch 0 on M106 and M107, switch 1 on M3 and M5, switch 2 on M106 alone, heater 2 that reads only.
+//! switch 0 on M106 and M107 (and its number is 0), switch 1 on M3 and M5 (its number is 1), input 3 is
+//! number 1, switch 4 on M7, 5 on M8, both off by M9, switch 2 on M106 alone, heater 2 that reads only.
 
 use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, Names, translate};
 use program::{
-    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, Meaning, Next, Place, Setup, ToolSettings,
+    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place, Setup,
+    ToolSettings,
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -48,6 +50,9 @@ fn setup() -> Setup {
         if let Some(off) = off {
             assert!(setup.claims.add(Code::m(off), Claim::SwitchOff(SwitchId(switch))));
         }
+    }
+    for (number, switch, kind) in [(0, 0, IoKind::Analog), (1, 1, IoKind::Digital), (1, 3, IoKind::Input)] {
+        setup.io.push(IoSetup { number, switch: SwitchId(switch), kind }).unwrap();
     }
     for (code, claim) in [(7, Claim::SwitchOn(SwitchId(4))), (8, Claim::SwitchOn(SwitchId(5)))] {
         assert!(setup.claims.add(Code::m(code), claim));

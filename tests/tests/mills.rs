@@ -12,6 +12,67 @@ fn with_switches() -> Plan {
     )
 }
 
+fn press(bench: &mut Bench, name: &str, pressed: bool) {
+    let at_ns = (bench.now_s() * 1e9) as u64;
+    bench.world(|world| world.press(at_ns, name, pressed)).expect("a button of this machine");
+}
+
+#[track_caller]
+fn is(bench: &mut Bench, switch: &str, on: bool) {
+    assert_eq!(bench.say(&format!("switch {switch}")), format!("switch {switch} is {}\nok\n", u8::from(on)));
+}
+
+#[test]
+fn outputs_have_numbers() {
+    let mut bench = with_switches().start();
+    for (line, switch, on) in [
+        ("M62 P3", "clamp", true),
+        ("M63 P3", "clamp", false),
+        ("M64 P3", "clamp", true),
+        ("M65 P3", "clamp", false),
+        ("M67 E1 Q100", "air", true),
+        ("M67 E1 Q0", "air", false),
+        ("M68 E1 Q100", "air", true),
+        ("M65 P1", "air", false),
+    ] {
+        assert_eq!(bench.say(line), "ok\n", "{line}");
+        is(&mut bench, switch, on);
+    }
+    let refused = bench.say("M62 P7");
+    assert!(refused.starts_with("error:no output has io_number = 7 in [switch]"), "{refused}");
+    let refused = bench.say("M67 E3 Q5");
+    assert!(refused.starts_with("error:no output that takes a value has io_number = 3"), "{refused}");
+}
+
+#[test]
+fn what_is_immediate_waits_for_the_end_of_the_path() {
+    let mut bench = with_switches().start();
+    let begun = bench.carriage(Alpha);
+    bench.run(&["G91", "G1 X20 F3000"]);
+    assert_eq!(bench.say("M64 P3"), "ok\n");
+    assert!((bench.carriage(Alpha) - begun - 20.0).abs() < 0.02, "{}", bench.carriage(Alpha) - begun);
+    is(&mut bench, "clamp", true);
+}
+
+#[test]
+fn a_program_waits_for_an_input() {
+    let job = "G91\nM66 P3 L3 Q20\nG1 X1 F3000\n(PRINT, was #5399)\nM66 P3 L0\n(PRINT, is #5399)\n\
+               M66 P3 L1 Q0.2\n(PRINT, missed #5399)\nM66 P3 L2 Q20\n(PRINT, fell to #5399)\n";
+    let mut bench = with_switches().file("a.g", job).start();
+    let begun = bench.carriage(Alpha);
+    bench.type_in("M32 a.g\n");
+    bench.hear(1.0);
+    assert!((bench.carriage(Alpha) - begun).abs() < 0.02, "it does not wait");
+    press(&mut bench, "lid", true);
+    let heard = bench.hear_until("missed", 5.0);
+    assert!(heard.contains("// was 1.000000\n") && heard.contains("// is 1.000000\n"), "{heard}");
+    press(&mut bench, "lid", false);
+    let heard = heard + &bench.hear_until("Done printing file", 5.0);
+    assert!(heard.contains("missed -1.000000\n") && heard.contains("fell to 0.000000\n"), "{heard}");
+    let refused = bench.say("M66 P1 L0");
+    assert!(refused.starts_with("error:no input has io_number = 1"), "{refused}");
+}
+
 /// Seconds that a way takes.
 fn duration(bench: &mut Bench, line: &str) -> f64 {
     let begun = bench.now_s();

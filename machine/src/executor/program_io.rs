@@ -1,9 +1,11 @@
 //! What a program asks of switches and of the operator's overrides: M48 to M51, M66.
 
+use program::{AwaitInput, InputEvent};
+
 use super::Machine;
-use crate::failure::{Answer, Outcome};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
-use crate::ports::Ports;
+use crate::ports::{Input, Ports};
 
 /// M48 to M51: whether the operator's overrides count, once nothing moves. What he has set stays known.
 pub(super) async fn enable_overrides<P: Ports>(machine: &mut Machine<'_, P>, feed: bool, spindle: bool) -> Outcome {
@@ -57,6 +59,47 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     machine.outputs.let_override_count(true);
     machine.outputs.override_spindle(100.0);
+}
+
+/// M66: reads an input once nothing moves, or waits for it. What was found is `#5399`.
+pub(super) async fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
+    machine.standstill().await?;
+    let found = match wait.event {
+        None => Some(is_on(machine, wait)),
+        Some(event) => await_event(machine, wait, event).await?,
+    };
+    machine.program.set_input_result(found.map_or(-1.0, |on| f64::from(u8::from(on))));
+    Ok(Answer::Ok)
+}
+
+fn is_on<P: Ports>(machine: &Machine<'_, P>, wait: AwaitInput) -> bool {
+    machine.ports.inputs().is_active(Input::Switch(wait.input.0))
+}
+
+/// The level that it waited for; none when it did not come in time.
+async fn await_event<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    wait: AwaitInput,
+    event: InputEvent,
+) -> Result<Option<bool>, Failure> {
+    let (since, mut before) = (machine.ports.now(), is_on(machine, wait));
+    loop {
+        let now = is_on(machine, wait);
+        let came = match event {
+            InputEvent::Rise => now && !before,
+            InputEvent::Fall => !now && before,
+            InputEvent::High => now,
+            InputEvent::Low => !now,
+        };
+        if came {
+            return Ok(Some(now));
+        }
+        if machine.ports.now().since(since) >= wait.patience {
+            return Ok(None);
+        }
+        before = now;
+        machine.pause().await?;
+    }
 }
 
 /// Has the spindle turn as the operator wants it. What rides on motion was told before: that comes first.

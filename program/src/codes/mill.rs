@@ -3,10 +3,11 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
-use crate::meaning::{modes, offsets, spindle};
+use crate::meaning::{modes, offsets, outputs, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
+const NUMBER: WordInfo = word('P', Unit::Number, "`io_number` of the switch").whole(0.0, 63.0);
 const ON_OR_OFF: &[WordInfo] = &[word('P', Unit::Number, "0: no; 1 where it is left out").whole(0.0, 1.0)];
 
 pub const ROWS: &[CodeInfo] = &[
@@ -28,9 +29,30 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(53), spindle::feed_inputs, "feed hold works; P0 is refused: it always does")
         .takes(ON_OR_OFF)
         .differs(NOT_KNOWN),
+    output(62, "switch an output on, where the path has come this far").takes(&[NUMBER]),
+    output(63, "switch an output off, where the path has come this far").takes(&[NUMBER]),
+    output(64, "switch an output on").takes(&[NUMBER]).waits(Waits::Standstill),
+    output(65, "switch an output off").takes(&[NUMBER]).waits(Waits::Standstill),
+    CodeInfo::means(Code::m(66), outputs::await_input, "read an input into #5399, or wait for it")
+        .takes(&[
+            word('P', Unit::Number, "`io_number` of the switch").whole(0.0, 63.0),
+            word('E', Unit::Number, "an analog input; refused: there are none"),
+            word('L', Unit::Number, "0: read it; wait until it 1: rises, 2: falls, 3: is on, 4: is off")
+                .whole(0.0, 4.0),
+            word('Q', Unit::Seconds, "wait no longer than that; #5399 is -1 then").within(0.0, 86_400.0),
+        ])
+        .waits(Waits::Result)
+        .differs(NOT_KNOWN),
+    output(67, "set an output to a value, where the path has come this far").takes(VALUE),
+    output(68, "set an output to a value").takes(VALUE).waits(Waits::Standstill),
     saved(70, "save the modes"),
     saved(71, "forget what M70 or M73 has saved"),
     saved(72, "come back to the modes that M70 has saved"),
+];
+
+const VALUE: &[WordInfo] = &[
+    word('E', Unit::Number, "`io_number` of a switch that takes S").whole(0.0, 63.0),
+    word('Q', Unit::Number, "its value, as S is; 0: off").least(0.0),
 ];
 
 const fn one_override(number: u16, help: &'static str) -> CodeInfo {
@@ -39,6 +61,10 @@ const fn one_override(number: u16, help: &'static str) -> CodeInfo {
         .group(Group::Overrides)
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN)
+}
+
+const fn output(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::m(number), outputs::output, help).waits(Waits::Path).differs(NOT_KNOWN)
 }
 
 const fn saved(number: u16, help: &'static str) -> CodeInfo {

@@ -9,6 +9,7 @@ pub(crate) mod homing;
 pub(crate) mod modes;
 pub(crate) mod moves;
 pub(crate) mod offsets;
+pub(crate) mod outputs;
 pub(crate) mod printers;
 pub(crate) mod probing;
 pub(crate) mod program;

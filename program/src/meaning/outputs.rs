@@ -1,0 +1,72 @@
+//! M62 to M68: outputs that a program switches by their numbers, and inputs that it reads and waits for.
+//! Which switch has which number, `io_number` says.
+
+use units::{Micros, SwitchId};
+
+use crate::action::{Action, AwaitInput, Effect, InputEvent};
+use crate::context::{Context, Meaning, NOTHING};
+use crate::fault::{Fault, Problem};
+use crate::interpreter::Interpreter;
+use crate::setup::IoKind;
+
+/// M62 to M65, M67 and M68. What is synchronised rides on the path, the rest waits until nothing moves.
+pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let effect = match words.code().number {
+        67 | 68 => {
+            let switch = numbered(program, context, 'E', |kind| kind == IoKind::Analog)?;
+            let value = words.get('Q').ok_or(Problem::MustSupply('Q').refused(words.column()))? as f32;
+            Effect::Switch { switch, on: value != 0.0, value: Some(value).filter(|value| *value != 0.0) }
+        }
+        number => {
+            let switch = numbered(program, context, 'P', |kind| kind != IoKind::Input)?;
+            Effect::Switch { switch, on: matches!(number, 62 | 64), value: None }
+        }
+    };
+    if matches!(words.code().number, 62 | 63 | 67) {
+        program.by_the_way(effect);
+        return NOTHING;
+    }
+    program.then(Action::Effect(effect));
+    Ok(Meaning::Action(Action::Finish))
+}
+
+/// M66: reads an input once nothing moves, or waits for it.
+pub(crate) fn await_input<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let event = match words.get('L') {
+        None | Some(0.0) => None,
+        Some(1.0) => Some(InputEvent::Rise),
+        Some(2.0) => Some(InputEvent::Fall),
+        Some(3.0) => Some(InputEvent::High),
+        _ => Some(InputEvent::Low),
+    };
+    if words.has('E') {
+        let problem = if words.has('P') { Problem::DigitalOrAnalog } else { Problem::NoAnalogInput };
+        return Err(problem.refused(words.column_of('E')));
+    }
+    let input = numbered(program, context, 'P', |kind| kind == IoKind::Input)?;
+    let seconds = words.get('Q').unwrap_or(0.0);
+    if event.is_some() && seconds <= 0.0 {
+        return Err(Problem::NoPatience.refused(words.column_of('Q')));
+    }
+    Ok(Meaning::Action(Action::AwaitInput(AwaitInput { input, event, patience: Micros((seconds * 1e6) as u64) })))
+}
+
+/// The switch of a number that the configuration gives to one of this kind.
+fn numbered(
+    program: &Interpreter,
+    context: &Context<'_>,
+    letter: char,
+    fits: impl Fn(IoKind) -> bool,
+) -> Result<SwitchId, Fault> {
+    let words = &context.words;
+    let number = words.get(letter).ok_or(Problem::MustSupply(letter).refused(words.column()))?;
+    let found = program.setup.io.iter().find(|io| f64::from(io.number) == number && fits(io.kind));
+    let problem = || match letter {
+        'E' => Problem::NoAnalogOutput(number as u8),
+        _ if words.code().number == 66 => Problem::NoInput(number as u8),
+        _ => Problem::NoOutput(number as u8),
+    };
+    found.map(|io| io.switch).ok_or_else(|| problem().refused(words.column_of(letter)))
+}
