@@ -2,7 +2,7 @@
 
 use config::{CommandCode, FileDialect, MachineConfig, OutputKind, PrinterDialect, SwitchConfig};
 use gcode::Code;
-use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, Setup, ToolSettings};
+use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, Setup, SpindleSetup, ToolSettings};
 use units::{Axis, SwitchId};
 
 /// The dialect of what the machine writes itself and is configured to do: saved settings, scripts.
@@ -83,6 +83,8 @@ pub fn setup(config: &MachineConfig) -> Setup {
         keeps_offsets: config.general.grbl_mode,
         io: config.switches.iter().enumerate().filter_map(io).collect(),
         is_preview: false,
+        // No machine here has a spindle that says where it is, or whose speed follows the radius.
+        spindle: SpindleSetup::default(),
         cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }
 }

@@ -74,6 +74,17 @@ pub enum Action<'b> {
     },
     /// Wait for an input once nothing moves, or read it. What was found comes back.
     AwaitInput(AwaitInput),
+    /// Turn the spindle to an angle.
+    Orient {
+        /// Where to.
+        degrees: f64,
+        /// Which way.
+        turning: Turning,
+        /// How long at most.
+        patience: Option<Micros>,
+    },
+    /// The spindle turns so that the surface has the speed S, no faster than this, 1/min; none: with S.
+    SurfaceSpeed(Option<f64>),
     /// Read the tool table anew from the card.
     ReadTools,
     /// The program has changed what is kept on the card: offsets, the tool table.
@@ -108,6 +119,17 @@ pub enum InputEvent {
     High,
     /// It is off.
     Low,
+}
+
+/// Which way the spindle turns to an angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turning {
+    /// The shorter one.
+    Shortest,
+    /// As M3 turns it.
+    Clockwise,
+    /// As M4 does.
+    CounterClockwise,
 }
 
 /// What rides on the path: it takes effect where the moves before it end, and stops nothing.

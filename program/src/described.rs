@@ -92,6 +92,12 @@ impl fmt::Display for Described<'_, '_> {
             Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
                 write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())
             }
+            Action::Orient { degrees, turning, patience } => {
+                write!(f, "turn the spindle to {degrees} degrees, {turning:?}")?;
+                patience.map_or(Ok(()), |patience| write!(f, ", {} s at most", patience.seconds()))
+            }
+            Action::SurfaceSpeed(None) => f.write_str("S is the speed of the spindle"),
+            Action::SurfaceSpeed(Some(most)) => write!(f, "S is the speed of the surface, at most {most} 1/min"),
             Action::ReadTools => f.write_str("read the tool table"),
             Action::Keep => f.write_str("keep that on the card"),
             Action::Note(text) => write!(f, "note: {text}"),

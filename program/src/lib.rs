@@ -47,7 +47,7 @@ mod words;
 
 pub use action::{
     Action, AwaitInput, Centre, Contact, ControlPoint, Corner, Effect, Function, InputEvent, MOST_POINTS, Move, Pause,
-    ProbeAlong, ProbeDown, Rate, Shape,
+    ProbeAlong, ProbeDown, Rate, Shape, Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
 pub use claims::{Claim, Claims};
@@ -64,7 +64,7 @@ pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_na
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
 pub use remark::{Remark, write_values};
-pub use setup::{CycleSetup, HeaterSetup, IoKind, IoSetup, Setup, ToolSettings};
+pub use setup::{CycleSetup, HeaterSetup, IoKind, IoSetup, Setup, SpindleSetup, ToolSettings};
 pub use state::{State, States};
 pub use tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
 pub use tools::{MAX_TOOLS, Tool, Tools};

@@ -36,8 +36,9 @@ fn rank(code: Code) -> Option<u8> {
     Some(match (code.letter, code.number) {
         (Letter::G, 93..=95) => 2,
         (Letter::T, _) => 5,
-        (Letter::M, 3..=5) => 7,
         (Letter::M, 6 | 61) => 6,
+        (Letter::G, 96 | 97) => 4,
+        (Letter::M, 3..=5 | 19) => 7,
         (Letter::M, 7..=9) => 8,
         (Letter::M, 48..=53 | 62..=68 | 70..=73 | 98..=99) => 9,
         (Letter::G, 4) => 10,

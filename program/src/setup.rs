@@ -29,6 +29,8 @@ pub struct Setup {
     pub io: Vec<IoSetup, MOST_IO>,
     /// Nothing is carried out: programs are only looked at.
     pub is_preview: bool,
+    /// What the spindle can do.
+    pub spindle: SpindleSetup,
     /// Canned cycles.
     pub cycles: CycleSetup,
 }
@@ -56,6 +58,15 @@ pub enum IoKind {
     Analog,
     /// An input.
     Input,
+}
+
+/// What the spindle can do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SpindleSetup {
+    /// It says where it is: moves follow it, and it can be turned to an angle.
+    pub has_encoder: bool,
+    /// Its speed follows the radius (G96).
+    pub has_speed_control: bool,
 }
 
 /// What the machine's description says of canned cycles.

@@ -11,7 +11,7 @@ use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, Names, translate};
 use program::{
     Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place, Setup,
-    ToolSettings,
+    SpindleSetup, ToolSettings,
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -81,6 +81,10 @@ impl Session {
             ("dialect", name) => self.dialect = Dialect::named(name).unwrap(),
             ("extruders", "none") => {
                 self.interpreter = Interpreter::new(Setup { tools: heapless::Vec::new(), ..setup() });
+            }
+            ("spindle", "with encoder") => {
+                let spindle = SpindleSetup { has_encoder: true, has_speed_control: true };
+                self.interpreter = Interpreter::new(Setup { spindle, ..setup() });
             }
             ("offsets", "kept") => self.interpreter = Interpreter::new(Setup { keeps_offsets: true, ..setup() }),
             ("tool", line) => {

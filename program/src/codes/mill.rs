@@ -17,6 +17,28 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(8), offsets::diameter_mode, "words of X are radii")
         .group(Group::Diameter)
         .differs(NOT_KNOWN),
+    CodeInfo::means(Code::g(96), spindle::speed_mode, "surface speed: S is its speed; refused: no speed control yet")
+        .takes(&[
+            word('S', Unit::Number, "m/min, after G20 feet/min").least(0.0),
+            word('D', Unit::Number, "the spindle turns no faster than that (1/min)").above(0.0),
+        ])
+        .group(Group::SpindleSpeed)
+        .waits(Waits::Path)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::g(97), spindle::speed_mode, "spindle speed: S is its speed")
+        .takes(&[word('S', Unit::Number, "1/min").least(0.0)])
+        .group(Group::SpindleSpeed)
+        .waits(Waits::Path)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::m(19), spindle::orient, "turn the spindle to an angle; refused: it needs a spindle encoder")
+        .takes(&[
+            word('R', Unit::Number, "degrees").within(0.0, 360.0),
+            word('P', Unit::Number, "0: the shorter way, 1: clockwise, 2: the other way").whole(0.0, 2.0),
+            word('Q', Unit::Seconds, "no longer than that").above(0.0),
+        ])
+        .group(Group::Spindle)
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(49), spindle::overrides, "the operator's overrides of feed and spindle do not count")
         .group(Group::Overrides)
         .waits(Waits::Standstill)

@@ -83,6 +83,7 @@ pub enum Group {
     RetractMode,
     Stopping,
     ToolChange,
+    SpindleSpeed,
     Overrides,
     SavedModes,
     Diameter,

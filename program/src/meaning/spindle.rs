@@ -1,6 +1,8 @@
 //! What turns and flows: spindle, coolant, and the operator's overrides of speeds.
 
-use crate::action::Action;
+use units::Micros;
+
+use crate::action::{Action, Turning};
 use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
@@ -62,4 +64,45 @@ pub(crate) fn feed_inputs<'b>(_: &mut Interpreter, context: &Context<'b>) -> Res
         (53, false) => Err(Problem::HoldStays.refused(words.column_of('P'))),
         _ => NOTHING,
     }
+}
+
+/// M19: turn the spindle to an angle, and hold it.
+pub(crate) fn orient<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let degrees = words.get('R').ok_or(Problem::MustSupply('R').refused(words.column()))?;
+    let turning = match words.get('P') {
+        None | Some(0.0) => Turning::Shortest,
+        Some(1.0) => Turning::Clockwise,
+        _ => Turning::CounterClockwise,
+    };
+    let patience = words.get('Q').map(|seconds| Micros((seconds * 1e6) as u64));
+    needs_encoder(program, context)?;
+    program.modal.auxiliary.spindle = Spindle::Stopped;
+    Ok(Meaning::Action(Action::Orient { degrees, turning, patience }))
+}
+
+/// Refuses by name what no machine can do without an encoder at its spindle.
+pub(crate) fn needs_encoder(program: &Interpreter, context: &Context<'_>) -> Result<(), Fault> {
+    if program.setup.spindle.has_encoder {
+        return Ok(());
+    }
+    Err(Problem::Needs(context.words.code(), "a spindle encoder").refused(context.words.column()))
+}
+
+/// G96 and G97: what S is.
+pub(crate) fn speed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let speed = words.get('S');
+    if words.code().number == 97 {
+        program.modal.auxiliary.surface_speed = false;
+        program.modal.power = speed.map_or(program.modal.power, |speed| speed as f32);
+        return Ok(Meaning::Action(Action::SurfaceSpeed(None)));
+    }
+    let speed = speed.ok_or(Problem::MustSupply('S').refused(words.column()))?;
+    if !program.setup.spindle.has_speed_control {
+        return Err(Problem::Needs(words.code(), "control of the spindle's speed").refused(words.column()));
+    }
+    program.modal.power = speed as f32;
+    program.modal.auxiliary.surface_speed = true;
+    Ok(Meaning::Action(Action::SurfaceSpeed(Some(words.get('D').unwrap_or(f64::INFINITY)))))
 }
