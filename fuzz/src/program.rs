@@ -226,6 +226,7 @@ impl Session {
                 let rate = match wanted.rate {
                     Rate::Rapid(speed) | Rate::Feed(speed) => speed.get(),
                     Rate::Duration(seconds) => seconds,
+                    Rate::PerRevolution(length) => length,
                 };
                 assert!(!rate.is_nan() && rate >= 0.0, "{block}: a rate of {rate}");
                 self.refuses || !wanted.target.0.iter().all(|mm| mm.is_finite())

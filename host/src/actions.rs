@@ -239,6 +239,7 @@ impl Run {
         let rate = match request.rate {
             Rate::Rapid(_) => String::new(),
             Rate::Feed(rate) => format!(" F{:.4}", rate.0 * 60.0),
+            Rate::PerRevolution(mm) => format!(" P{mm:.6}"),
             Rate::Duration(seconds) => format!(" T{seconds:.6}"),
         };
         let kind = match (request.shape, request.rate) {

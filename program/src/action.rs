@@ -74,6 +74,15 @@ pub enum Action<'b> {
     },
     /// Wait for an input once nothing moves, or read it. What was found comes back.
     AwaitInput(AwaitInput),
+    /// Go there as the spindle turns, and back as it turns the other way (G33.1).
+    RigidTap {
+        /// Where to.
+        target: PerAxis<f64>,
+        /// Travel of a turn, mm.
+        pitch: f64,
+        /// How many times faster the spindle turns on the way back.
+        faster: f64,
+    },
     /// Turn the spindle to an angle.
     Orient {
         /// Where to.
@@ -175,6 +184,8 @@ pub enum Rate {
     Rapid(MmPerSecond),
     /// Working (G1 to G5).
     Feed(MmPerSecond),
+    /// So far along the path with each turn of the spindle, mm (G33, G76, and after G95).
+    PerRevolution(f64),
     /// Working, so that the whole move takes so many seconds (G1 to G3 after G93).
     Duration(f64),
 }

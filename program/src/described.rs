@@ -92,6 +92,11 @@ impl fmt::Display for Described<'_, '_> {
             Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
                 write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())
             }
+            Action::RigidTap { target, pitch, faster } => {
+                f.write_str("tap to")?;
+                describe_target(f, target, self.from)?;
+                write!(f, ", {pitch} mm a turn, {faster} times faster back")
+            }
             Action::Orient { degrees, turning, patience } => {
                 write!(f, "turn the spindle to {degrees} degrees, {turning:?}")?;
                 patience.map_or(Ok(()), |patience| write!(f, ", {} s at most", patience.seconds()))
@@ -140,6 +145,7 @@ fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>
     }
     match request.rate {
         Rate::Rapid(speed) | Rate::Feed(speed) => write!(f, " at {} mm/s", speed.0)?,
+        Rate::PerRevolution(mm) => write!(f, ", {mm} mm a turn")?,
         Rate::Duration(seconds) => write!(f, " in {seconds} s")?,
     }
     if request.power != 0.0 {

@@ -123,8 +123,10 @@ pub enum Problem {
     NoAnalogInput,
     DigitalOrAnalog,
     NoPatience,
+    NoWay,
     PolarAndCartesian,
     PolarAtOrigin,
+    SpindleStands,
     /// A parameter cannot be set.
     Parameter(gcode::Problem),
 }
@@ -241,6 +243,8 @@ impl fmt::Display for Problem {
             Self::TableFull => "the tool table is full",
             Self::PolarAndCartesian => "@ and ^ do not go together with X and Y",
             Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
+            Self::NoWay => "nothing says where to",
+            Self::SpindleStands => "the spindle stands: M3 or M4 must come first",
             Self::NoSavedModes => "M72 without M70 or M73 in this subroutine",
             Self::HoldStays => "M53 P0: feed hold cannot be switched off",
             Self::NoAnalogInput => "M66: there are no analog inputs",

@@ -34,6 +34,10 @@ pub enum MotionMode {
     Nurbs,
     /// G73, G81 to G89: [`Modal::cycle`] says which.
     Cycle,
+    /// G33.
+    Synchronised,
+    /// G76.
+    Threading,
     /// G80: none is in force.
     Cancelled,
 }
@@ -129,6 +133,8 @@ pub struct Modal {
     pub e_places: bool,
     /// Rate of G1 to G5.
     pub feed_rate: MmPerSecond,
+    /// F after G95, mm.
+    pub feed_per_turn: f64,
     /// Rate of G0.
     pub seek_rate: MmPerSecond,
     /// S of laser and spindle.
@@ -172,6 +178,7 @@ impl Modal {
             e_absolute: true,
             e_places: true,
             feed_rate,
+            feed_per_turn: 0.0,
             seek_rate,
             power: 0.0,
             system: 0,
@@ -199,6 +206,8 @@ impl Modal {
             MotionMode::Quadratic => Code::g(5).sub(1),
             MotionMode::Nurbs => Code::g(5).sub(2),
             MotionMode::Cycle => Code::g(self.cycle.g()),
+            MotionMode::Synchronised => Code::g(33),
+            MotionMode::Threading => Code::g(76),
             MotionMode::Cancelled => Code::g(80),
         }
     }

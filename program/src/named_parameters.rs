@@ -42,6 +42,7 @@ pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
         "u" | "v" | "w" | "abs_u" | "abs_v" | "abs_w" => 0.0,
         "vmajor" => MAJOR,
         "vminor" => MINOR,
+        "feed" if modal.feed_mode == FeedMode::PerRevolution => modal.in_program_units(modal.feed_per_turn),
         "feed" => modal.in_program_units(modal.feed_rate.0) * 60.0,
         "rpm" => f64::from(modal.power),
         "metric" => truth(!modal.inches),

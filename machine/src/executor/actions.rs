@@ -106,7 +106,9 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::Overrides { feed, spindle } => program_io::enable_overrides(machine, feed, spindle).await,
         Action::AwaitInput(wait) => program_io::await_input(machine, wait).await,
         // The program refuses them by name before: nothing here turns a spindle so.
-        Action::Orient { .. } | Action::SurfaceSpeed(Some(_)) => Err(Failure::refused("this needs a spindle encoder")),
+        Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
+            Err(Failure::refused("this needs a spindle encoder"))
+        }
         Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
         Action::Resume => suspend::resume(machine, to).await,
         Action::Function(function, words) => functions::run(machine, function, words, to).await,

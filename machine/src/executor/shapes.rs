@@ -55,7 +55,8 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
         Rate::Rapid(speed) => (speed, Mode::Rapid),
         Rate::Feed(speed) => (speed, Mode::Feed),
         // No speed, and so nobody takes it, until the length of its way is known: see `last`.
-        Rate::Duration(_) => (MmPerSecond(0.0), Mode::Feed),
+        // Nor what follows the spindle: the program refuses it before.
+        Rate::Duration(_) | Rate::PerRevolution(_) => (MmPerSecond(0.0), Mode::Feed),
     };
     let corner = match request.corner {
         program::Corner::Sharp => Corner::Sharp,

@@ -3,12 +3,23 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
-use crate::meaning::{modes, offsets, outputs, spindle};
+use crate::meaning::{modes, offsets, outputs, spindle, threads};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
 const NUMBER: WordInfo = word('P', Unit::Number, "`io_number` of the switch").whole(0.0, 63.0);
 const ON_OR_OFF: &[WordInfo] = &[word('P', Unit::Number, "0: no; 1 where it is left out").whole(0.0, 1.0)];
+
+const FOLLOWS: &[WordInfo] = &[
+    word('X', Unit::Length, "where to"),
+    word('Y', Unit::Length, "where to"),
+    word('Z', Unit::Length, "where to"),
+    word('A', Unit::Number, "where to"),
+    word('B', Unit::Number, "where to"),
+    word('C', Unit::Number, "where to"),
+    word('K', Unit::Length, "travel of a turn").above(0.0),
+    word('I', Unit::Number, "G33.1: how many times faster the spindle turns on the way back"),
+];
 
 pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(7), offsets::diameter_mode, "words of X are diameters, as on a lathe")
@@ -28,6 +39,16 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(97), spindle::speed_mode, "spindle speed: S is its speed")
         .takes(&[word('S', Unit::Number, "1/min").least(0.0)])
         .group(Group::SpindleSpeed)
+        .waits(Waits::Path)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::g(33), threads::follow, "move as the spindle turns; refused: it needs a spindle encoder")
+        .takes(FOLLOWS)
+        .group(Group::Motion)
+        .waits(Waits::Path)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::g(33).sub(1), threads::follow, "tap, there and back; refused: it needs a spindle encoder")
+        .takes(FOLLOWS)
+        .group(Group::Motion)
         .waits(Waits::Path)
         .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(19), spindle::orient, "turn the spindle to an angle; refused: it needs a spindle encoder")

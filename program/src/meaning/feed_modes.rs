@@ -1,5 +1,7 @@
 //! G93, G94 and G95: what F says.
 
+use units::MmPerSecond;
+
 use crate::action::{Action, Rate};
 use crate::context::{Context, Meaning};
 use crate::fault::{Fault, Problem};
@@ -25,31 +27,47 @@ pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
 /// what F was before G93 and G95 holds again after G94.
 #[cold]
 pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
-    let seconds = seconds(program, words)?;
+    let rate = rate(program, words)?;
     let (mode, feed_rate, seek_rate) = (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate);
     program.modal.feed_mode = FeedMode::PerMinute;
+    if let Some(Rate::PerRevolution(_)) = rate {
+        // Some rate is in force, whatever G94 had.
+        program.modal.feed_rate = MmPerSecond(1.0);
+    }
     let mut done = moves::motion_block(program, words);
     (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate) = (mode, feed_rate, seek_rate);
     if let Ok(Meaning::Action(Action::Move(request))) = &mut done {
-        request.rate = seconds.map_or(Rate::Rapid(seek_rate), Rate::Duration);
+        request.rate = rate.unwrap_or(Rate::Rapid(seek_rate));
     }
     done
 }
 
-/// How long the move of a block lasts; none for rapid moves, and where there is no move.
-fn seconds(program: &Interpreter, words: &Words<'_>) -> Result<Option<f64>, Fault> {
+/// How fast the move of a block goes; none for rapid moves, and where there is no move.
+fn rate(program: &mut Interpreter, words: &Words<'_>) -> Result<Option<Rate>, Fault> {
     let mode = program.modal.motion;
+    let per_turn = program.modal.feed_mode == FeedMode::PerRevolution;
+    if let Some(travel) = words.as_length('F').filter(|_| per_turn) {
+        program.modal.feed_per_turn = travel;
+    }
     if mode == MotionMode::Rapid || !WAY.chars().any(|letter| words.has(letter)) {
         return Ok(None);
     }
     let column = words.column();
-    if program.modal.feed_mode == FeedMode::PerRevolution {
+    if per_turn && !program.setup.spindle.has_encoder {
         return Err(Problem::Needs(FeedMode::PerRevolution.code(), "a spindle encoder").refused(column));
     }
     if matches!(mode, MotionMode::Cubic | MotionMode::Quadratic | MotionMode::Nurbs) {
         return Err(Problem::NeedsFeedPerMinute.refused(column));
     }
+    if per_turn {
+        let travel = program.modal.feed_per_turn;
+        return if travel > 0.0 {
+            Ok(Some(Rate::PerRevolution(travel)))
+        } else {
+            Err(Problem::NoFeedRate.refused(column))
+        };
+    }
     let seconds = words.as_written('F').map(|per_minute| 60.0 / per_minute);
     let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds > 0.0);
-    seconds.map(Some).ok_or(Problem::InverseTime.refused(words.column_of('F')))
+    seconds.map(|seconds| Some(Rate::Duration(seconds))).ok_or(Problem::InverseTime.refused(words.column_of('F')))
 }

@@ -15,4 +15,5 @@ pub(crate) mod probing;
 pub(crate) mod program;
 pub(crate) mod spindle;
 pub(crate) mod splines;
+pub(crate) mod threads;
 pub(crate) mod tool_table;

@@ -50,7 +50,9 @@ fn draw_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meanin
         MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
         MotionMode::Nurbs => return NOTHING,
         MotionMode::Cycle => return Err(Problem::CycleInMachineCoordinates.refused(words.column())),
-        MotionMode::Cancelled => return Err(Problem::NoMotionCode.refused(words.column())),
+        MotionMode::Cancelled | MotionMode::Synchronised | MotionMode::Threading => {
+            return Err(Problem::NoMotionCode.refused(words.column()));
+        }
     };
     let stands = matches!(shape, Shape::Line { .. }) && target == program.position;
     if !stands && mode != MotionMode::Rapid && program.modal.feed_rate.0 == 0.0 {
