@@ -6,6 +6,7 @@ use units::{Micros, PerAxis, Plane};
 
 use crate::action::Action;
 use crate::holes::Holes;
+use crate::passes::Passes;
 
 /// Places that a block reaches.
 pub type ToCome = Vec<PerAxis<f64>, 8>;
@@ -38,7 +39,30 @@ pub(crate) struct Cycles {
     /// The series as it was before that block.
     before: Series,
     /// The block, and what of it comes behind the action that was given last.
-    block: Option<(Holes, Action<'static>)>,
+    block: Option<(Block, Action<'static>)>,
+}
+
+/// What a block of a cycle makes.
+#[derive(Clone, Debug)]
+enum Block {
+    Holes(Holes),
+    Passes(Passes),
+}
+
+impl Block {
+    fn next(&mut self) -> Option<Action<'static>> {
+        match self {
+            Self::Holes(holes) => holes.next(),
+            Self::Passes(passes) => passes.next(),
+        }
+    }
+
+    fn reach(&self) -> Vec<PerAxis<f64>, 7> {
+        match self {
+            Self::Holes(holes) => holes.reach(),
+            Self::Passes(passes) => passes.reach(),
+        }
+    }
 }
 
 impl Cycles {
@@ -53,12 +77,21 @@ impl Cycles {
     }
 
     /// Drills these holes, and from now on the series is this one. The first action; none when nothing moves.
-    pub(crate) fn begin(&mut self, series: Series, mut holes: Holes) -> Option<Action<'static>> {
+    pub(crate) fn begin(&mut self, series: Series, holes: Holes) -> Option<Action<'static>> {
         self.before = core::mem::replace(&mut self.series, series);
         self.is_first = true;
-        let first = holes.next();
-        let next = holes.next();
-        self.block = next.map(|next| (holes, next));
+        self.begin_block(Block::Holes(holes))
+    }
+
+    /// Cuts this thread. The first action.
+    pub(crate) fn begin_thread(&mut self, passes: Passes) -> Option<Action<'static>> {
+        self.begin_block(Block::Passes(passes))
+    }
+
+    fn begin_block(&mut self, mut block: Block) -> Option<Action<'static>> {
+        let first = block.next();
+        let next = block.next();
+        self.block = next.map(|next| (block, next));
         self.has_more = self.block.is_some();
         first
     }
@@ -77,10 +110,10 @@ impl Cycles {
 
     /// The next action of the block: what was given before it has been taken.
     pub(crate) fn next(&mut self) -> Option<Action<'static>> {
-        let (holes, next) = self.block.as_mut().filter(|_| self.has_more)?;
+        let (block, next) = self.block.as_mut().filter(|_| self.has_more)?;
         let action = *next;
         self.is_first = false;
-        match holes.next() {
+        match block.next() {
             Some(behind) => *next = behind,
             None => self.has_more = false,
         }
@@ -99,11 +132,11 @@ impl Cycles {
     /// Places, in order, between which all lies that is still to be done behind the action given last.
     pub(crate) fn to_come(&self) -> ToCome {
         let mut places = ToCome::new();
-        if let Some((holes, next)) = self.block.as_ref().filter(|_| self.has_more) {
+        if let Some((block, next)) = self.block.as_ref().filter(|_| self.has_more) {
             if let Action::Move(request) = next {
                 places.extend([request.target]);
             }
-            places.extend(holes.reach());
+            places.extend(block.reach());
         }
         places
     }

@@ -127,6 +127,11 @@ pub enum Problem {
     PolarAndCartesian,
     PolarAtOrigin,
     SpindleStands,
+    ThreadPlane,
+    NoThreadSide,
+    ThreadHeight,
+    TaperTooLong,
+    TooManyPasses,
     /// A parameter cannot be set.
     Parameter(gcode::Problem),
 }
@@ -245,6 +250,11 @@ impl fmt::Display for Problem {
             Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
             Self::NoWay => "nothing says where to",
             Self::SpindleStands => "the spindle stands: M3 or M4 must come first",
+            Self::ThreadPlane => "G76 threads in the plane of G18",
+            Self::NoThreadSide => "G76: I is below 0 for an external thread, above 0 for an internal one",
+            Self::ThreadHeight => "G76: K, the height of the thread, must be above J, the first cut",
+            Self::TaperTooLong => "G76: E is more than half of the thread",
+            Self::TooManyPasses => "G76: J and R make more than 1000 passes",
             Self::NoSavedModes => "M72 without M70 or M73 in this subroutine",
             Self::HoldStays => "M53 P0: feed hold cannot be switched off",
             Self::NoAnalogInput => "M66: there are no analog inputs",

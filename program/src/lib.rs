@@ -35,6 +35,7 @@ mod named_parameters;
 mod order;
 mod parameters;
 mod park;
+mod passes;
 mod remark;
 mod saved_modes;
 mod setup;

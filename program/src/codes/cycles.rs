@@ -4,7 +4,7 @@ use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
 use crate::fault::Part;
-use crate::meaning::{cycles, feed_modes};
+use crate::meaning::{cycles, feed_modes, threads};
 use crate::word::{Unit, WordInfo, word};
 
 const HOLE: &[WordInfo] = &[
@@ -48,7 +48,22 @@ const FORCE: &str = "as in the motion code in force";
 pub const ROWS: &[CodeInfo] = &[
     cycle(73, "drill peck by peck, drawn back 0.254 mm after each: Z R Q").differs("not known"),
     missing(74, "left-hand tapping; refused: it needs a spindle encoder"),
-    missing(76, "threading; refused: it needs a spindle encoder"),
+    CodeInfo::means(Code::g(76), threads::cycle, "cut a thread pass by pass, in G18; refused: no spindle encoder")
+        .takes(&[
+            word('P', Unit::Length, "travel of a turn").above(0.0),
+            word('Z', Unit::Length, "where it ends"),
+            word('I', Unit::Length, "crest seen from the drive line, which X is now; below 0: external"),
+            word('J', Unit::Length, "first cut").above(0.0),
+            word('K', Unit::Length, "height of the thread, above J"),
+            word('R', Unit::Number, "degression: 1 cuts of one depth, 2 of one area").least(1.0),
+            word('Q', Unit::Number, "angle of the compound slide, degrees").within(0.0, 80.0),
+            word('H', Unit::Number, "passes more at full depth").whole(0.0, 100.0),
+            word('E', Unit::Length, "length of the tapers").least(0.0),
+            word('L', Unit::Number, "tapers, 1: at the beginning, 2: at the end, 3: both").whole(0.0, 3.0),
+        ])
+        .group(Group::Motion)
+        .waits(Waits::Path)
+        .differs("not known"),
     CodeInfo::means(Code::g(80), cycles::cancel, "no cycle and no motion code is in force")
         .takes(&[
             word('F', Unit::Feed, "speed from now on"),

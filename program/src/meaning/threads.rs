@@ -1,4 +1,6 @@
-//! Moves that follow the spindle: G33 and G33.1, with the words LinuxCNC gives them.
+//! Moves that follow the spindle: G33, G33.1 and the threading cycle G76, with the words LinuxCNC gives them.
+
+use units::{Axis, Plane};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
@@ -6,7 +8,11 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{moves, spindle};
 use crate::modal::{FeedMode, MotionMode};
+use crate::passes::{Passes, Thread};
 use crate::words::Words;
+
+/// More passes than this are a slip in J or R.
+const MOST_PASSES: f64 = 1_000.0;
 
 /// G33 and G33.1.
 pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
@@ -50,4 +56,67 @@ fn begin(program: &mut Interpreter, context: &Context<'_>, mode: MotionMode) -> 
         return Err(Problem::SpindleStands.refused(column));
     }
     Ok(())
+}
+
+/// G76.
+pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    begin(program, context, MotionMode::Threading)?;
+    let words = &context.words;
+    if program.modal.plane != Plane::Xz {
+        return Err(Problem::ThreadPlane.refused(words.column()));
+    }
+    if let Some(letter) = "XYABCE@^".chars().find(|letter| words.has(*letter) && *letter != 'E') {
+        return Err(Problem::NotInCycle(letter).refused(words.column_of(letter)));
+    }
+    let thread = thread(program, words)?;
+    if f64::from(thread.passes()) > MOST_PASSES {
+        return Err(Problem::TooManyPasses.refused(words.column_of('J')));
+    }
+    let Some(first) = program.cycles.begin_thread(Passes::new(thread)) else { return NOTHING };
+    program.follow(&first);
+    Ok(Meaning::Action(first))
+}
+
+fn thread(program: &Interpreter, words: &Words<'_>) -> Result<Thread, Fault> {
+    let modal = &program.modal;
+    let needed = |letter: char| words.get(letter).ok_or(Problem::CycleNeeds(76, letter).refused(words.column()));
+    // After G7 these are diameters, as X is.
+    let half = if modal.diameters { 0.5 } else { 1.0 };
+    let (pitch, end, peak) = (needed('P')?, needed('Z')?, needed('I')? * half);
+    let (first_cut, height) = (needed('J')? * half, needed('K')? * half);
+    if peak == 0.0 {
+        return Err(Problem::NoThreadSide.refused(words.column_of('I')));
+    }
+    if height <= first_cut {
+        return Err(Problem::ThreadHeight.refused(words.column_of('K')));
+    }
+    let start = program.position;
+    let end = modal.machine(Axis::Z, end, start[Axis::Z]);
+    let way = if end > start[Axis::Z] { 1.0 } else { -1.0 };
+    let taper = words.get('E').unwrap_or(0.0);
+    if taper > libm::fabs(end - start[Axis::Z]) / 2.0 {
+        return Err(Problem::TaperTooLong.refused(words.column_of('E')));
+    }
+    let degression = words.get('R').unwrap_or(1.0);
+    if libm::pow(height / first_cut, degression) > MOST_PASSES {
+        return Err(Problem::TooManyPasses.refused(words.column_of('J')));
+    }
+    let tapers = if taper > 0.0 { words.get('L').unwrap_or(0.0) as u8 } else { 0 };
+    Ok(Thread {
+        start,
+        end,
+        side: if peak > 0.0 { 1.0 } else { -1.0 },
+        pitch,
+        crest: libm::fabs(peak),
+        first_cut,
+        height,
+        degression,
+        slope: -way * libm::tan(words.get('Q').unwrap_or(0.0).to_radians()),
+        last_passes: words.get('H').unwrap_or(0.0) as u32 + 1,
+        taper: way * taper,
+        taper_in: tapers & 1 != 0,
+        taper_out: tapers & 2 != 0,
+        rapid: Rate::Rapid(modal.seek_rate),
+        power: modal.power,
+    })
 }

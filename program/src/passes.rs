@@ -1,0 +1,223 @@
+//! The passes of a thread (G76), one action at a time: [`Passes`] knows where it is, and what comes next. The
+//! words and the geometry are LinuxCNC's.
+
+use heapless::Vec;
+use units::{Axis, PerAxis};
+
+use crate::action::{Action, Corner, Move, Rate, Shape};
+
+/// A thread. Places are machine positions in mm, depths are seen from the drive line along X.
+#[derive(Clone, Debug)]
+pub(crate) struct Thread {
+    /// On the drive line, where the thread begins.
+    pub start: PerAxis<f64>,
+    /// Z where it ends.
+    pub end: f64,
+    /// 1 when it is cut towards greater X, an internal thread; else -1.
+    pub side: f64,
+    /// Travel of a turn, mm.
+    pub pitch: f64,
+    /// Depth of its crest.
+    pub crest: f64,
+    /// First cut below the crest.
+    pub first_cut: f64,
+    /// Its height.
+    pub height: f64,
+    /// How cuts become less: pass n ends at the n-th power of one by this.
+    pub degression: f64,
+    /// How far Z moves back for each mm of depth below the crest: the slope of the compound slide, with the
+    /// sign of the way along Z.
+    pub slope: f64,
+    /// Passes at full depth.
+    pub last_passes: u32,
+    /// Length of the tapers along Z, with the sign of the way; the thread may begin and end with one.
+    pub taper: f64,
+    pub taper_in: bool,
+    pub taper_out: bool,
+    pub rapid: Rate,
+    pub power: f32,
+}
+
+impl Thread {
+    /// How deep pass n cuts, counted from 1, below the drive line.
+    fn depth(&self, pass: u32) -> f64 {
+        let below = self.first_cut * libm::pow(f64::from(pass), 1.0 / self.degression);
+        self.crest + if below < self.height { below } else { self.height }
+    }
+
+    /// Passes before those at full depth.
+    fn rough_passes(&self) -> u32 {
+        // Each pass is deeper than the one before it: degression is bounded by whoever made this.
+        let passes = libm::pow(self.height / self.first_cut, self.degression);
+        let floor = libm::floor(passes);
+        if floor >= passes && floor > 0.0 { floor as u32 - 1 } else { floor as u32 }
+    }
+
+    /// All passes.
+    pub(crate) fn passes(&self) -> u32 {
+        self.rough_passes() + self.last_passes
+    }
+
+    fn at(&self, depth: f64, z: f64) -> PerAxis<f64> {
+        let mut place = self.start;
+        place[Axis::X] += self.side * depth;
+        place[Axis::Z] = z;
+        place
+    }
+
+    /// Travel of a turn along a taper, so that Z keeps its own.
+    fn taper_pitch(&self) -> f64 {
+        if self.taper == 0.0 {
+            self.pitch
+        } else {
+            self.pitch * libm::hypot(self.taper, self.height) / libm::fabs(self.taper)
+        }
+    }
+}
+
+/// What comes next of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Out of the thread, where it begins.
+    Over,
+    /// With a taper: to the crest, and down the taper; else down to the depth.
+    ToCrest,
+    In,
+    /// Along the thread.
+    Cut,
+    /// Up the taper at its end.
+    Out,
+    /// Out of the thread.
+    Clear,
+}
+
+/// The passes, and what of them is still to be done.
+#[derive(Clone, Debug)]
+pub(crate) struct Passes {
+    thread: Thread,
+    /// Where the last action ends.
+    at: PerAxis<f64>,
+    /// Counted from 1; one more than there are: back to the drive line.
+    pass: u32,
+    stage: Stage,
+    is_done: bool,
+}
+
+impl Passes {
+    pub(crate) const fn new(thread: Thread) -> Self {
+        let at = thread.start;
+        Self { thread, at, pass: 1, stage: Stage::Over, is_done: false }
+    }
+
+    /// The next action. Moves of no length are left out.
+    pub(crate) fn next(&mut self) -> Option<Action<'static>> {
+        while !self.is_done {
+            let Some((target, rate)) = self.step() else { continue };
+            if target == self.at {
+                continue;
+            }
+            self.at = target;
+            let (shape, power) = (Shape::Line { names_xy: true }, self.thread.power);
+            return Some(Action::Move(Move { target, shape, rate, power, corner: Corner::Sharp }));
+        }
+        None
+    }
+
+    /// What this stage is; then it is the next one.
+    fn step(&mut self) -> Option<(PerAxis<f64>, Rate)> {
+        let thread = &self.thread;
+        if self.pass > thread.passes() {
+            self.is_done = true;
+            return Some((thread.at(0.0, thread.end), thread.rapid));
+        }
+        let depth = thread.depth(self.pass);
+        let back = (depth - thread.crest) * thread.slope;
+        let end = thread.end + thread.height * thread.slope - back;
+        let begin = thread.start[Axis::Z] - back;
+        // Clear of the thread by its full depth.
+        let clear = depth - thread.crest - thread.height;
+        let along = Rate::PerRevolution(thread.pitch);
+        let on_taper = Rate::PerRevolution(thread.taper_pitch());
+        let (taper_in, taper_out) = (thread.taper_in, thread.taper_out);
+        let (next, step) = match self.stage {
+            Stage::Over => (Stage::ToCrest, Some((thread.at(clear, begin), thread.rapid))),
+            Stage::ToCrest if taper_in => (Stage::In, Some((thread.at(depth - thread.height, begin), on_taper))),
+            Stage::ToCrest => (Stage::In, Some((thread.at(depth, begin), thread.rapid))),
+            Stage::In => (Stage::Cut, taper_in.then(|| (thread.at(depth, begin + thread.taper), on_taper))),
+            Stage::Cut => {
+                let z = if taper_out { end - thread.taper } else { end };
+                (Stage::Out, Some((thread.at(depth, z), along)))
+            }
+            Stage::Out => (Stage::Clear, taper_out.then(|| (thread.at(depth - thread.height, end), on_taper))),
+            Stage::Clear => (Stage::Over, Some((thread.at(clear, end), thread.rapid))),
+        };
+        if self.stage == Stage::Clear {
+            self.pass += 1;
+        }
+        self.stage = next;
+        step
+    }
+
+    /// Places from where it is on, in order, between which all that is still to be done lies: the corners of
+    /// the first and the deepest pass.
+    pub(crate) fn reach(&self) -> Vec<PerAxis<f64>, 7> {
+        let thread = &self.thread;
+        if self.is_done {
+            return Vec::new();
+        }
+        let most = thread.height * thread.slope;
+        let shallowest = thread.depth(self.pass) - thread.crest - thread.height;
+        let (deepest, start) = (thread.crest + thread.height, thread.start[Axis::Z]);
+        let corners = [
+            thread.at(shallowest, start - most),
+            thread.at(deepest, start),
+            thread.at(deepest, thread.end + most),
+            thread.at(shallowest, thread.end),
+            thread.at(0.0, thread.end),
+        ];
+        [self.at].into_iter().chain(corners).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever the thread: every pass is deeper than the one before it, the last ones are at full depth,
+        /// nothing leaves the corners, and it ends on the drive line.
+        #[test]
+        fn passes_become_deeper_and_stay_between_the_corners(
+            height in 0.1_f64..3.0, share in 0.1_f64..0.99, degression in 1.0_f64..3.0, crest in 0.1_f64..5.0,
+            degrees in 0.0_f64..30.0, side in prop_oneof![Just(1.0), Just(-1.0)], way in prop_oneof![Just(1.0), Just(-1.0)],
+            taper in 0.0_f64..5.0, tapers in 0_u8..4, last_passes in 1_u32..4,
+        ) {
+            let start = PerAxis([10.0, 0.0, 5.0, 0.0, 0.0, 0.0]);
+            let thread = Thread {
+                start, end: 5.0 + way * 15.0, side, pitch: 1.5, crest, first_cut: height * share, height, degression,
+                slope: -way * degrees.to_radians().tan(), last_passes, taper: way * taper,
+                taper_in: tapers & 1 != 0 && taper > 0.0, taper_out: tapers & 2 != 0 && taper > 0.0,
+                rapid: Rate::Rapid(units::MmPerSecond(50.0)), power: 0.0,
+            };
+            let mut passes = Passes::new(thread.clone());
+            let (mut depths, mut last) = (std::vec::Vec::new(), start);
+            loop {
+                let reach = passes.reach();
+                let Some(Action::Move(request)) = passes.next() else { break };
+                for axis in [Axis::X, Axis::Z] {
+                    let within = |sign: f64| reach.iter().any(|place| sign * (place[axis] - request.target[axis]) >= -1e-9);
+                    prop_assert!(within(1.0) && within(-1.0), "{:?} {request:?}", axis);
+                }
+                if request.rate == Rate::PerRevolution(1.5) {
+                    depths.push((request.target[Axis::X] - 10.0) * side);
+                }
+                last = request.target;
+            }
+            let full = crest + height;
+            prop_assert!(depths.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), "{depths:?}");
+            prop_assert_eq!(depths.iter().filter(|depth| (**depth - full).abs() < 1e-9).count(), last_passes as usize);
+            prop_assert_eq!(last, PerAxis([10.0, 0.0, thread.end, 0.0, 0.0, 0.0]));
+        }
+    }
+}
