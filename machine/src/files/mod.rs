@@ -5,6 +5,7 @@ pub mod commands;
 pub mod config_edit;
 pub mod kept;
 pub mod listings;
+pub mod logs;
 pub mod paths;
 pub mod safe_file;
 mod upload;
