@@ -176,7 +176,8 @@ impl Run {
         match remark {
             Remark::Message(said) => text.push_str(said),
             Remark::Values(said) | Remark::Printed(said) => program::write_values(&self.program, said, &mut text)?,
-            Remark::Log(_) => return Ok(()),
+            Remark::Debug(said) if self.program.debugs() => program::write_values(&self.program, said, &mut text)?,
+            _ => return Ok(()),
         }
         let kind = if matches!(remark, Remark::Printed(_)) { "print" } else { "message" };
         writeln!(self.out, "{kind} {text}")?;

@@ -44,6 +44,8 @@ pub struct Interpreter {
     pub(crate) frames: SavedFrames,
     /// What the last M66 has found: `#5399`.
     pub(crate) input_result: f64,
+    /// `#5599`: `(DEBUG, ...)` is said.
+    pub(crate) debugs: bool,
     pub(crate) setup: Setup,
     effects: Deque<Effect, MOST_EFFECTS>,
     following: Deque<Action<'static>, FOLLOWING>,
@@ -83,6 +85,7 @@ impl Interpreter {
             flow: Flow::default(),
             frames: SavedFrames::default(),
             input_result: 0.0,
+            debugs: true,
             setup,
             effects: Deque::new(),
             following: Deque::new(),
@@ -339,6 +342,12 @@ impl Interpreter {
     /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
     pub const fn set_input_result(&mut self, value: f64) {
         self.input_result = value;
+    }
+
+    /// Whether `(DEBUG, ...)` is said (`#5599`).
+    #[must_use]
+    pub const fn debugs(&self) -> bool {
+        self.debugs
     }
 
     /// Where a G38 ended, and whether it found its contact.

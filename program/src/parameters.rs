@@ -61,6 +61,7 @@ impl Parameters for Interpreter {
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem> {
         let can_be_written = match &parameter {
             Parameter::Numbered(number @ 1..=5_000) => *number > 0,
+            Parameter::Numbered(5_070 | 5_599) => true,
             Parameter::Numbered(5_220) => value >= 1.0 && value <= crate::COORDINATE_SYSTEMS as f64,
             Parameter::Numbered(number) => field(&self.modal, *number).is_some(),
             Parameter::Named(name) => predefined(self, name).is_none(),
@@ -79,6 +80,8 @@ impl Parameters for Interpreter {
 pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
     while let Some((parameter, value)) = program.memory.take_waiting() {
         match parameter {
+            Parameter::Numbered(5_070) => program.last_probe.1 = value != 0.0,
+            Parameter::Numbered(5_599) => program.debugs = value != 0.0,
             Parameter::Numbered(5_220) => program.modal.system = value as usize - 1,
             Parameter::Numbered(number) if number > 5_000 => {
                 if let Some(place) = of_axis(5_211, number).and_then(|axis| program.modal.g92.get_mut(axis)) {
@@ -178,6 +181,7 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         (5_162, _) => Some(program.park.y),
         (5_163, _) => Some(program.park.z.unwrap_or(0.0)),
         (5_210, _) => Some(f64::from(u8::from(modal.g92 != [0.0; 3]))),
+        (5_599, _) => Some(f64::from(u8::from(program.debugs))),
         (5_399, _) => Some(program.input_result),
         (5_400, _) => Some(f64::from(program.tools.number())),
         (5_401..=5_413, _) => Some(of_tool(program, number)),

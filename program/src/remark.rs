@@ -15,8 +15,23 @@ pub enum Remark<'t> {
     Values(&'t str),
     /// The same, for whoever watches the program run.
     Printed(&'t str),
-    /// Something is written to a file.
+    /// The same as a message, while `#5599` is not 0.
+    Debug(&'t str),
+    /// The log file is opened and emptied, or what follows is added to it.
+    OpenLog {
+        /// Its name.
+        name: &'t str,
+        /// What it has stays.
+        appends: bool,
+    },
+    /// A line of the log file, parameters as their values.
     Log(&'t str),
+    /// The log file is closed.
+    CloseLog,
+    /// The file is opened that each contact found is written to.
+    OpenProbe(&'t str),
+    /// It is closed.
+    CloseProbe,
 }
 
 impl<'t> Remark<'t> {
@@ -29,15 +44,23 @@ impl<'t> Remark<'t> {
         let is = |wanted: &str| word.eq_ignore_ascii_case(wanted);
         if is("MSG") {
             Some(Self::Message(text.trim()))
-        } else if is("DEBUG") {
-            Some(Self::Values(text.trim()))
         } else if is("PRINT") {
             Some(Self::Printed(text.trim()))
+        } else if is("DEBUG") {
+            Some(Self::Debug(text.trim()))
+        } else if is("LOG") {
+            Some(Self::Log(text.trim()))
+        } else if is("LOGOPEN") || is("LOGAPPEND") {
+            Some(Self::OpenLog { name: text.trim(), appends: is("LOGAPPEND") })
+        } else if is("LOGCLOSE") {
+            Some(Self::CloseLog)
+        } else if is("PROBECLOSE") {
+            Some(Self::CloseProbe)
         } else {
-            let writes = ["LOG", "PROBE"]
-                .iter()
-                .any(|wanted| word.get(..wanted.len()).is_some_and(|start| start.eq_ignore_ascii_case(wanted)));
-            writes.then_some(Self::Log(comment))
+            let open = "PROBEOPEN";
+            let begins = comment.get(..open.len()).is_some_and(|start| start.eq_ignore_ascii_case(open));
+            let name = comment.get(open.len()..).filter(|_| begins)?;
+            Some(Self::OpenProbe(name.trim_start_matches([' ', '\t', ',']).trim()))
         }
     }
 }
@@ -89,7 +112,14 @@ mod tests {
     fn comments_are_for_something_or_plain() {
         assert_eq!(Remark::read(b"MSG, turn the part"), Some(Remark::Message("turn the part")));
         assert_eq!(Remark::read(b" print,#1"), Some(Remark::Printed("#1")));
-        assert_eq!(Remark::read(b"LOGOPEN,a.txt"), Some(Remark::Log("LOGOPEN,a.txt")));
+        assert_eq!(Remark::read(b"debug,#1"), Some(Remark::Debug("#1")));
+        assert_eq!(Remark::read(b"LOGOPEN,a.txt"), Some(Remark::OpenLog { name: "a.txt", appends: false }));
+        assert_eq!(Remark::read(b"LogAppend, a b.txt"), Some(Remark::OpenLog { name: "a b.txt", appends: true }));
+        assert_eq!(Remark::read(b"LOG, x #<_x>"), Some(Remark::Log("x #<_x>")));
+        assert_eq!(Remark::read(b"LOGCLOSE"), Some(Remark::CloseLog));
+        assert_eq!(Remark::read(b"PROBEOPEN points.txt"), Some(Remark::OpenProbe("points.txt")));
+        assert_eq!(Remark::read(b"PROBECLOSE"), Some(Remark::CloseProbe));
+        assert_eq!(Remark::read(b"PROBE the part"), None);
         assert_eq!(Remark::read(b"a bracket"), None);
     }
 

@@ -112,3 +112,58 @@ fn modes_come_back_when_a_subroutine_ends() {
     assert!(heard.contains("1.000000 1.000000"), "{heard}");
     assert!((bench.carriage(Alpha) - begun - 10.0).abs() < 0.02);
 }
+
+#[test]
+fn a_program_writes_logs() {
+    let job = "(LOGOPEN, a.txt)\n(LOG, one)\n#1 = 2.5\n(LOG, two #1)\n(LOGCLOSE)\n(LOG, nowhere)\n\
+               (LOGAPPEND, a.txt)\n(LOG, three)\n";
+    let mut bench = Plan::new(CARTESIAN).file("a.g", job).start();
+    bench.type_in("M32 a.g\n");
+    bench.hear_until("Done printing file", 10.0);
+    assert_eq!(bench.read_card("a.txt").as_deref(), Some("one\ntwo 2.500000\nthree\n"));
+    // More than a block.
+    let job = "(LOGOPEN, long.txt)\n#1 = 0\no1 while [#1 LT 100]\n#1 = [#1 + 1]\n(LOG, line #1)\no1 endwhile\n";
+    let mut bench = Plan::new(CARTESIAN).file("a.g", job).start();
+    bench.type_in("M32 a.g\n");
+    bench.hear_until("Done printing file", 10.0);
+    let written: String = (1..=100).map(|line| format!("line {line}.000000\n")).collect();
+    assert_eq!(bench.read_card("long.txt"), Some(written));
+}
+
+#[test]
+fn a_log_that_cannot_be_written_stops_the_program_by_name() {
+    for (line, reason) in [
+        ("(LOGOPEN, config.ini)", "config.ini: this file is the machine's own"),
+        ("(LOGOPEN, nowhere/a.txt)", "nowhere/a.txt: "),
+        ("(PROBEOPEN new-parameters.var)", "new-parameters.var: this file is the machine's own"),
+        ("(LOGOPEN, a.g)", "a.g: "),
+    ] {
+        let mut bench = Plan::new(CARTESIAN).file("a.g", &format!("G91\n{line}\nG1 X5 F3000\n")).start();
+        let begun = bench.carriage(Alpha);
+        bench.type_in("M32 a.g\n");
+        let heard = bench.hear_until("paused", 10.0);
+        assert!(heard.contains(reason), "{line}: {heard}");
+        bench.hear(0.5);
+        assert!((bench.carriage(Alpha) - begun).abs() < 0.02, "{line}: it goes on");
+    }
+}
+
+#[test]
+fn contacts_are_written_down() {
+    let job = "(PROBEOPEN points.txt)\nG38.2 Z-10 F300\nG0 Z5\nG91\nG0 X1\nG90\nG38.2 Z-10 F300\n(PROBECLOSE)\n";
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[zprobe] enable = true")
+        .set("[zprobe] probe_pin = PB10^")
+        .with("grbl_mode = false", "grbl_mode = true")
+        .file("a.g", job)
+        .start();
+    bench.run(&["$H", "G1 X50 Y60 Z20 F6000", "G4 P0"]);
+    bench.type_in("M32 a.g\n");
+    bench.hear_until("Done printing file", 30.0);
+    let written = bench.read_card("points.txt").unwrap();
+    let points: Vec<Vec<f64>> =
+        written.lines().map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect();
+    assert_eq!(points.len(), 2, "{written}");
+    assert!(points.iter().all(|point| point.len() == 9), "{written}");
+    assert!((points[1][0] - points[0][0] - 1.0).abs() < 0.01, "{written}");
+}

@@ -58,8 +58,11 @@ pub(super) async fn run_line<P: Ports>(
     let mut block = Block::new(None, 0);
     let failed = loop {
         let read = blocks.read(&mut block, &mut machine.program);
-        if let Some(comment) = blocks.take_remark() {
-            operator::remark(machine, comment);
+        if let Some(comment) = blocks.take_remark()
+            && let Err(failure) = operator::remark(machine, comment)
+        {
+            machine.program.drop_line();
+            break Some(failure);
         }
         match read {
             Ok(true) => {}
@@ -109,13 +112,11 @@ async fn run_in_order<P: Ports>(
         machine.program.drop_line();
         return false;
     };
-    if from == 0
-        && let Some(comment) = ahead.take_remark()
-    {
-        operator::remark(machine, comment);
-    }
+    let remark = ahead.take_remark().filter(|_| from == 0);
+    let remarked = remark.map_or(Ok(()), |comment| operator::remark(machine, comment));
     let (line, _) = ahead.place();
     let (last, outcome) = match parts {
+        _ if remarked.is_err() => (None, remarked.map(|()| Answer::Ok)),
         Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, from, line, source)).await {
             Some(ended) => ended,
             None => return true,

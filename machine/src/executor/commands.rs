@@ -6,7 +6,7 @@ use program::{Dialect, Meaning, Part, State};
 
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
-use super::{Hands, Machine, actions, answers, functions, grbl, passed_over, suspend};
+use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
@@ -286,6 +286,9 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
         machine.say(to, format_args!("Suspend cleared\n"));
     }
     passed_over::say(machine);
+    if machine.jobs.is_playing() {
+        log::close(machine);
+    }
     if !machine.jobs.close(&mut machine.ports) {
         if !suspended {
             machine.say(to, format_args!("Not currently playing\n"));

@@ -6,8 +6,8 @@ use core::fmt::Write as _;
 use gcode::{FlowLine, FlowWord};
 use program::Next;
 
-use super::Machine;
 use super::source::{Origin, Source};
+use super::{Machine, log};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Path;
 use crate::jobs::Listeners;
@@ -85,6 +85,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
 
 /// M2 and M30, or a stop: nothing of the program goes on.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
+    log::close(machine);
     machine.program.end_program();
     machine.jobs.end_program(&mut machine.ports);
 }

@@ -288,7 +288,10 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     }
 
     /// Where a search along a line ended, and whether it found its contact.
-    pub const fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
+    pub fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.machine.program.set_last_probe(place, found);
+        if found {
+            super::log::contact_found(self.machine);
+        }
     }
 }

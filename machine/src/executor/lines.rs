@@ -11,7 +11,7 @@ use super::blocks::Start;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, actions, blocks, commands, flow, grbl, kept, named, passed_over, stack};
+use super::{Machine, actions, blocks, commands, flow, grbl, kept, log, named, passed_over, stack};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -162,6 +162,7 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     kept::save(machine).await;
     let to = machine.jobs.tells_end();
     passed_over::say(machine);
+    log::close(machine);
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
     true

@@ -14,6 +14,7 @@ use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Files;
+use crate::files::logs::Logs;
 use crate::grbl::Grbl;
 use crate::jobs::Jobs;
 use crate::motion_config::halts_out_of_reach;
@@ -43,6 +44,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) outputs: Outputs,
     pub(super) jobs: Jobs,
     pub(super) files: Files,
+    /// What programs write.
+    pub(super) logs: Logs,
     pub(super) tuning: Tuning,
     /// What lines have started that is to be done before anything else.
     pub(super) frames: Frames<'c>,
@@ -83,6 +86,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             outputs: Outputs::new(&config.switches),
             jobs: Jobs::new(crate::program_setup::file_dialect(config)),
             files: Files::default(),
+            logs: Logs::default(),
             tuning: Tuning::new(config),
             frames: Frames::default(),
             tag: Tag::NONE,

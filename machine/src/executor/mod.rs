@@ -19,6 +19,7 @@ mod hands;
 mod kept;
 mod line_numbers;
 mod lines;
+mod log;
 mod machine;
 mod named;
 mod operator;

@@ -2,28 +2,40 @@
 
 use program::{Pause, Remark, State};
 
-use super::Machine;
 use super::frames::Frame;
+use super::{Machine, log};
 use crate::failure::{Answer, Failure, Message, Outcome};
 use crate::ports::Ports;
 use crate::safety::Event;
 use crate::wait::yield_once;
 
-/// A comment that says something.
-pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) {
-    let mut text = Message::new();
+/// A comment that says something, or writes it to a file.
+///
+/// # Errors
+/// When that cannot be written.
+pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
+    let values = |machine: &Machine<'_, P>, said: &str| {
+        let mut text = Message::new();
+        // What does not fit is cut.
+        let _ = program::write_values(&machine.program, said, &mut text);
+        text
+    };
     match Remark::read(comment) {
         Some(Remark::Message(said)) => machine.announce(format_args!("// {said}\n")),
         Some(Remark::Values(said) | Remark::Printed(said)) => {
-            // What does not fit is cut.
-            let _ = program::write_values(&machine.program, said, &mut text);
+            let text = values(machine, said);
             machine.announce(format_args!("// {text}\n"));
         }
-        Some(Remark::Log(what)) => {
-            machine.announce(format_args!("// WARNING ({what}) is not carried out: there are no log files\n"));
+        Some(Remark::Debug(said)) if machine.program.debugs() => {
+            let text = values(machine, said);
+            machine.announce(format_args!("// {text}\n"));
         }
+        // Programs that are only checked write nothing.
+        Some(_) if machine.safety.state() == State::Check => {}
+        Some(other) => return log::carry_out(machine, &other),
         None => {}
     }
+    Ok(())
 }
 
 /// M0, M1, M60.

@@ -1,0 +1,69 @@
+//! Files that a program writes: see [`crate::files::logs`].
+
+use core::fmt::Write as _;
+
+use gcode::{Parameter, Parameters as _};
+use program::Remark;
+
+use super::Machine;
+use crate::failure::{Failure, message};
+use crate::files::logs::LogFlaw;
+use crate::ports::Ports;
+
+/// Characters of a line of a log; what is longer is cut.
+const LINE: usize = 256;
+
+/// `(LOGOPEN, ...)`, `(LOG, ...)` and the others.
+///
+/// # Errors
+/// What is wrong with the file, by its name.
+pub(super) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<'_>) -> Result<(), Failure> {
+    let Machine { logs, files, ports, program, .. } = machine;
+    match *remark {
+        Remark::OpenLog { name, appends } => {
+            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(name, flaw))
+        }
+        Remark::OpenProbe(name) => {
+            logs.contacts.open(&files.absolute(name), false, ports).map_err(|flaw| named(name, flaw))
+        }
+        Remark::Log(text) if logs.text.is_open() => {
+            let mut line = heapless::String::<LINE>::new();
+            // What does not fit is cut.
+            let _ = program::write_values(program, text, &mut line);
+            logs.text.write_line(&line, ports).map_err(|flaw| named("the log file", flaw))
+        }
+        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named("the log file", flaw)),
+        Remark::CloseProbe => logs.contacts.close(ports).map_err(|flaw| named("the file of contacts", flaw)),
+        _ => Ok(()),
+    }
+}
+
+fn named(name: &str, flaw: LogFlaw) -> Failure {
+    Failure::Refused(message(format_args!("{name}: {}", flaw.text())))
+}
+
+/// G38 has found a contact: X Y Z A B C U V W of it, as the program reads them.
+pub(super) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.logs.contacts.is_open() {
+        return;
+    }
+    let mut line = heapless::String::<LINE>::new();
+    for number in 5_061..=5_069 {
+        let value = machine.program.get(&Parameter::Numbered(number)).unwrap_or(0.0);
+        let blank = if line.is_empty() { "" } else { " " };
+        // Nine numbers fit.
+        let _ = write!(line, "{blank}{value:.6}");
+    }
+    let Machine { logs, ports, .. } = machine;
+    if let Err(flaw) = logs.contacts.write_line(&line, ports) {
+        machine.announce(format_args!("WARNING: a contact was not written down: {}\n", flaw.text()));
+    }
+}
+
+/// The program has ended, or will not go on.
+pub(super) fn close<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Machine { logs, ports, .. } = machine;
+    if let Err(flaw) = logs.close(ports) {
+        machine.announce(format_args!("WARNING: what the program wrote is not all on the card: {}\n", flaw.text()));
+    }
+}
