@@ -7,6 +7,7 @@
 centres of arcs in machine coordinates. Where they differ for a reason, the reason stands in rs274.known.
 """
 
+import html
 import json
 import math
 import os
@@ -22,6 +23,16 @@ ATTEMPTS = 3  # several rs274 at a time: now and then one ends without a word
 RELATIVE = 1e-5  # and ours of times, from which rates are worked out
 
 
+TABLE = os.path.join(HERE, "tool.tbl")
+
+
+def in_inches(tool):
+    """A line of our tool table as `rs274` wants it, whose machine counts in inches."""
+    words, *comment = tool.split(";", 1)
+    scaled = re.sub(r"([XYZD])([-+.\d]+)", lambda word: f"{word[1]}{float(word[2]) / 25.4:.9f}", words)
+    return ";".join([scaled, *comment])
+
+
 def number(text):
     return float(text) + 0.0
 
@@ -30,16 +41,20 @@ def linuxcnc(path):
     """The program's actions as LinuxCNC has them, and whether it was carried out."""
     with tempfile.TemporaryDirectory() as folder:
         table, variables = os.path.join(folder, "tool.tbl"), os.path.join(folder, "sim.var")
-        with open(table, "w") as out:
-            out.write("T1 P1 Z0 D6.0 ;one\nT2 P2 Z0 D3.0 ;two\n")
+        with open(TABLE) as tools, open(table, "w") as out:
+            out.write("".join(in_inches(tool) for tool in tools))
         open(variables, "w").close()
         command = ["rs274", "-t", table, "-v", variables, "-n", "2", "-g", path]
+        # It shares its tools through a file in the home directory: another one beside it would read them.
+        home = {**os.environ, "HOME": folder}
         for _ in range(ATTEMPTS):
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+            done = subprocess.run(
+                command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20, env=home
+            )
             if done.returncode == 0 or refusal(done):
                 break
     unit, g5x, g92, tool = 1.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
-    feed, plane, inverse, actions = 0.0, "XY", False, []
+    feed, plane, per_turn, pitch, actions = 0.0, "XY", False, None, []
 
     def place(x, y, z):
         return [(value + g5x[axis] + g92[axis] + tool[axis]) * unit for axis, value in enumerate((x, y, z))]
@@ -49,6 +64,7 @@ def linuxcnc(path):
         if not found:
             continue
         name, rest = found.groups()
+        bits = re.match(r"(SET|CLEAR)_(MOTION|AUX)_OUTPUT_(BIT|VALUE)$", name)
         values = [number(word) for word in re.findall(r"(?<![\w.])-?\d+(?:\.\d*)?(?![\w.])", rest)]
         if name == "USE_LENGTH_UNITS":
             new = 25.4 if "INCH" in rest else 1.0
@@ -65,11 +81,27 @@ def linuxcnc(path):
         elif name == "SET_FEED_RATE":
             feed = values[0] * unit
         elif name == "SET_FEED_MODE":
-            inverse = values[1] == 1
+            per_turn = values[1] == 1
         elif name == "STRAIGHT_TRAVERSE":
             actions.append(["rapid", *place(*values[:3])])
         elif name == "STRAIGHT_FEED":
-            actions.append(["feed", *place(*values[:3]), feed])
+            rate = ["turn", pitch] if pitch else ["turn", feed] if per_turn else [feed]
+            actions.append(["feed", *place(*values[:3]), *rate])
+        elif name == "START_SPEED_FEED_SYNC":
+            pitch = values[0] * unit
+        elif name == "STOP_SPEED_FEED_SYNCH":
+            pitch = None
+        elif name == "RIGID_TAP":
+            actions.append(["tap", *place(*values[:3]), pitch])
+        elif bits:
+            when = "path" if bits[2] == "MOTION" else "now"
+            state = [values[1]] if bits[3] == "VALUE" else ["on" if bits[1] == "SET" else "off"]
+            actions.append([bits[3].lower(), values[0], *state, when])
+        elif name == "ORIENT_SPINDLE":
+            actions.append(["orient", *values[1:3]])
+        elif name == "SET_SPINDLE_MODE":
+            if values[-1] > 0:
+                actions.append(["surface", values[-1]])
         elif name == "ARC_FEED":
             first, second, centre1, centre2, turns, along = values[:6]
             order = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ": (1, 2, 0)}[plane]
@@ -82,7 +114,7 @@ def linuxcnc(path):
         elif name == "DWELL":
             actions.append(["dwell", values[0]])
         elif name == "MESSAGE":
-            actions.append(["message", rest.strip('"').strip()])
+            actions.append(["message", rest[1:-1].strip()])
         elif name in ("PROGRAM_STOP", "OPTIONAL_PROGRAM_STOP"):
             actions.append(["pause"])
         elif name == "CHANGE_TOOL":
@@ -96,13 +128,15 @@ def refusal(done):
 
 
 def velvet(program, path):
-    done = subprocess.run([program, "actions", path], capture_output=True, text=True, timeout=20)
+    done = subprocess.run([program, "actions", "--tools", TABLE, path], capture_output=True, text=True, timeout=20)
     actions, here = [], [0.0] * 3
     for line in done.stdout.splitlines():
         words = line.split()
         if words[0] in ("rapid", "feed"):
             start, here = here, [number(word) for word in words[1:4]]
             feed = [number(word[1:]) for word in words if word.startswith("F")]
+            for word in words:
+                feed += ["turn", number(word[1:])] if word.startswith("P") else []
             # After G93 the time is said.
             feed += [math.dist(start, here) * 60.0 / number(word[1:]) for word in words if word.startswith("T")]
             actions.append([words[0], *here, *feed])
@@ -130,6 +164,20 @@ def velvet(program, path):
             actions.append(["dwell", number(words[1])])
         elif words[0] == "message":
             actions.append(["message", line[len("message "):].strip()])
+        elif words[0] == "tap":
+            actions.append(["tap", *(number(word) for word in words[1:4]), number(words[4][1:])])
+        elif words[0] in ("output", "value"):
+            kind, when = {"output": "bit", "value": "value"}[words[0]], "path" if len(words) > 3 else "now"
+            state = words[2] if kind == "bit" else number(words[2])
+            actions.append([kind, number(words[1]), state, when])
+        elif words[0] == "orient":
+            actions.append(["orient", number(words[1]), number(words[2])])
+        elif words[0] == "surface_speed" and number(words[1]) == 0.0:
+            pass
+        elif words[0] == "surface_speed":
+            actions.append(["surface", number(words[1])])
+        elif words[0] in ("overrides", "input"):
+            pass
         elif words[0] in ("pause", "tool"):
             actions.append([words[0]])
         elif words[0] not in ("end", "print", "note", "note:") and not line.startswith("position is A"):
@@ -209,6 +257,31 @@ def known_differences():
     return known
 
 
+PAGE = """<!doctype html><meta charset="utf-8"><title>Programs beside LinuxCNC's rs274</title>
+<style>body {{ font: 15px sans-serif; margin: 2em; max-width: 70em }} td, th {{ padding: .2em .8em; text-align: left;
+border-bottom: 1px solid #ccc; vertical-align: top }} .differs {{ color: #b00 }} .known {{ color: #770 }}</style>
+<h1>Programs beside LinuxCNC's rs274</h1><p>{summary}</p>
+<table><tr><th>program<th>result<th>difference</tr>
+{rows}
+</table>
+"""
+
+
+def write_page(out, cases, summary):
+    """A page for a person: every program, those that differ first."""
+
+    def kind(case):
+        return "agrees" if case["figure"] == "agree" else "known" if case["ok"] else "differs"
+
+    order = {"differs": 0, "known": 1, "agrees": 2}
+    rows = []
+    for case in sorted(cases, key=lambda case: (order[kind(case)], case["name"])):
+        cells = (f"<td>{html.escape(text)}" for text in (case["name"], kind(case), case["why"]))
+        rows.append(f'<tr class="{kind(case)}">' + "".join(cells) + "</tr>")
+    with open(os.path.join(out, "report.html"), "w") as file:
+        file.write(PAGE.format(summary=html.escape(summary), rows="\n".join(rows)))
+
+
 def main():
     program, out, *files = sys.argv[1:]
     if not shutil.which("rs274"):
@@ -232,7 +305,9 @@ def main():
     os.makedirs(out, exist_ok=True)
     with open(os.path.join(out, "summary.json"), "w") as file:
         json.dump(summary, file, indent=1)
-    print(f"{agree} of {len(cases)} programs agree, {passed - agree} differ for a known reason")
+    said = f"{agree} of {len(cases)} programs agree, {passed - agree} differ for a known reason"
+    write_page(out, cases, said)
+    print(said)
     return 0 if passed == len(cases) else 1
 
 

@@ -9,23 +9,45 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gcode::{Block, Blocks, Decoder, Letter, Line, WholeLine};
+use gcode::{Block, Blocks, Code, Decoder, Letter, Line, WholeLine};
 use motion::geometry::{Arc, ArcShape};
-use program::{Action, Centre, Dialect, Facts, Interpreter, Meaning, Move, Next, Place, Rate, Remark, Setup, Shape};
-use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane};
+use program::{
+    Action, Centre, Claim, Dialect, Effect, Facts, Interpreter, IoKind, IoSetup, Meaning, Move, Next, Place, Rate,
+    Remark, Setup, Shape, SpindleSetup, ToolEntry,
+};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
 
+/// Outputs, outputs with a value, and inputs: this many each, as LinuxCNC has them.
+const IO: u8 = 4;
+/// Switches beyond those with numbers.
+const SPINDLE: SwitchId = SwitchId(100);
+const COOLANT: SwitchId = SwitchId(101);
 /// Lines that are carried out at most: loops may have no end.
 const MOST_LINES: u32 = 1_000_000;
 
 /// Prints the actions of a program.
 ///
 /// # Errors
-/// When the file cannot be read, or a line cannot be carried out: it is named.
-pub fn print(file: &Path) -> Result<()> {
+/// When a file cannot be read, or a line cannot be carried out: it is named.
+pub fn print(file: &Path, tools: Option<&Path>) -> Result<()> {
     let mut run = Run::begin(file)?;
+    if let Some(tools) = tools {
+        read_tools(&mut run.program, tools)?;
+    }
     let ended = run.run();
     print!("{}", run.out);
     ended
+}
+
+fn read_tools(program: &mut Interpreter, file: &Path) -> Result<()> {
+    let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    for (number, tool) in (1..).zip(text.lines().map(ToolEntry::read)) {
+        if let Some(tool) = tool {
+            let added = tool.and_then(|tool| program.tool_table().add(tool));
+            added.map_err(|flaw| anyhow::anyhow!("{}, line {number}: {flaw}", file.display()))?;
+        }
+    }
+    Ok(())
 }
 
 /// A file that is read, line by line.
@@ -60,7 +82,26 @@ fn place(line: usize) -> Place {
 impl Run {
     fn begin(file: &Path) -> Result<Self> {
         // Rates that nobody has given are as a program of a mill finds them: none.
-        let setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, ..Setup::default() };
+        let spindle = SpindleSetup { has_encoder: true, has_speed_control: true };
+        let mut setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, spindle, ..Setup::default() };
+        setup.is_preview = true;
+        for (code, claim) in [
+            (3, Claim::SwitchOn(SPINDLE)),
+            (4, Claim::SwitchOn(SPINDLE)),
+            (5, Claim::SwitchOff(SPINDLE)),
+            (7, Claim::SwitchOn(COOLANT)),
+            (8, Claim::SwitchOn(COOLANT)),
+            (9, Claim::SwitchOff(COOLANT)),
+        ] {
+            // Each can be claimed.
+            let _ = setup.claims.add(Code::m(code), claim);
+        }
+        for number in 0..IO {
+            for (from, kind) in [(0, IoKind::Digital), (IO, IoKind::Analog), (2 * IO, IoKind::Input)] {
+                // There is room for three times as many.
+                let _ = setup.io.push(IoSetup { number, switch: SwitchId(from + number), kind });
+            }
+        }
         Ok(Self {
             program: Interpreter::new(setup),
             dialect: Dialect::Grbl,
@@ -98,6 +139,10 @@ impl Run {
         match Decoder::new().decode(line) {
             Ok(Line::Flow(line)) => {
                 let next = self.program.flow_line(&line, here, after).map_err(|fault| anyhow::anyhow!("{fault}"))?;
+                self.effects()?;
+                while let Some(action) = self.program.next_action() {
+                    self.action(&action, after)?;
+                }
                 self.go_on(next)
             }
             _ if self.program.flow().passes_over() => Ok(()),
@@ -194,12 +239,29 @@ impl Run {
         };
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
         let meaning = self.program.run(block, row, facts, self.dialect).map_err(|fault| anyhow::anyhow!("{fault}"))?;
-        while self.program.next_effect().is_some() {}
+        self.effects()?;
         if let Meaning::Action(action) = meaning {
             self.action(&action, after)?;
         }
         while let Some(action) = self.program.next_action() {
             self.action(&action, after)?;
+        }
+        Ok(())
+    }
+
+    fn effects(&mut self) -> Result<()> {
+        while let Some(effect) = self.program.next_effect() {
+            self.effect(effect, " with the path")?;
+        }
+        Ok(())
+    }
+
+    fn effect(&mut self, effect: Effect, when: &str) -> Result<()> {
+        let Effect::Switch { switch, on, value } = effect else { return Ok(()) };
+        match (switch.0.checked_sub(IO), value) {
+            _ if switch.0 >= SPINDLE.0 => {}
+            (None, _) => writeln!(self.out, "output {} {}{when}", switch.0, if on { "on" } else { "off" })?,
+            (Some(number), value) => writeln!(self.out, "value {number} {:.6}{when}", value.unwrap_or(0.0))?,
         }
         Ok(())
     }
@@ -222,7 +284,21 @@ impl Run {
             }
             Action::Return => {
                 let next = self.program.end_call().unwrap_or(Next::At(Place::default()));
+                self.effects()?;
                 self.go_on(next)?;
+            }
+            Action::Keep | Action::Finish => {}
+            Action::Effect(effect) => self.effect(*effect, "")?,
+            Action::Overrides { feed, spindle } => writeln!(self.out, "overrides {feed} {spindle}")?,
+            Action::AwaitInput(wait) => writeln!(self.out, "input {} {:?}", wait.input.0 - 2 * IO, wait.event)?,
+            Action::Orient { degrees, turning, patience } => {
+                let seconds = patience.map_or(0.0, |patience| patience.0 as f64 / 1e6);
+                writeln!(self.out, "orient {degrees:.4} {} {seconds:.4}", *turning as u8)?;
+            }
+            Action::SurfaceSpeed(most) => writeln!(self.out, "surface_speed {:.4}", most.unwrap_or(0.0))?,
+            Action::RigidTap { target, pitch, .. } => {
+                let [x, y, z, ..] = target.0.map(|mm| mm + 0.0);
+                writeln!(self.out, "tap {x:.5} {y:.5} {z:.5} P{pitch:.6}")?;
             }
             other => writeln!(self.out, "{}", other.described(&self.here))?,
         }

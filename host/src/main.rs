@@ -48,6 +48,9 @@ enum Command {
     Actions {
         /// The program
         file: PathBuf,
+        /// The tool table, as the machine has it in tool.tbl
+        #[arg(long, value_name = "FILE")]
+        tools: Option<PathBuf>,
     },
     /// Print the JSON Schema of the configuration
     Schema,
@@ -122,7 +125,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Check { file, json, deny_warnings, board } => {
             Ok(success(check::check(&file, json, deny_warnings, board)?))
         }
-        Command::Actions { file } => actions::print(&file).map(|()| ExitCode::SUCCESS),
+        Command::Actions { file, tools } => actions::print(&file, tools.as_deref()).map(|()| ExitCode::SUCCESS),
         Command::Schema => {
             print!("{}", config::schema::json_schema());
             Ok(ExitCode::SUCCESS)
