@@ -339,6 +339,12 @@ impl Interpreter {
         self.modal.set_g92(Axis::Z, reads, machine_z);
     }
 
+    /// The operator's overrides count, whatever the program has said of them.
+    pub const fn let_overrides_count(&mut self) {
+        let modes = &mut self.modal.auxiliary;
+        (modes.feed_override, modes.spindle_override) = (true, true);
+    }
+
     /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
     pub const fn set_input_result(&mut self, value: f64) {
         self.input_result = value;

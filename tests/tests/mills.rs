@@ -95,6 +95,15 @@ fn a_program_says_whether_overrides_count() {
     bench.run(&["M220 S25", "M50 P1"]);
     let slower = duration(&mut bench, "G1 X10");
     assert!(slower > 3.0 * plain, "{slower} s at a quarter, {plain} s at full");
+    // So it does after a halt.
+    bench.run(&["M220 S100", "M50 P0"]);
+    bench.run(&["M220 S50"]);
+    bench.say("M112");
+    bench.say("M999");
+    bench.run(&["G91", "G1 F600"]);
+    let slow_again = duration(&mut bench, "G1 X10");
+    assert!(slow_again > 1.7 * plain, "{slow_again} s at half speed, {plain} s at full");
+    bench.run(&["M220 S100"]);
     // The end of a program lets them count, and forgets them.
     bench.run(&["M50 P0", "M2", "G91"]);
     let plain_again = duration(&mut bench, "G1 X10 F600");

@@ -6,7 +6,7 @@ use program::{Dialect, Meaning, Part, State};
 
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
-use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, suspend};
+use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, program_io, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
@@ -288,6 +288,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     passed_over::say(machine);
     if machine.jobs.is_playing() {
         log::close(machine);
+        program_io::overrides_count_again(machine);
     }
     if !machine.jobs.close(&mut machine.ports) {
         if !suspended {

@@ -9,7 +9,7 @@ use core::fmt::Arguments;
 use program::{Dialect, State};
 use units::Micros;
 
-use super::{Machine, log};
+use super::{Machine, log, program_io};
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
@@ -94,6 +94,7 @@ impl<P: Ports> Machine<'_, P> {
     /// A file being played and a suspended job end with a halt.
     fn drop_job(&mut self) {
         log::close(self);
+        program_io::overrides_count_again(self);
         self.jobs.close(&mut self.ports);
         if self.jobs.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));

@@ -53,6 +53,15 @@ pub(super) fn speed_factor_set<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
+/// The job does not go on: what it has put aside counts again.
+pub(super) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.program.let_overrides_count();
+    machine.outputs.let_override_count(true);
+    if let Some(factor) = machine.feed_waits.take() {
+        set_feed(machine, factor);
+    }
+}
+
 /// Speeds are as programmed, and overrides count: the program has ended, or the machine was reset.
 pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
