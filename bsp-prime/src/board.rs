@@ -8,6 +8,7 @@ use crate::identity::{self, Identity};
 use crate::memory;
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
+use crate::rtc::Rtc;
 use crate::sd::SdCard;
 use crate::silicon;
 use crate::spi::MotorBus;
@@ -72,6 +73,8 @@ pub struct Board {
     pub supplies: Supplies,
     /// The SD card, not identified.
     pub sd: SdCard,
+    /// Date and time.
+    pub rtc: Rtc,
     /// Running since the first microseconds; to be fed.
     pub watchdog: Watchdog,
 }
@@ -110,6 +113,7 @@ impl Board {
         memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID);
         let reset_cause = identity::take_reset_cause(&device.RCC);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
+        let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::enable_peripherals();
         silicon::compensate_outputs();
@@ -135,6 +139,7 @@ impl Board {
             supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
             pwm: Pwm::new(device.TIM1, device.TIM8),
             sd: SdCard::new(device.SDMMC1),
+            rtc,
             watchdog,
         })
     }

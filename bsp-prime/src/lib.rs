@@ -23,6 +23,7 @@ pub mod identity;
 pub mod memory;
 pub mod pins;
 pub mod pwm;
+pub mod rtc;
 pub mod sd;
 mod silicon;
 pub mod spi;
