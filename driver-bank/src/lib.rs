@@ -4,13 +4,14 @@
 //! native runner bring their own bus and pins.
 #![no_std]
 
+mod expert;
 mod set_up;
 
 use core::fmt::Write;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::{DriverFault, DriverStatus, MotorDrivers};
+use machine::ports::{Description, DriverFault, DriverStatus, MotorDrivers};
 use tmc::{Driver, Error, Reading};
 use units::{Actuator, Amps, PerActuator};
 
@@ -41,7 +42,8 @@ impl<SPI, E> Default for DriverBank<SPI, E> {
 fn fault<E>(error: Error<E>) -> DriverFault {
     match error {
         Error::Bus(_) | Error::Absent => DriverFault::Silent,
-        Error::WrongAnswer(_) | Error::Setting(_) => DriverFault::BadAnswer,
+        Error::WrongAnswer(_) => DriverFault::BadAnswer,
+        Error::Setting(_) => DriverFault::BadSetting,
     }
 }
 
@@ -104,19 +106,11 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         })
     }
 
-    fn describe(&mut self, motor: Actuator, out: &mut dyn Write) -> core::fmt::Result {
-        let Ok(chip) = self.chip(motor) else { return writeln!(out, "{}: external driver", motor.name()) };
-        let (name, state) = (chip.chip().name(), if chip.is_enabled() { "enabled" } else { "disabled" });
-        writeln!(out, "{}: {name}, {state}, {:.3} A", motor.name(), chip.current().0)?;
-        match chip.status() {
-            Ok(status) => writeln!(out, "  answer {:05x}: {:?}", status.raw, status.reading)?,
-            Err(error) => writeln!(out, "  {error}")?,
+    fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn Write) -> core::fmt::Result {
+        let Ok(chip) = self.chip(motor) else { return writeln!(out, "external driver") };
+        match what {
+            Description::Everything => expert::describe(chip, motor, out),
+            Description::Chopper => expert::describe_chopper(chip, out),
         }
-        let [drvctrl, chopconf, smarten, sgcsconf, drvconf] = chip.registers().words();
-        writeln!(
-            out,
-            "  {}.reg = {drvctrl:05x},{chopconf:05x},{smarten:05x},{sgcsconf:05x},{drvconf:05x}",
-            motor.name()
-        )
     }
 }

@@ -92,7 +92,9 @@ impl Axes {
             for motor in motors(self.present) {
                 match ports.drivers(|drivers| drivers.set_enabled(motor, true)) {
                     Ok(()) | Err(DriverFault::External) => self.on |= motor.bit(),
-                    Err(DriverFault::Silent | DriverFault::BadAnswer) => return Err(silent(motor)),
+                    Err(DriverFault::Silent | DriverFault::BadAnswer | DriverFault::BadSetting) => {
+                        return Err(silent(motor));
+                    }
                 }
             }
         }

@@ -8,7 +8,7 @@ use units::{Actuator, Amps, Axis};
 
 use crate::axes::{Axes, internal_motors, motors};
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::ports::{DriverFault, DriversPort, MotorDrivers};
+use crate::ports::{Description, DriverFault, DriversPort, MotorDrivers};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
@@ -67,6 +67,7 @@ fn set_current(
     match ports.drivers(|drivers| drivers.set_current(motor, allowed)) {
         Ok(_) => Ok(allowed),
         Err(DriverFault::External) => Err(refuse("has no driver whose current can be set")),
+        Err(DriverFault::BadSetting) => Err(refuse("the driver cannot be set so")),
         Err(DriverFault::Silent | DriverFault::BadAnswer) => Err(refuse("the driver does not answer")),
     }
 }
@@ -128,9 +129,20 @@ fn no_driver(config: &MachineConfig, why: fmt::Arguments<'_>) -> Failure {
 }
 
 /// What one driver says of itself.
-pub(crate) fn describe_driver(ports: &mut impl DriversPort, motor: Actuator, reply: &mut Reply<'_>) {
+pub(crate) fn describe_driver(ports: &mut impl DriversPort, motor: Actuator, all: bool, reply: &mut Reply<'_>) {
     let mut text = heapless::String::<1_024>::new();
     // A description that does not fit is cut.
-    let _ = ports.drivers(|drivers| drivers.describe(motor, &mut text));
-    reply.say(format_args!("{}:\n{text}\n", motor.name()));
+    let _ = ports.drivers(|drivers| drivers.describe(motor, Description::Everything, &mut text));
+    let (number, letter) = (motor as u8, letter_of(motor));
+    if all {
+        reply.say(format_args!("Motor {number} ({letter})...\n"));
+    }
+    reply.say(format_args!("designator {letter}, actuator {}, {text}", motor.name()));
+    if all {
+        reply.say(format_args!("\n"));
+    }
+}
+
+fn letter_of(motor: Actuator) -> char {
+    Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter())
 }

@@ -19,7 +19,7 @@ use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
 pub use board::{Board, BoardInfo, MemoryReport, StepTimes, SupplyVoltages, WiringError};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use drivers::{DriverFault, DriverStatus, MotorDrivers};
+pub use drivers::{Description, DriverFault, DriverStatus, MotorDrivers};
 pub use gcode::realtime::Realtime;
 pub use io::{
     Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,

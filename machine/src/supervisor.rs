@@ -254,7 +254,9 @@ fn troubles(status: Result<DriverStatus, DriverFault>) -> u8 {
     let status = match status {
         Ok(status) => status,
         Err(DriverFault::External) => return 0,
-        Err(DriverFault::Silent | DriverFault::BadAnswer) => return DriverTrouble::Silent.bit(),
+        Err(DriverFault::Silent | DriverFault::BadAnswer | DriverFault::BadSetting) => {
+            return DriverTrouble::Silent.bit();
+        }
     };
     let flags = [
         (status.over_temperature_warning, DriverTrouble::OverTemperatureWarning),
@@ -295,7 +297,12 @@ mod tests {
         fn status(&mut self, _: Actuator) -> Result<DriverStatus, DriverFault> {
             self.status
         }
-        fn describe(&mut self, _: Actuator, _: &mut dyn core::fmt::Write) -> core::fmt::Result {
+        fn describe(
+            &mut self,
+            _: Actuator,
+            _: crate::ports::Description,
+            _: &mut dyn core::fmt::Write,
+        ) -> core::fmt::Result {
             Ok(())
         }
     }

@@ -69,9 +69,12 @@ fn shorts_to_the_supply_are_looked_for_unless_told_otherwise() {
 #[test]
 fn m911_prints_the_registers_as_a_setting() {
     let said = with("alpha.reg = 0,901B4,A8202,D031F,E0010").say("M911 P0");
-    assert!(said.contains("alpha.reg = 00304,901b4,a8202,"), "{said}");
+    assert!(said.contains("alpha.reg = 00304,901B4,A8202,"), "{said}");
     // What it prints can be loaded again.
-    let printed = said.lines().find_map(|line| line.trim().strip_prefix("alpha.reg")).expect("a line of registers");
+    let printed = said
+        .lines()
+        .find_map(|line| line.trim().strip_prefix("config-set tmc2590 alpha.reg"))
+        .expect("a line of registers");
     let again = with(&format!("alpha.reg{printed}")).say("M911 P0");
     assert!(again.contains(printed), "{printed} is not in {again}");
 }

@@ -377,7 +377,7 @@ fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, t
     if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
         machine.say(to, format_args!("VMOT is off\n"));
     }
-    begin_listing(machine, Listing::Drivers { motors }, to)
+    begin_listing(machine, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
 }
 
 /// The next piece of a long answer, when there is one and room for it.
@@ -445,10 +445,10 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             *line += 1;
             Ok(hal::list_line(*list, *line - 1, reply))
         }
-        Listing::Drivers { motors } => {
+        Listing::Drivers { motors, all } => {
             let Some(motor) = crate::axes::motors(*motors).next() else { return Ok(false) };
             *motors &= !motor.bit();
-            motors::describe_driver(ports, motor, reply);
+            motors::describe_driver(ports, motor, *all, reply);
             Ok(*motors != 0)
         }
         listing => listings::piece(listing, ports, reply),

@@ -34,6 +34,17 @@ pub enum DriverFault {
     Silent,
     /// The answer is malformed.
     BadAnswer,
+    /// The chip cannot be set so.
+    BadSetting,
+}
+
+/// What of a driver is described.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Description {
+    /// What it says, what it is told, and its registers.
+    Everything,
+    /// How it regulates current, in one line.
+    Chopper,
 }
 
 /// The drivers of all actuators.
@@ -55,5 +66,5 @@ pub trait MotorDrivers {
     fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault>;
 
     /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
-    fn describe(&mut self, motor: Actuator, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
+    fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
 }

@@ -109,6 +109,8 @@ pub enum Listing {
     Drivers {
         /// One bit each.
         motors: u8,
+        /// All were asked for: each has a heading.
+        all: bool,
     },
 }
 

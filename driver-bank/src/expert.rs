@@ -1,0 +1,129 @@
+//! Drivers register by register, for people who tune them: M911 and its subcodes, `setregs`.
+
+use core::fmt::{Result, Write};
+
+use embedded_hal::spi::SpiDevice;
+use machine::ports::DriverFault;
+use tmc::{
+    BlankTime, Chip, Chopper, CoolStep, Driver, HysteresisDecrement, ReadSelect, Reading, StallGuard, StepInput,
+};
+use units::Actuator;
+
+use crate::fault;
+
+/// The registers as M911.2 numbers them, from 1, with the bits of their addresses.
+const REGISTERS: [(&str, u32); 5] = [
+    ("driver control", 0),
+    ("chopper config", 0b100 << 17),
+    ("cool step", 0b101 << 17),
+    ("stall guard2 current", 0b110 << 17),
+    ("driver configuration", 0b111 << 17),
+];
+
+/// `DEDGE` of the first one: the step engine makes a step of every edge, whatever somebody writes.
+const DOUBLE_EDGE: u32 = 1 << 8;
+
+const fn on_off(bit: u32) -> &'static str {
+    if bit == 1 { "on" } else { "off" }
+}
+
+/// What the chip says and is told, and at the end the line that would set it so again.
+pub fn describe<SPI: SpiDevice>(chip: &mut Driver<SPI>, motor: Actuator, out: &mut dyn Write) -> Result {
+    writeln!(out, "Chip type {}", chip.chip().name())?;
+    let microstep = chip.read(ReadSelect::Microstep);
+    let load = chip.read(ReadSelect::StallGuard);
+    match &microstep {
+        Ok(status) if status.standstill => writeln!(out, "Motor is standing still")?,
+        Ok(_) => writeln!(out, "Motor is moving")?,
+        Err(error) => writeln!(out, "WARNING: {error}")?,
+    }
+    writeln!(out, "Enabled: {}", u8::from(chip.is_enabled()))?;
+    if let Ok(Reading::Microstep(position)) = microstep.map(|status| status.reading) {
+        writeln!(out, "Microstep position phase A: {position}")?;
+    }
+    if let Ok(Reading::StallGuard(value)) = load.map(|status| status.reading) {
+        writeln!(out, "Stall Guard value: {value}")?;
+    }
+    faults(chip, out)?;
+    settings(chip, out)?;
+    writeln!(out, "Register dump:")?;
+    let words = chip.registers().words();
+    for ((name, _), word) in REGISTERS.iter().zip(words) {
+        writeln!(out, " {name} register: {word:05X}({word})")?;
+    }
+    let [drvctrl, chopconf, smarten, sgcsconf, drvconf] = words;
+    let kind = if chip.chip() == Chip::Tmc2660 { "tmc2660" } else { "tmc2590" };
+    let name = motor.name();
+    writeln!(
+        out,
+        "config-set {kind} {name}.reg = {drvctrl:05X},{chopconf:05X},{smarten:05X},{sgcsconf:05X},{drvconf:05X}"
+    )
+}
+
+fn faults<SPI: SpiDevice>(chip: &mut Driver<SPI>, out: &mut dyn Write) -> Result {
+    let Ok(status) = chip.status() else { return Ok(()) };
+    for (there, text) in [
+        (status.over_temperature_warning, "Overtemperature Prewarning"),
+        (status.over_temperature, "Overtemperature Shutdown"),
+        (status.short_a, "SHORT to ground on channel A"),
+        (status.short_b, "SHORT to ground on channel B"),
+        (status.open_load_a, "Channel A seems to be unconnected"),
+        (status.open_load_b, "Channel B seems to be unconnected"),
+    ] {
+        if there {
+            writeln!(out, "WARNING: {text}")?;
+        }
+    }
+    let Reading::Diagnostics(all) = status.reading else { return Ok(()) };
+    for (there, text) in [
+        (all.undervoltage, "Undervoltage"),
+        (all.enable_input_off, "ENN is high: the bridges are off"),
+        (all.short_to_supply_a, "SHORT to supply on channel A"),
+        (all.short_to_supply_b, "SHORT to supply on channel B"),
+    ] {
+        if there {
+            writeln!(out, " {text}")?;
+        }
+    }
+    Ok(())
+}
+
+fn settings<SPI: SpiDevice>(chip: &Driver<SPI>, out: &mut dyn Write) -> Result {
+    let registers = chip.registers();
+    let (drvctrl, drvconf) = (registers.drvctrl, registers.drvconf);
+    let peak = chip.current().0;
+    let rms = peak * core::f32::consts::FRAC_1_SQRT_2;
+    writeln!(out, "Current setting: {:.0}mA Peak - {rms:.6} Amps RMS", peak * 1_000.0)?;
+    writeln!(out, "Coolstep: {}", on_off(u32::from(registers.smarten.semin() != 0)))?;
+    writeln!(out, "Microsteps: 1/{}", 256 >> drvctrl.mres())?;
+    writeln!(out, "Step interpolation is {}", on_off(drvctrl.intpol()))?;
+    if chip.chip() == Chip::Tmc2590 {
+        let (heat, short) = (if drvconf.otsens() == 1 { 136 } else { 150 }, drvconf.shrtsens());
+        writeln!(out, "Overtemperature sensitivity: {heat}C")?;
+        writeln!(out, "Short to ground sensitivity: {}", if short == 1 { "high" } else { "low" })?;
+        writeln!(out, "Passive fast decay is {}", on_off(drvconf.en_pfd()))?;
+        let enabled = if drvconf.en_s2vs() == 1 { "enabled" } else { "disabled" };
+        writeln!(out, "Short to VS protection is {enabled}")?;
+    }
+    let enabled = if drvconf.dis_s2g() == 1 { "disabled" } else { "enabled" };
+    writeln!(out, "Short to GND protection is {enabled}")?;
+    let delay = ["3.2", "1.6", "1.2", "0.8"].get(drvconf.ts2g() as usize).unwrap_or(&"?");
+    writeln!(out, "Short detection delay is {delay}us")?;
+    writeln!(out, "Slope control - high: {}, low: {}", drvconf.slph(), drvconf.slpl())
+}
+
+/// Mode, off time, blanking time, then hysteresis start, end and decrement, or fast decay, sine offset and
+/// whether the comparator ends the decay.
+pub fn describe_chopper<SPI>(chip: &Driver<SPI>, out: &mut dyn Write) -> Result
+where
+    SPI: SpiDevice,
+{
+    let conf = chip.registers().chopconf;
+    let blank = [16, 24, 36, 54].get(conf.tbl() as usize).copied().unwrap_or(0);
+    let end = conf.hend() as i32 - 3;
+    let (first, last) = match conf.chm() {
+        0 => (conf.hstrt() + 1, conf.hdec()),
+        _ => (conf.hstrt() | (conf.hdec() & 1) << 3, u32::from(conf.hdec() & 2 == 0)),
+    };
+    writeln!(out, "{},{},{blank},{first},{end},{last}", conf.chm(), conf.toff())
+}
