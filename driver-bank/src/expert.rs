@@ -23,6 +23,13 @@ const REGISTERS: [(&str, u32); 5] = [
 /// `DEDGE` of the first one: the step engine makes a step of every edge, whatever somebody writes.
 const DOUBLE_EDGE: u32 = 1 << 8;
 
+/// The word for a register by its number, with its address.
+pub fn addressed(number: u8, value: u32) -> Option<u32> {
+    let (_, address) = REGISTERS.get(usize::from(number).checked_sub(1)?)?;
+    let fixed = if number == 1 { DOUBLE_EDGE } else { 0 };
+    (value >> 20 == 0).then_some(value & 0x1_FFFF | address | fixed)
+}
+
 const fn on_off(bit: u32) -> &'static str {
     if bit == 1 { "on" } else { "off" }
 }
@@ -126,4 +133,81 @@ where
         _ => (conf.hstrt() | (conf.hdec() & 1) << 3, u32::from(conf.hdec() & 2 == 0)),
     };
     writeln!(out, "{},{},{blank},{first},{end},{last}", conf.chm(), conf.toff())
+}
+
+/// One group of settings by its number, as M911.3 counts them.
+pub fn set_option<SPI: SpiDevice>(
+    chip: &mut Driver<SPI>,
+    option: u8,
+    word: &dyn Fn(char) -> Option<f64>,
+) -> core::result::Result<(), DriverFault> {
+    let number = |letter: char| word(letter).map(|value| value as i32);
+    let switch = || number('Z').map(|value| value != 0).ok_or(DriverFault::BadSetting);
+    let now = chip.registers().drvctrl;
+    let done = match option {
+        0 | 1 => chip.set_chopper(chopper(option == 0, &number).ok_or(DriverFault::BadSetting)?),
+        2 => {
+            let conf = chip.registers().chopconf.with_rndtf(u32::from(switch()?));
+            chip.write_raw(conf.word())
+        }
+        4 => chip.set_step_input(StepInput {
+            microsteps: tmc::Microsteps::from_count(256 >> now.mres()).ok_or(DriverFault::BadSetting)?,
+            double_edge: now.dedge() == 1,
+            interpolation: switch()?,
+        }),
+        5 if !switch()? => chip.set_cool_step(None),
+        6 => chip.set_passive_fast_decay(switch()?),
+        7 => chip.set_stall_guard(StallGuard {
+            threshold: number('O').and_then(|value| i8::try_from(value).ok()).ok_or(DriverFault::BadSetting)?,
+            filter: number('Q').is_some_and(|value| value != 0),
+        }),
+        8 => chip.set_cool_step(Some(cool_step(&number).ok_or(DriverFault::BadSetting)?)),
+        // Double edges (3) are what the step engine counts on.
+        _ => return Err(DriverFault::BadSetting),
+    };
+    done.map_err(fault)
+}
+
+fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep> {
+    let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
+    let (lower, upper) = (small('H')?, small('I')?);
+    Some(CoolStep {
+        // Thresholds are in readings, of which the chip takes 32 at a time.
+        lower_threshold: lower / 32,
+        threshold_width: (upper / 32).checked_sub(lower / 32 + 1)?,
+        decrement: small('J')?,
+        increment: small('K')?,
+        quarter_current: small('L')? != 0,
+    })
+}
+
+fn chopper(constant: bool, number: &dyn Fn(char) -> Option<i32>) -> Option<Chopper> {
+    let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
+    let signed = |letter: char| number(letter).and_then(|value| i8::try_from(value).ok());
+    let (off_time, blank_time) = (small('U')?, BlankTime::from_clocks(small('V')?)?);
+    Some(if constant {
+        Chopper::ConstantOffTime {
+            off_time,
+            blank_time,
+            fast_decay: small('W')?,
+            sine_offset: signed('X')?,
+            comparator_ends_decay: small('Y')? != 0,
+            random_off_time: false,
+        }
+    } else {
+        Chopper::SpreadCycle {
+            off_time,
+            blank_time,
+            hysteresis_start: small('W')?,
+            hysteresis_end: signed('X')?,
+            decrement: match small('Y')? {
+                0 => HysteresisDecrement::Clocks16,
+                1 => HysteresisDecrement::Clocks32,
+                2 => HysteresisDecrement::Clocks48,
+                3 => HysteresisDecrement::Clocks64,
+                _ => return None,
+            },
+            random_off_time: false,
+        }
+    })
 }

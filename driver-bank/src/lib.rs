@@ -12,7 +12,7 @@ use core::fmt::Write;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use machine::ports::{Description, DriverFault, DriverStatus, MotorDrivers};
-use tmc::{Driver, Error, Reading};
+use tmc::{Driver, Error, Microsteps, Reading, StepInput};
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up, switch_off};
@@ -112,5 +112,29 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             Description::Everything => expert::describe(chip, motor, out),
             Description::Chopper => expert::describe_chopper(chip, out),
         }
+    }
+
+    fn set_microsteps(&mut self, motor: Actuator, count: u16) -> Result<u16, DriverFault> {
+        let chip = self.chip(motor)?;
+        let microsteps = Microsteps::from_count(count).ok_or(DriverFault::BadSetting)?;
+        let now = chip.registers().drvctrl;
+        let input = StepInput { microsteps, double_edge: now.dedge() == 1, interpolation: now.intpol() == 1 };
+        chip.set_step_input(input).map_err(fault)?;
+        Ok(256 >> now.mres())
+    }
+
+    fn write_register(&mut self, motor: Actuator, number: u8, value: u32) -> Result<(), DriverFault> {
+        let chip = self.chip(motor)?;
+        let word = expert::addressed(number, value).ok_or(DriverFault::BadSetting)?;
+        chip.write_raw(word).map_err(fault)
+    }
+
+    fn set_option(
+        &mut self,
+        motor: Actuator,
+        option: u8,
+        word: &dyn Fn(char) -> Option<f64>,
+    ) -> Result<(), DriverFault> {
+        expert::set_option(self.chip(motor)?, option, word)
     }
 }

@@ -8,7 +8,7 @@ use units::{Actuator, Amps, Axis};
 
 use crate::axes::{Axes, internal_motors, motors};
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::ports::{Description, DriverFault, DriversPort, MotorDrivers};
+use crate::ports::{Description, DriverFault, DriversPort, MotionPort, MotorDrivers};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
@@ -73,7 +73,9 @@ fn set_current(
 }
 
 fn report_currents(tuning: &Tuning, reply: &mut Reply<'_>) {
-    for motor in Actuator::ALL {
+    let mut by_name = Actuator::ALL;
+    by_name.sort_unstable_by_key(|motor| motor.name());
+    for motor in by_name {
         if let Some(amps) = tuning.currents[motor] {
             reply.say(format_args!("{}: {:.5} Amps\n", motor.name(), amps.0));
         }
@@ -145,4 +147,159 @@ pub(crate) fn describe_driver(ports: &mut impl DriversPort, motor: Actuator, all
 
 fn letter_of(motor: Actuator) -> char {
     Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter())
+}
+
+/// M911.1: how drivers regulate their current, one line each.
+///
+/// # Errors
+/// As [`named_drivers`].
+pub(crate) fn describe_choppers(
+    ports: &mut impl DriversPort,
+    config: &MachineConfig,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    for motor in motors(named_drivers(words, config)?) {
+        let mut text = heapless::String::<64>::new();
+        // One line fits.
+        let _ = ports.drivers(|drivers| drivers.describe(motor, Description::Chopper, &mut text));
+        reply.say(format_args!("{},{text}", letter_of(motor)));
+    }
+    Ok(Answer::Ok)
+}
+
+/// M911.2: one register of one driver; R255 writes all of them again. Without R says which there are.
+///
+/// # Errors
+/// When a word is missing, or the chip does not take it.
+pub(crate) fn write_register(
+    ports: &mut impl DriversPort,
+    config: &MachineConfig,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let Some(number) = words.get('R') else {
+        reply.say(format_args!(
+            "P motor R register V value: R1 driver control, R2 chopper, R3 coolStep, R4 stallGuard2 and current, \
+             R5 configuration, R255 writes all again\n"
+        ));
+        return Ok(Answer::Ok);
+    };
+    if !words.has('P') {
+        return Err(Failure::refused("M911.2 needs P, the number of a motor"));
+    }
+    let value = words.get('V').filter(|value| (0.0..1_048_576.0).contains(value));
+    for motor in motors(named_drivers(words, config)?) {
+        let done = match (number, value) {
+            (255.0, _) => ports.drivers(|drivers| drivers.initialise(motor)),
+            (1.0..=5.0, Some(value)) => {
+                ports.drivers(|drivers| drivers.write_register(motor, number as u8, value as u32))
+            }
+            _ => Err(DriverFault::BadSetting),
+        };
+        done.map_err(|fault| not_set(motor, fault))?;
+    }
+    Ok(Answer::Ok)
+}
+
+/// M911.3: a group of settings, by its number S.
+///
+/// # Errors
+/// When the chip does not take them.
+pub(crate) fn driver_option(
+    ports: &mut impl DriversPort,
+    config: &MachineConfig,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let named = named_drivers(words, config)?;
+    let Some(option) = words.get('S').filter(|option| (0.0..=8.0).contains(option)) else {
+        motors(named).for_each(|_| reply.say(format_args!("No options were recognised\n")));
+        return Ok(Answer::Ok);
+    };
+    for motor in motors(named) {
+        let set = ports.drivers(|drivers| drivers.set_option(motor, option as u8, &|letter| words.get(letter)));
+        set.map_err(|fault| not_set(motor, fault))?;
+    }
+    Ok(Answer::Ok)
+}
+
+/// M909: microsteps until the next reset.
+///
+/// # Errors
+/// When a motor has no driver of ours, or it has no such microsteps.
+pub(crate) fn microsteps(
+    ports: &mut (impl DriversPort + MotionPort),
+    config: &MachineConfig,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
+        let Some(count) = words.axis(axis) else { continue };
+        if !motors(internal_motors(config)).any(|internal| internal == motor) {
+            return Err(not_set(motor, DriverFault::External));
+        }
+        let set = if (1.0..=256.0).contains(&count) {
+            ports.drivers(|drivers| drivers.set_microsteps(motor, count as u16))
+        } else {
+            Err(DriverFault::BadSetting)
+        };
+        let before = set.map_err(|fault| not_set(motor, fault))?;
+        let letter = axis.letter();
+        reply.say(format_args!("microsteps for {letter} temporarily changed to: 1/{count}\n"));
+        if words.code().subcode == 1 {
+            let steps = scale_steps(ports, motor, count / f64::from(before))?;
+            reply.say(format_args!("steps/mm for {letter} temporarily changed to: {steps:.6}\n"));
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+/// A motor makes so many times as many steps for each mm; returns how many.
+fn scale_steps(ports: &mut impl MotionPort, motor: Actuator, factor: f64) -> Result<f64, Failure> {
+    let missing = || Failure::refused("motion is not configured");
+    let mut settings = ports.motion(|motion| motion.config().copied()).ok_or_else(missing)?;
+    let actuator = settings.actuators[motor].as_mut().ok_or_else(missing)?;
+    actuator.steps_per_mm *= factor;
+    let steps = actuator.steps_per_mm;
+    ports.motion(|motion| motion.configure(settings)).map_err(crate::arms::refused)?;
+    Ok(steps)
+}
+
+/// `setregs <motor> r1,r2,r3,r4,r5`: all registers of a driver, in hexadecimal.
+///
+/// # Errors
+/// When the chip does not take them.
+pub(crate) fn set_registers(
+    ports: &mut impl DriversPort,
+    config: &MachineConfig,
+    arguments: &str,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let (name, words) = arguments.split_once(' ').unwrap_or((arguments, ""));
+    let mut values = [0; 5];
+    let mut given = words.split(',').map(|word| u32::from_str_radix(word.trim(), 16));
+    let whole = values.iter_mut().all(|value| given.next().and_then(Result::ok).map(|word| *value = word).is_some());
+    if words.is_empty() || !whole || given.next().is_some() {
+        reply.say(format_args!("invalid - 5 registers required\n"));
+        return Ok(Answer::Ok);
+    }
+    let named = |motor: &Actuator| motor.name() == name || name.len() == 1 && name.starts_with(letter_of(*motor));
+    let motor = motors(internal_motors(config)).find(named);
+    let motor = motor.ok_or_else(|| no_driver(config, format_args!("{name} is the name of no driver; there are")))?;
+    for (number, value) in (1..).zip(values) {
+        let written = ports.drivers(|drivers| drivers.write_register(motor, number, value));
+        written.map_err(|fault| not_set(motor, fault))?;
+    }
+    reply.say(format_args!("registers temporarily set for motor {}\n", motor as u8));
+    Ok(Answer::Ok)
+}
+
+fn not_set(motor: Actuator, fault: DriverFault) -> Failure {
+    let why = match fault {
+        DriverFault::External => "has no driver of this board",
+        DriverFault::Silent | DriverFault::BadAnswer => "the driver does not answer",
+        DriverFault::BadSetting => "the driver cannot be set so",
+    };
+    Failure::Refused(message(format_args!("{}: {why}", motor.name())))
 }

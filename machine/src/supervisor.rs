@@ -305,6 +305,15 @@ mod tests {
         ) -> core::fmt::Result {
             Ok(())
         }
+        fn set_microsteps(&mut self, _: Actuator, count: u16) -> Result<u16, DriverFault> {
+            Ok(count)
+        }
+        fn write_register(&mut self, _: Actuator, _: u8, _: u32) -> Result<(), DriverFault> {
+            Ok(())
+        }
+        fn set_option(&mut self, _: Actuator, _: u8, _: &dyn Fn(char) -> Option<f64>) -> Result<(), DriverFault> {
+            Ok(())
+        }
     }
 
     const SUPPLIED: SupplyVoltages = SupplyVoltages { motor: Some(Volts(24.0)), fets: None };

@@ -331,6 +331,10 @@ pub enum Function {
     MotorMilliamps,
     MotorAmps,
     DriverStatus,
+    DriverChopper,
+    DriverRegister,
+    DriverOption,
+    Microsteps,
     // Extruders.
     FilamentDiameter,
     RetractSettings,

@@ -61,6 +61,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("config-load", "file", "replay saved settings").working(),
     command("load", "file", "replay saved settings").working(),
     command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
+    command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "text", "say it").question(),

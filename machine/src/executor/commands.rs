@@ -10,6 +10,7 @@ use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over,
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, listings};
 use crate::jog;
+use crate::motors;
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::reports::{self, Status};
@@ -168,6 +169,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             return Some(Ok(Answer::Ok));
         }
         "$S" => outputs.report(config, reply),
+        "setregs" => return Some(motors::set_registers(ports, config, arguments, reply)),
         "$#" => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
             return Some(Ok(Answer::Ok));

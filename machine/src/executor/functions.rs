@@ -84,10 +84,10 @@ async fn probe_strategy<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_
 /// Those that change what every step or filter means.
 fn stands_first(function: Function, words: &Words<'_>) -> bool {
     match function {
-        Function::StepsPerMm => !words.is_bare(),
+        Function::StepsPerMm | Function::Microsteps => !words.is_bare(),
         Function::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
         Function::InputShaping => !words.is_bare(),
-        Function::MotorsOff => true,
+        Function::MotorsOff | Function::DriverRegister => true,
         _ => false,
     }
 }
@@ -102,6 +102,8 @@ fn set_standing<P: Ports>(
     let Machine { ports, program, sessions, axes, config, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
+        Function::Microsteps => motors::microsteps(ports, config, words, reply),
+        Function::DriverRegister => motors::write_register(ports, config, words, reply),
         Function::StepsPerMm => motion_codes::steps_per_mm(ports, config, program.tools(), words, reply),
         Function::PressureAdvance => motion_codes::pressure_advance(ports, config, program.tools(), words, reply),
         Function::InputShaping => motion_codes::input_shaping(ports, words, reply),
@@ -167,6 +169,8 @@ fn motion_or_heat<P: Ports>(
         Function::ProbeOffset => leveling::probe_offset(bed, words, reply),
         Function::MaximumTemperature => heat_codes::maximum_temperature(ports, config, words, reply),
         Function::PidGains => heat_codes::pid_gains(ports, config, words, reply),
+        Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
+        Function::DriverOption => motors::driver_option(ports, config, words, reply),
         _ => return None,
     })
 }

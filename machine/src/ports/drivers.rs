@@ -67,4 +67,18 @@ pub trait MotorDrivers {
 
     /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
+
+    /// Sets the microsteps per full step (M909): a power of two up to 256. Returns what they were.
+    fn set_microsteps(&mut self, motor: Actuator, count: u16) -> Result<u16, DriverFault>;
+
+    /// Writes one of the chip's registers, counted from 1 (M911.2, `setregs`).
+    fn write_register(&mut self, motor: Actuator, number: u8, value: u32) -> Result<(), DriverFault>;
+
+    /// Sets one group of the chip's settings, by its number and words (M911.3).
+    fn set_option(
+        &mut self,
+        motor: Actuator,
+        option: u8,
+        word: &dyn Fn(char) -> Option<f64>,
+    ) -> Result<(), DriverFault>;
 }

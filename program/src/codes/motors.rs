@@ -99,10 +99,56 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(by_axis!(Unit::Milliamps, "of this motor")),
     CodeInfo::asks(Code::m(907), Function::MotorAmps, "motor currents in A")
         .takes(by_axis!(Unit::Amps, "of this motor")),
+    microsteps(Code::m(909), "microsteps of motors, until the next reset"),
+    microsteps(Code::m(909).sub(1), "microsteps of motors and the steps of each mm with them, until the next reset"),
     CodeInfo::asks(Code::m(911), Function::DriverStatus, "what the motor drivers say of themselves")
         .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
         .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(911).sub(1), Function::DriverChopper, "how drivers regulate currents, a line each")
+        .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(911).sub(2), Function::DriverRegister, "write a driver's register; without R, say which")
+        .takes(&[
+            word('P', Unit::Number, "which motor, from 0"),
+            word('R', Unit::Number, "its register, from 1; 255: all again"),
+            word('V', Unit::Number, "the value"),
+        ])
+        .waits(Waits::Standstill),
+    CodeInfo::asks(Code::m(911).sub(3), Function::DriverOption, "set one thing of a driver")
+        .takes(
+            const {
+                &[
+                    word('P', Unit::Number, "which motor, from 0; all where it is left out"),
+                    word(
+                        'S',
+                        Unit::Number,
+                        "0 constant off time, 1 spreadCycle, 2 random off time, 4 interpolation, 5 coolStep \
+                    off, 6 passive fast decay, 7 stallGuard2, 8 coolStep",
+                    ),
+                    word('U', Unit::Number, "off time"),
+                    word('V', Unit::Number, "blanking time, clocks"),
+                    word('W', Unit::Number, "hysteresis start, or fast decay time"),
+                    word('X', Unit::Number, "hysteresis end, or offset of the sine"),
+                    word('Y', Unit::Number, "hysteresis decrement, or 1: the comparator ends the decay"),
+                    word('Z', Unit::Number, "1: on, 0: off"),
+                    word('O', Unit::Number, "threshold"),
+                    word('Q', Unit::Number, "1: filtered"),
+                    word('H', Unit::Number, "lower threshold"),
+                    word('I', Unit::Number, "upper threshold"),
+                    word('J', Unit::Number, "speed of decrease, 0 to 3"),
+                    word('K', Unit::Number, "speed of increase, 0 to 3"),
+                    word('L', Unit::Number, "1: down to a quarter of the current, not to half"),
+                ]
+            },
+        )
+        .differs("S3, double edges, can be switched off"),
 ];
+
+const fn microsteps(code: Code, help: &'static str) -> CodeInfo {
+    CodeInfo::asks(code, Function::Microsteps, help)
+        .takes(by_axis!(Unit::Number, "of this motor, a power of two up to 256"))
+        .waits(Waits::Standstill)
+}
 
 const fn off(number: u16) -> CodeInfo {
     CodeInfo::asks(Code::m(number), Function::MotorsOff, "motors off, all or those named")
