@@ -123,6 +123,7 @@ mod app {
             board_id: board.identity.board,
             after_watchdog: board.identity.reset_cause == ResetCause::Watchdog,
             second_core_starts: board.identity.second_core_starts,
+            rtc: board.rtc,
         };
         let shared = Shared {
             motion: cx.local.motion,

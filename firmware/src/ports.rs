@@ -2,6 +2,7 @@
 //! RTIC lock.
 
 use bsp_prime::pins::{Input, Output, Pins};
+use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::MotorBus;
 use bsp_prime::uart::{Frame, Parity, UartPort};
@@ -10,8 +11,9 @@ use config::{MachineConfig, OutputPin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Board, BoardInfo, Clock, Consoles, DirectoryEntry, DriversPort, FileHandle, HeatPort, InputLevels, Inputs,
-    LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage, StorageError,
+    Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage,
+    StorageError,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -24,7 +26,7 @@ use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
 use crate::slow::Slow;
-use crate::storage::{CardStorage, card_storage};
+use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS};
@@ -45,6 +47,7 @@ pub struct Owned {
     pub board_id: u8,
     pub after_watchdog: bool,
     pub second_core_starts: bool,
+    pub rtc: Rtc,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -333,6 +336,17 @@ where
 
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
+    }
+}
+
+impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
+    fn date(&self) -> DateTime {
+        date()
+    }
+
+    fn set_date(&mut self, to: DateTime) -> bool {
+        let DateTime { year, month, day, hour, minute, second } = to;
+        self.owned.rtc.set(Reading { year, month, day, hour, minute, second })
     }
 }
 

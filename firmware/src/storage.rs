@@ -1,16 +1,17 @@
 //! The SD card as the machine's storage.
 
+use bsp_prime::rtc;
 use bsp_prime::sd::{SdCard, SdError};
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx, TimeSource, Timestamp};
-use machine::ports::{FileTime, StorageError};
+use machine::ports::{DateTime, FileTime, StorageError};
 use storage::Card;
 
 /// The card with its file system.
-pub type CardStorage = storage::CardStorage<Slot, NoClock>;
+pub type CardStorage = storage::CardStorage<Slot, Dated>;
 
 /// Not mounted.
 pub fn card_storage(card: SdCard) -> CardStorage {
-    CardStorage::new(Slot(card), NoClock)
+    CardStorage::new(Slot(card), Dated)
 }
 
 /// The card in its slot.
@@ -46,18 +47,24 @@ impl Card for Slot {
     }
 }
 
-/// Files get one date: the board keeps no time while it is off (the coin cell is not fitted).
+/// Files are dated by the clock, once somebody has set it.
 #[derive(Clone, Copy)]
-pub struct NoClock;
+pub struct Dated;
 
-impl TimeSource for NoClock {
+/// What the clock says.
+pub fn date() -> DateTime {
+    let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
+    DateTime { year, month, day, hour, minute, second }
+}
+
+impl TimeSource for Dated {
     fn get_timestamp(&self) -> Timestamp {
-        let FileTime { year, month, day, hour, minute } = FileTime::NO_CLOCK;
+        let FileTime { year, month, day, hour, minute } = date().for_files();
         Timestamp {
             // Not before 1980, and months and days are counted from one.
             year_since_1970: (year - 1970) as u8,
-            zero_indexed_month: month - 1,
-            zero_indexed_day: day - 1,
+            zero_indexed_month: month.saturating_sub(1),
+            zero_indexed_day: day.saturating_sub(1),
             hours: hour,
             minutes: minute,
             seconds: 0,

@@ -7,6 +7,7 @@
 //! closure only.
 
 mod board;
+mod calendar;
 mod consoles;
 mod drivers;
 mod io;
@@ -18,6 +19,7 @@ use units::Micros;
 use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
 pub use board::{Board, BoardInfo, MemoryReport, StepTimes, SupplyVoltages, WiringError};
+pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use drivers::{Description, DriverFault, DriverStatus, MotorDrivers};
 pub use gcode::realtime::Realtime;
@@ -75,6 +77,6 @@ pub trait Inputs {
 }
 
 /// The world of one machine.
-pub trait Ports: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board {}
+pub trait Ports: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board + Calendar {}
 
-impl<P: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board> Ports for P {}
+impl<P: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board + Calendar> Ports for P {}

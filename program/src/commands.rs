@@ -40,6 +40,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("version", "", "firmware, board and clock").question(),
     command("mem", "", "memory in use, and how long reading the configuration took").question(),
     command("ls", "[-1] [folder]", "list files; -1: names only"),
+    command("date", "[YYMMDDhhmmss]", "say or set date and time"),
     command("cd", "[folder]", "change the current folder; without one, to the card"),
     command("cat", "file [lines]", "show a file, or its first lines"),
     command("rm", "file ...", "delete files, or empty folders; quote names with blanks"),

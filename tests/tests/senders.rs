@@ -36,7 +36,7 @@ fn the_card_is_the_current_directory_at_boot() {
     }
     assert_eq!(bench.ask("cat part.g"), "G4 P1\n");
     assert_eq!(bench.ask("cat /part.g"), "G4 P1\n");
-    assert!(bench.ask("play part.g").contains("Playing /sd/part.g\n"));
+    assert!(bench.ask("play part.g").contains("Playing part.g\n"));
     bench.hear(1.0);
     assert_eq!(bench.ask("rm part.g"), "deleted part.g\n");
     assert_eq!(bench.read_card("part.g"), None);

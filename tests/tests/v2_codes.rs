@@ -34,3 +34,12 @@ fn microsteps_and_registers_change_until_the_next_reset() {
 fn steps(said: &str) -> f64 {
     said.split([' ', ':']).nth(1).and_then(|word| word.parse().ok()).expect("steps")
 }
+
+#[test]
+fn the_clock_is_set_and_goes_on() {
+    let mut bench = start();
+    assert!(bench.say("date").starts_with("2000-01-01 00:00:0"), "nobody has set it");
+    bench.run(&["date 260102030405"]);
+    bench.hear(3.0);
+    assert_eq!(bench.say("date"), "2026-01-02 03:04:08\nok\n");
+}

@@ -12,7 +12,7 @@ use crate::files::{self, listings};
 use crate::jog;
 use crate::motors;
 use crate::needs::needs;
-use crate::ports::Ports;
+use crate::ports::{DateTime, Ports};
 use crate::reports::{self, Status};
 use crate::safety::Event;
 use crate::sessions::{LineBytes, Listing, Recipient, Reply};
@@ -126,6 +126,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             machine.say(to, format_args!("{arguments}\n"));
             return Some(Ok(Answer::Ok));
         }
+        "date" => return Some(date(machine, arguments, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.ports.request_reset();
@@ -247,6 +248,16 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
     let path = machine.files.absolute(name);
     let begun = suspend::begin_replay(machine, &path, to);
     begun.map(|()| Answer::Ok).map_err(|error| Failure::Refused(about_file(&path, error.text())))
+}
+
+fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    if arguments.is_empty() {
+        let date = machine.ports.date();
+        machine.say(to, format_args!("{date}\n"));
+        return Ok(Answer::Ok);
+    }
+    let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused("write date YYMMDDhhmmss"))?;
+    if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused("the clock does not run")) }
 }
 
 /// What takes time.

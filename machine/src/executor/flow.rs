@@ -12,7 +12,6 @@ use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Path;
 use crate::jobs::Listeners;
 use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// A line with an O word.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
@@ -37,7 +36,7 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
     }
     let path = machine.files.absolute(&name);
     let now = machine.ports.now();
-    machine.jobs.open(&path, Listeners { echo: Recipient::Nobody, tells_end: source.to }, &mut machine.ports, now)?;
+    machine.jobs.open(&path, Listeners { tells_end: source.to, ..Listeners::default() }, &mut machine.ports, now)?;
     let called = machine.program.flow_line(line, Default::default(), Default::default());
     if let Err(fault) = called {
         end(machine);

@@ -160,11 +160,15 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
     kept::save(machine).await;
-    let to = machine.jobs.tells_end();
+    let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
     passed_over::say(machine);
     log::close(machine);
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
+    if tells_date {
+        let date = machine.ports.date();
+        machine.say(to, format_args!("Print stopped at: {date}\n"));
+    }
     true
 }
 

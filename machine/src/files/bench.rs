@@ -5,8 +5,8 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use crate::ports::{
-    Clock, Consoles, DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, SessionProfile,
-    Storage, StorageError,
+    Calendar, Clock, Consoles, DateTime, DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode,
+    SessionProfile, Storage, StorageError,
 };
 use crate::sessions::{Inbox, Recipient, Reply, SessionId, Sessions};
 
@@ -134,6 +134,16 @@ impl Storage for Card {
         let content = self.files.remove(from).ok_or(StorageError::NotFound)?;
         self.files.insert(to.to_string(), content);
         Ok(())
+    }
+}
+
+impl Calendar for Card {
+    fn date(&self) -> DateTime {
+        DateTime::UNSET
+    }
+
+    fn set_date(&mut self, _: DateTime) -> bool {
+        false
     }
 }
 

@@ -6,7 +6,7 @@ use units::Micros;
 use super::{Jobs, Listeners, PRINTING};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Files, Path};
-use crate::ports::Storage;
+use crate::ports::{Calendar, Storage};
 use crate::sessions::{Recipient, Reply};
 
 /// What is answered where a job would be lost, or go on from the wrong place.
@@ -24,33 +24,42 @@ impl Jobs {
         files: &Files,
         arguments: &str,
         now: Micros,
-        storage: &mut impl Storage,
+        ports: &mut (impl Storage + Calendar),
         reply: &mut Reply<'_>,
     ) -> Outcome {
         let (name, options) = split_options(arguments);
-        let path = files.absolute(name);
+        let (path, date) = (files.absolute(name), ports.date());
         let dialect = match options.split_once("-f").map(|(_, rest)| rest.split_whitespace().next().unwrap_or("")) {
             None => None,
             Some(name) => Some(Dialect::named(name).ok_or_else(|| Failure::refused(DIALECTS))?),
         };
         let options = options.split("-f").next().unwrap_or("");
         let wanted = |option| if options.contains(option) { reply.to() } else { Recipient::Nobody };
-        let listeners = Listeners { echo: wanted("-v"), tells_end: wanted("-t") };
+        let listeners = Listeners { echo: wanted("-v"), tells_end: wanted("-t"), tells_date: options.contains("-t") };
         if self.job.is_some() {
             reply.say(format_args!("{PRINTING}\n"));
             return Ok(Answer::Ok);
         }
-        match self.open(&path, listeners, storage, now) {
+        match self.open(&path, listeners, ports, now) {
             Ok(size) => {
                 self.set_paused(options.contains("-p"));
                 if let Some(dialect) = dialect {
                     self.read_as(dialect);
                 }
-                reply.say(format_args!("Playing {path}\n  File size {size}\n"));
+                reply.say(format_args!("Playing {name}\n  File size {size}\n"));
+                if options.contains("-t") {
+                    reply.say(format_args!("  Print started at: {date}\n"));
+                }
             }
-            Err(_) => reply.say(format_args!("File not found: {path}\n")),
+            Err(_) => reply.say(format_args!("File not found: {name}\n")),
         }
         Ok(Answer::Ok)
+    }
+
+    /// Whoever hears of a job's end hears when that is.
+    #[must_use]
+    pub fn tells_date(&self) -> bool {
+        self.job.as_ref().is_some_and(|job| job.listeners.tells_date)
     }
 
     /// M23: selects a file, which M24 plays; M32 `plays` it at once.
@@ -74,7 +83,7 @@ impl Jobs {
         }
         self.close(storage);
         let tells_end = if plays { reply.to() } else { Recipient::Nobody };
-        let listeners = Listeners { echo: Recipient::Nobody, tells_end };
+        let listeners = Listeners { tells_end, ..Listeners::default() };
         let opened = on_card(name).map(|path| self.open(&path, listeners, storage, now));
         if let Some(Ok(size)) = opened {
             self.set_paused(!plays);
@@ -187,15 +196,15 @@ mod tests {
     #[test]
     fn play_takes_its_options() {
         let mut table = Table::new();
-        assert_eq!(table.play("my - part.g -v -p"), "Playing /sd/my - part.g\n  File size 10\n");
+        assert_eq!(table.play("my - part.g -v -p"), "Playing my - part.g\n  File size 10\n");
         assert_eq!(
             (table.jobs.echo(), table.jobs.tells_end(), table.jobs.is_playing()),
             (ME, Recipient::Nobody, false)
         );
         assert_eq!(table.play("a.g"), "Currently printing, abort print first\n");
         table.jobs.close(&mut table.card);
-        assert_eq!(table.play("no.g"), "File not found: /sd/no.g\n");
-        assert_eq!(table.play("a.g -t"), "Playing /sd/a.g\n  File size 4\n");
+        assert_eq!(table.play("no.g"), "File not found: no.g\n");
+        assert_eq!(table.play("a.g -t"), "Playing a.g\n  File size 4\n  Print started at: 2000-01-01 00:00:00\n");
         assert_eq!((table.jobs.echo(), table.jobs.tells_end(), table.jobs.is_playing()), (Recipient::Nobody, ME, true));
     }
 

@@ -48,6 +48,8 @@ pub struct Listeners {
     pub echo: Recipient,
     /// Hears of its end.
     pub tells_end: Recipient,
+    /// And when that is.
+    pub tells_date: bool,
 }
 
 /// What is noted of a file while it is played.

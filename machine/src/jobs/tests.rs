@@ -64,7 +64,7 @@ fn a_line_that_cannot_be_carried_out_pauses_the_job_and_is_named() {
 
 #[test]
 fn a_session_that_has_gone_hears_of_no_job() {
-    let (mut jobs, mut card) = open("G28\n", Listeners { echo: ME, tells_end: ME });
+    let (mut jobs, mut card) = open("G28\n", Listeners { echo: ME, tells_end: ME, tells_date: false });
     jobs.session_ended(SessionId(1));
     assert_eq!((jobs.echo(), jobs.tells_end()), (ME, ME));
     jobs.session_ended(SessionId(0));

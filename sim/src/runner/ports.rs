@@ -5,8 +5,9 @@ use std::rc::Rc;
 use config::{BoardId, MachineConfig};
 use machine::heat::HeatControl;
 use machine::ports::{
-    Board, BoardInfo, Clock, Consoles, DirectoryEntry, DriversPort, FileHandle, HeatPort, InputLevels, Inputs,
-    LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage, StorageError,
+    Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage,
+    StorageError,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -61,6 +62,8 @@ pub struct Shared {
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
     pub reset_requested: Flag<bool>,
+    /// What the clock was set to, and when.
+    pub date: Flag<(DateTime, u64)>,
     /// The host has no interrupts that could be late: what a test says.
     pub step_times: Flag<StepTimes>,
     card: Turns<Card>,
@@ -94,6 +97,7 @@ impl Shared {
             levels: Flag::default(),
             wired: Turns::new(None),
             reset_requested: Flag::new(false),
+            date: Flag::new((DateTime::UNSET, 0)),
             step_times: Flag::default(),
             card: Turns::new(Card::new(&setup.card, setup.card_state)),
             board_id: u8::from(board_id == BoardId::Prime2660),
@@ -230,6 +234,32 @@ impl Board for HostPorts {
 
     fn request_reset(&mut self) {
         self.shared.reset_requested.set(true);
+    }
+}
+
+impl Calendar for HostPorts {
+    fn date(&self) -> DateTime {
+        // Runs are repeatable: the clock starts with the machine, and counts from when it was set.
+        let (set, since_ns) = self.shared.date.get();
+        later(set, self.shared.now_ns.get().saturating_sub(since_ns) / 1_000_000_000)
+    }
+
+    fn set_date(&mut self, date: DateTime) -> bool {
+        self.shared.date.set((date, self.shared.now_ns.get()));
+        true
+    }
+}
+
+/// The date so many seconds later; a machine in a test does not see the end of a month.
+fn later(date: DateTime, seconds: u64) -> DateTime {
+    let total = u64::from(date.hour) * 3_600 + u64::from(date.minute) * 60 + u64::from(date.second) + seconds;
+    let day = date.day + (total / 86_400) as u8;
+    DateTime {
+        day,
+        hour: (total / 3_600 % 24) as u8,
+        minute: (total / 60 % 60) as u8,
+        second: (total % 60) as u8,
+        ..date
     }
 }
 

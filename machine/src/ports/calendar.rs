@@ -1,0 +1,110 @@
+//! What date it is.
+
+use core::fmt;
+
+use super::FileTime;
+
+/// A date and a time of day, of 2000 to 2099.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DateTime {
+    /// Year, 2000 to 2099.
+    pub year: u16,
+    /// Month, 1 to 12.
+    pub month: u8,
+    /// Day, 1 to 31.
+    pub day: u8,
+    /// Hour, 0 to 23.
+    pub hour: u8,
+    /// Minute, 0 to 59.
+    pub minute: u8,
+    /// Second, 0 to 59.
+    pub second: u8,
+}
+
+impl DateTime {
+    /// What a clock that nobody has set begins with.
+    pub const UNSET: Self = Self { year: 2000, month: 1, day: 1, hour: 0, minute: 0, second: 0 };
+
+    /// Reads `YYMMDDhhmmss`; `None` when it is no date of the calendar.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        if text.len() != 12 || !text.bytes().all(|byte| byte.is_ascii_digit()) {
+            return None;
+        }
+        let part = |place: usize| text.get(2 * place..2 * place + 2)?.parse::<u8>().ok();
+        let date = Self {
+            year: 2000 + u16::from(part(0)?),
+            month: part(1)?,
+            day: part(2)?,
+            hour: part(3)?,
+            minute: part(4)?,
+            second: part(5)?,
+        };
+        date.is_sound().then_some(date)
+    }
+
+    fn is_sound(self) -> bool {
+        let days = match self.month {
+            4 | 6 | 9 | 11 => 30,
+            2 if self.year.is_multiple_of(4) => 29,
+            2 => 28,
+            _ => 31,
+        };
+        (1..=12).contains(&self.month)
+            && (1..=days).contains(&self.day)
+            && self.hour < 24
+            && self.minute < 60
+            && self.second < 60
+    }
+
+    /// What a file written now is dated. A clock that nobody has set says nothing about today.
+    #[must_use]
+    pub const fn for_files(self) -> FileTime {
+        let Self { year, month, day, hour, minute, .. } = self;
+        if year == Self::UNSET.year { FileTime::NO_CLOCK } else { FileTime { year, month, day, hour, minute } }
+    }
+}
+
+/// `2026-01-02 03:04:05`
+impl fmt::Display for DateTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { year, month, day, hour, minute, second } = self;
+        write!(f, "{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+    }
+}
+
+/// The clock that keeps the date.
+pub trait Calendar {
+    /// The date now, from [`DateTime::UNSET`] on until somebody sets it.
+    fn date(&self) -> DateTime;
+
+    /// Sets it. False when the clock does not run.
+    fn set_date(&mut self, date: DateTime) -> bool;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_read_and_said() {
+        let date = DateTime::parse("260102030405").unwrap();
+        assert_eq!(std::format!("{date}"), "2026-01-02 03:04:05");
+        assert!(DateTime::parse("240229000000").is_some(), "a leap year");
+    }
+
+    #[test]
+    fn what_is_in_no_calendar_is_no_date() {
+        for text in
+            ["", "26", "26010203040", "2601020304055", "261302030405", "230229000000", "260102240000", "26010203x405"]
+        {
+            assert_eq!(DateTime::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn files_have_the_date_only_when_somebody_has_set_it() {
+        assert_eq!(DateTime::UNSET.for_files(), FileTime::NO_CLOCK);
+        assert_eq!(DateTime::parse("260102030405").unwrap().for_files().year, 2026);
+    }
+}
