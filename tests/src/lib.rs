@@ -29,6 +29,7 @@ const PATIENCE_S: f64 = 600.0;
 pub struct Plan {
     config: String,
     files: Vec<(String, String)>,
+    folders: Vec<String>,
     faults: Vec<TimedFault>,
     card_state: CardState,
     built_as: Option<String>,
@@ -42,6 +43,7 @@ impl Plan {
         Self {
             config: config.into(),
             files: Vec::new(),
+            folders: Vec::new(),
             faults: Vec::new(),
             card_state: CardState::Good,
             built_as: None,
@@ -101,6 +103,13 @@ impl Plan {
         self
     }
 
+    /// Puts an empty folder on the card.
+    #[must_use]
+    pub fn folder(mut self, name: &str) -> Self {
+        self.folders.push(name.into());
+        self
+    }
+
     /// Orders a fault, `thermistor-open:hotend@30`.
     ///
     /// # Panics
@@ -131,6 +140,9 @@ impl Plan {
         fs::write(card.join("config.ini"), &self.config).expect("a file in it");
         for (name, text) in &self.files {
             fs::write(card.join(name), text).expect("a file in it");
+        }
+        for name in &self.folders {
+            fs::create_dir_all(card.join(name)).expect("a folder in it");
         }
         let Self { faults, card_state, built_as, visitors, .. } = self;
         let setup = Setup { faults, card_state, built_as, visitors, ..Setup::new(&card) };

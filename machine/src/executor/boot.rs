@@ -259,7 +259,7 @@ fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();
-    match suspend::begin_replay(machine, &path, Recipient::All) {
+    match suspend::begin_replay(machine, &path, Recipient::All, false) {
         Ok(()) | Err(StorageError::NotFound) => {}
         Err(error) => machine.announce(format_args!("ERROR: {OVERRIDE_PATH}: {}\n", error.text())),
     }

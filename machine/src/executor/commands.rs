@@ -123,7 +123,10 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             return Some(Ok(Answer::Ok));
         }
         "echo" => {
-            machine.say(to, format_args!("{arguments}\n"));
+            match arguments.strip_prefix("-n ") {
+                Some(text) => machine.say(to, format_args!("{text}")),
+                None => machine.say(to, format_args!("{arguments}\n")),
+            }
             return Some(Ok(Answer::Ok));
         }
         "date" => return Some(date(machine, arguments, to)),
@@ -200,12 +203,13 @@ fn file_command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &
 }
 
 fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+    let now = machine.ports.now();
     let Machine { ports, files, sessions, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let listing = match word {
         "ls" => listings::directory(files, arguments),
-        "cat" => listings::file(files, arguments, ports, reply),
-        _ => listings::section(arguments, ports),
+        "cat" => listings::file(files, arguments, now, ports, reply),
+        _ => listings::section(arguments, ports, reply),
     }?;
     match listing {
         Some(listing) => functions::begin_listing(machine, listing, to),
@@ -245,9 +249,15 @@ fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
 }
 
 fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+    if name.is_empty() {
+        machine.say(to, format_args!("filename required\n"));
+        return Ok(Answer::Ok);
+    }
     let path = machine.files.absolute(name);
-    let begun = suspend::begin_replay(machine, &path, to);
-    begun.map(|()| Answer::Ok).map_err(|error| Failure::Refused(about_file(&path, error.text())))
+    if let Err(error) = suspend::begin_replay(machine, &path, to, true) {
+        machine.say(to, format_args!("failed to load config override file {name}: {}\n", error.text()));
+    }
+    Ok(Answer::Ok)
 }
 
 fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

@@ -41,6 +41,8 @@ pub(super) struct Replay {
     pub path: Path,
     /// Who asked, and hears of the end.
     pub asked: Recipient,
+    /// He asked by the command `load`, not by M501.
+    pub by_load: bool,
     /// The program counts in inches; the file never does.
     pub inches: bool,
     pub gathering: LineBuffer,

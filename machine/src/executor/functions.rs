@@ -278,7 +278,7 @@ fn file_or_job<P: Ports>(
             let removed = safe_file::remove(ports, OVERRIDE_PATH);
             match removed {
                 Ok(()) => {
-                    reply.say(format_args!("{OVERRIDE_PATH} deleted\n"));
+                    reply.say(format_args!("configuration override file deleted\n"));
                     Ok(Answer::Ok)
                 }
                 Err(error) => Err(Failure::Refused(about_file(OVERRIDE_PATH, error.text()))),
@@ -292,7 +292,7 @@ fn file_or_job<P: Ports>(
 
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = files::override_path(set)?;
-    if let Err(error) = suspend::begin_replay(machine, &path, to) {
+    if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
         machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
     }
     Ok(Answer::Ok)
@@ -424,6 +424,7 @@ fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 
 /// Says one piece. True while there are more.
 fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
+    let now = machine.ports.now();
     let Machine { ports, program, sessions, config, tuning, bed, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match listing {
@@ -455,6 +456,6 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             motors::describe_driver(ports, motor, *all, reply);
             Ok(*motors != 0)
         }
-        listing => listings::piece(listing, ports, reply),
+        listing => listings::piece(listing, now, ports, reply),
     }
 }

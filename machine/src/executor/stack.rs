@@ -240,7 +240,10 @@ fn end_replay<P: Ports>(machine: &mut Machine<'_, P>, replay: Replay, ended: Res
     match ended {
         Ok(()) => {
             machine.settings_loaded = true;
-            machine.say(to, format_args!("configuration override {path} loaded\n"));
+            match replay.by_load {
+                true => machine.say(to, format_args!("loaded config override file {path}\n")),
+                false => machine.say(to, format_args!("configuration override {path} loaded\n")),
+            }
         }
         Err(why) => machine.say(to, format_args!("failed to load configuration override {path}: {why}\n")),
     }

@@ -77,6 +77,7 @@ pub(super) fn begin_replay<P: Ports>(
     machine: &mut Machine<'_, P>,
     path: &Path,
     asked: Recipient,
+    by_load: bool,
 ) -> Result<(), StorageError> {
     safe_file::settle(&mut machine.ports, path)?;
     let file = machine.ports.open(path, OpenMode::Read)?;
@@ -84,6 +85,7 @@ pub(super) fn begin_replay<P: Ports>(
         file,
         path: path.clone(),
         asked,
+        by_load,
         inches: machine.program.count_in_mm(),
         gathering: LineBuffer::new(),
         chunk: Vec::new(),

@@ -52,15 +52,27 @@ impl Files {
         reply: &mut Reply<'_>,
     ) -> Outcome {
         let mut words = words(arguments);
-        let nothing = if command == "cd" { "/" } else { "" };
-        let first = self.absolute(words.next().unwrap_or(nothing));
-        let done = match command {
-            "mv" => storage.rename(&first, &self.absolute(words.next().unwrap_or(""))),
-            "mkdir" => storage.make_directory(&first),
-            _ => self.change_directory(first.clone(), storage),
-        };
-        if let Err(error) = done {
-            reply.say(format_args!("error:{command}: {first}: {}\n", error.text()));
+        let (first, second) = (words.next(), words.next());
+        match (command, first, second) {
+            ("mv", Some(from), Some(to)) => {
+                if let Err(error) = storage.rename(&self.absolute(from), &self.absolute(to)) {
+                    reply.say(format_args!("Could not rename {from} to {to}: {}\n", error.text()));
+                }
+            }
+            ("mv", ..) => reply.say(format_args!("from and to files required\n")),
+            ("mkdir", None, _) => reply.say(format_args!("directory name required\n")),
+            ("mkdir", Some(name), _) => {
+                let path = self.absolute(name);
+                if let Err(error) = storage.make_directory(&path) {
+                    reply.say(format_args!("failed to make directory {path}: {}\n", error.text()));
+                }
+            }
+            _ => {
+                let path = self.absolute(first.unwrap_or("/"));
+                if let Err(error) = self.change_directory(path.clone(), storage) {
+                    reply.say(format_args!("failed to change to directory {path}: {}\n", error.text()));
+                }
+            }
         }
         Ok(Answer::Ok)
     }
@@ -94,13 +106,16 @@ mod tests {
         let (mut card, mut files) = (Card::with(&[("/sd/a.g", "G28\n")]), Files::default());
         assert_eq!(said(&mut files, &mut card, "mv", "a.g \"b c.g\""), "");
         assert_eq!(card.text("/sd/b c.g"), "G28\n");
-        assert_eq!(said(&mut files, &mut card, "mv", "a.g b.g"), "error:mv: /sd/a.g: no such file\n");
+        assert_eq!(said(&mut files, &mut card, "mv", "a.g b.g"), "Could not rename a.g to b.g: no such file\n");
     }
 
     #[test]
     fn names_start_from_the_current_directory() {
         let (mut card, mut files) = (Card::default(), Files::default());
-        assert_eq!(said(&mut files, &mut card, "cd", "parts"), "error:cd: /sd/parts: no such file\n");
+        assert_eq!(
+            said(&mut files, &mut card, "cd", "parts"),
+            "failed to change to directory /sd/parts: no such file\n"
+        );
         assert_eq!(files.absolute("x.g"), "/sd/x.g", "it stays where it was");
         assert_eq!(said(&mut files, &mut card, "mkdir", "parts"), "");
         assert_eq!(said(&mut files, &mut card, "cd", "parts"), "");

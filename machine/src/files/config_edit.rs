@@ -76,8 +76,12 @@ pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments
     let (section, rest) = quoted(arguments);
     let (key, value) = rest.split_once([' ', '\t', '=']).unwrap_or((rest, ""));
     let value = value.trim_start_matches([' ', '\t']).trim_start_matches('=').trim();
-    if section.is_empty() || key.is_empty() || value.contains('#') {
-        return Err(Failure::refused("write config-set \"section\" key value; a value has no #"));
+    if section.is_empty() || key.is_empty() {
+        hands.say(format_args!("Usage: config-set section key [value]\n"));
+        return Ok(());
+    }
+    if value.contains('#') {
+        return Err(Failure::refused("a value has no #: what follows it is a comment"));
     }
     let edit = Edit { section, key, value: (!value.is_empty()).then_some(value) };
     if let Err(why) = check_edit(&edit) {

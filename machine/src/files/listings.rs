@@ -6,18 +6,22 @@
 
 use heapless::{String, Vec};
 
+use units::Micros;
+
 use super::Files;
 use super::paths::{CARD, CONFIG_PATH, Path, quoted, words};
 use crate::failure::{Failure, about_file};
-use crate::ports::{DirectoryEntry, LIST_CHUNK, OpenMode, Storage, StorageError};
+use crate::ports::{DirectoryEntry, FileTime, LIST_CHUNK, OpenMode, Storage, StorageError};
 use crate::sessions::{Listing, Reply};
 
 /// Longest piece in bytes.
 const MOST_BYTES: usize = 1_024;
-/// What the line of an entry has beside its name: its size, blanks, a slash, the line's end.
-const ENTRY_BYTES: usize = 14;
+/// What the line of an entry has beside its name: marks, a date, its size, blanks, the line's end.
+const ENTRY_BYTES: usize = 36;
 /// Bytes of a file shown at a time.
 const FILE_CHUNK: usize = 128;
+/// How long `cat -d` waits.
+const DELAY: Micros = Micros::from_seconds(5);
 /// Bytes of config.ini looked through at a time.
 const CONFIG_CHUNK: usize = 512;
 
@@ -42,21 +46,32 @@ pub fn card() -> Listing {
     Listing::Directory { path, seen: 0, sums: (0, 0, 0), names_only: true, for_m20: true }
 }
 
-/// `cat file [lines]`; none when it cannot be read, which has been said.
+/// `cat file [-d] [lines]`; none when it cannot be read, which has been said. `-d` waits, so that whoever
+/// asks can begin to record, and ends with Ctrl-Z.
 ///
 /// # Errors
-/// None.
+/// Without a name.
 pub fn file(
     files: &Files,
     arguments: &str,
+    now: Micros,
     storage: &mut impl Storage,
     reply: &mut Reply<'_>,
 ) -> Result<Option<Listing>, Failure> {
-    let mut words = words(arguments);
-    let path = files.absolute(words.next().unwrap_or(""));
-    let lines = words.next().and_then(|word| word.parse::<u32>().ok()).unwrap_or(u32::MAX);
+    let mut names = words(arguments).filter(|word| *word != "-d");
+    let Some(name) = names.next() else {
+        reply.say(format_args!("file name required\nok\n"));
+        return Ok(None);
+    };
+    let path = files.absolute(name);
+    let lines = names.next().and_then(|word| word.parse::<u32>().ok()).unwrap_or(u32::MAX);
+    let begins = words(arguments).any(|word| word == "-d").then(|| now.plus(DELAY));
     match storage.open(&path, OpenMode::Read) {
-        Ok(file) => Ok(Some(Listing::File { path, file, lines, carried: Vec::new() })),
+        Ok(file) => Ok(Some(Listing::File { path, file, lines, carried: Vec::new(), begins })),
+        Err(StorageError::NotFound) => {
+            reply.say(format_args!("File not found: {name}\n"));
+            Ok(None)
+        }
         Err(error) => {
             reply.say(format_args!("Could not read {path}: {}\n", error.text()));
             Ok(None)
@@ -68,11 +83,15 @@ pub fn file(
 ///
 /// # Errors
 /// When config.ini cannot be read.
-pub fn section(arguments: &str, storage: &mut impl Storage) -> Result<Option<Listing>, Failure> {
+pub fn section(arguments: &str, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Result<Option<Listing>, Failure> {
     let (section, _) = quoted(arguments);
+    if section.is_empty() {
+        reply.say(format_args!("Usage: config-get section\nok\n"));
+        return Ok(None);
+    }
     let section = String::try_from(section).map_err(|_| Failure::refused("no section has a name as long as this"))?;
     let file = storage.open(CONFIG_PATH, OpenMode::Read).map_err(config_failed)?;
-    Ok(Some(Listing::Section { file, section, inside: false, line: Vec::new(), begins: true }))
+    Ok(Some(Listing::Section { file, section, inside: false, found: false, line: Vec::new(), begins: true }))
 }
 
 fn config_failed(error: StorageError) -> Failure {
@@ -94,6 +113,7 @@ pub fn close(listing: &Listing, storage: &mut impl Storage) {
 pub const fn ending(listing: &Listing) -> &'static str {
     match listing {
         Listing::Directory { for_m20: true, .. } => "End file list\nok\n",
+        Listing::File { begins: Some(_), .. } => "\x1a\n",
         Listing::File { .. } | Listing::Section { .. } => "",
         _ => "ok\n",
     }
@@ -105,8 +125,14 @@ pub const fn ending(listing: &Listing) -> &'static str {
 ///
 /// # Errors
 /// When config.ini cannot be read.
-pub fn piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Result<bool, Failure> {
+pub fn piece(
+    listing: &mut Listing,
+    now: Micros,
+    storage: &mut impl Storage,
+    reply: &mut Reply<'_>,
+) -> Result<bool, Failure> {
     match listing {
+        Listing::File { begins: Some(begins), .. } if now < *begins => Ok(true),
         Listing::Directory { .. } => Ok(directory_piece(listing, storage, reply)),
         Listing::File { .. } => Ok(file_piece(listing, storage, reply)),
         _ => section_piece(listing, storage, reply),
@@ -127,7 +153,7 @@ fn directory_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mu
     }
     if entries.is_empty() && !*names_only {
         let (files, directories, bytes) = *sums;
-        reply.say(format_args!("{files} file(s), {bytes} bytes total, {directories} dir(s)\n"));
+        reply.say(format_args!("{files:4} File(s),{bytes:10} bytes total\n{directories:4} Dir(s)\n"));
     }
     let mut said = 0;
     for entry in &entries {
@@ -147,16 +173,23 @@ fn directory_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mu
 }
 
 fn say_entry(entry: &DirectoryEntry, names_only: bool, reply: &mut Reply<'_>) {
-    let slash = if entry.is_directory { "/" } else { "" };
-    match names_only {
-        true => reply.say(format_args!("{}{slash}\n", entry.name)),
-        false => reply.say(format_args!("{:>10}  {}{slash}\n", entry.size_bytes, entry.name)),
+    if names_only {
+        let slash = if entry.is_directory { "/" } else { "" };
+        return reply.say(format_args!("{}{slash}\n", entry.name));
     }
+    let marks = entry.attributes;
+    let marks = [entry.is_directory, marks.read_only, marks.hidden, marks.system, marks.archive];
+    for (letter, is_marked) in ['D', 'R', 'H', 'S', 'A'].into_iter().zip(marks) {
+        reply.say(format_args!("{}", if is_marked { letter } else { '-' }));
+    }
+    let FileTime { year, month, day, hour, minute } = entry.written;
+    let (size, name) = (entry.size_bytes, &entry.name);
+    reply.say(format_args!(" {year}/{month:02}/{day:02} {hour:02}:{minute:02} {size:9}  {name}\n"));
 }
 
 /// Some more bytes of a file.
 fn file_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> bool {
-    let Listing::File { path, file, lines, carried } = listing else { return false };
+    let Listing::File { path, file, lines, carried, .. } = listing else { return false };
     let mut bytes = [0; FILE_CHUNK];
     let count = match storage.read(*file, &mut bytes) {
         Ok(count) => count,
@@ -214,17 +247,22 @@ fn beginning(bytes: &[u8]) -> &str {
 
 /// Looks through some more of config.ini for settings of the section.
 fn section_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Result<bool, Failure> {
-    let Listing::Section { file, section, inside, line, begins } = listing else { return Ok(false) };
+    let Listing::Section { file, section, inside, found, line, begins } = listing else { return Ok(false) };
     let mut bytes = [0; CONFIG_CHUNK];
     let count = storage.read(*file, &mut bytes).map_err(config_failed)?;
     if count == 0 {
         show_setting(line, *begins, section, inside, reply);
+        *found |= *inside;
+        if !*found {
+            reply.say(format_args!("No section named {section}\n"));
+        }
         return Ok(false);
     }
     for byte in bytes.get(..count).unwrap_or(&[]) {
         let ends = *byte == b'\n';
         if ends || line.is_full() {
             show_setting(line, *begins, section, inside, reply);
+            *found |= *inside;
             line.clear();
             // Of a line that does not fit, the rest is comment.
             *begins = ends;
@@ -263,7 +301,7 @@ mod tests {
         let (mut text, mut longest, mut more) = (Text::new(), 0, true);
         let mut desk = Desk::new();
         while more {
-            let said = desk.hears(|reply| more = piece(&mut listing, card, reply).unwrap());
+            let said = desk.hears(|reply| more = piece(&mut listing, Micros(0), card, reply).unwrap());
             longest = longest.max(said.len());
             text += &said;
         }
@@ -282,22 +320,28 @@ mod tests {
 
     fn shown(arguments: &str, card: &mut Card) -> Text {
         let mut begun = None;
-        let said = Desk::new().hears(|reply| begun = file(&Files::default(), arguments, card, reply).unwrap());
+        let said =
+            Desk::new().hears(|reply| begun = file(&Files::default(), arguments, Micros(0), card, reply).unwrap());
         begun.map_or(said, |listing| whole(listing, card).0)
     }
 
     fn of_section(name: &str, config: &[u8]) -> Text {
         let mut card = Card::default();
         card.put(CONFIG_PATH, config);
-        whole(section(name, &mut card).unwrap().unwrap(), &mut card).0
+        let mut begun = None;
+        Desk::new().hears(|reply| begun = section(name, &mut card, reply).unwrap());
+        whole(begun.unwrap(), &mut card).0
     }
 
     #[test]
     fn a_directory_is_listed_with_its_totals() {
         let mut card = Card::with(&[("/sd/a.g", "G28\n"), ("/sd/b.g", ""), ("/sd/c.g", "1"), ("/sd/d.g", "22")]);
         card.make_directory("/sd/parts").unwrap();
-        let sizes = "         0  parts/\n         4  a.g\n         0  b.g\n         1  c.g\n         2  d.g\n";
-        assert_eq!(listed("", &mut card), format!("{sizes}4 file(s), 7 bytes total, 1 dir(s)\nok\n"));
+        let dated = |marks, rest| format!("{marks} 2021/05/18 18:20         {rest}\n");
+        let mut expected = dated("D----", "0  parts");
+        ["4  a.g", "0  b.g", "1  c.g", "2  d.g"].iter().for_each(|rest| expected += &dated("-----", *rest));
+        expected += "   4 File(s),         7 bytes total\n   1 Dir(s)\nok\n";
+        assert_eq!(listed("", &mut card), expected);
         assert_eq!(listed("-1", &mut card), "parts/\na.g\nb.g\nc.g\nd.g\nok\n");
         assert_eq!(listed("-1 parts", &mut card), "ok\n");
         assert_eq!(listed("no", &mut card), "Could not open directory /sd/no (no such file)\nok\n");
@@ -329,7 +373,7 @@ mod tests {
         assert_eq!(shown("\"with space.g\"", &mut card), text);
         assert_eq!(shown("\"with space.g\" 3", &mut card), "first\n\u{e4}\u{20ac}\u{1f600}\nfirst\n");
         assert_eq!(shown("\"with space.g\" 0", &mut card), "");
-        assert_eq!(shown("no.g", &mut card), "Could not read /sd/no.g: no such file\n");
+        assert_eq!(shown("no.g", &mut card), "File not found: no.g\n");
     }
 
     #[test]
@@ -345,13 +389,15 @@ mod tests {
     fn a_card_that_fails_is_told() {
         let mut card = Card::with(&[("/sd/a.g", "G28\n"), (CONFIG_PATH, "[a]\n")]);
         let (mut desk, mut shows) = (Desk::new(), None);
-        desk.hears(|reply| shows = file(&Files::default(), "a.g", &mut card, reply).unwrap());
+        desk.hears(|reply| shows = file(&Files::default(), "a.g", Micros(0), &mut card, reply).unwrap());
         card.fails = true;
         let why = "the SD card reports a read or write error";
         assert_eq!(whole(shows.unwrap(), &mut card).0, format!("Could not read /sd/a.g: {why}\n"));
-        let mut gets = section("a", &mut card).unwrap().unwrap();
+        let mut gets = None;
+        desk.hears(|reply| gets = section("a", &mut card, reply).unwrap());
+        let mut gets = gets.unwrap();
         desk.hears(|reply| {
-            let failed = piece(&mut gets, &mut card, reply);
+            let failed = piece(&mut gets, Micros(0), &mut card, reply);
             assert_eq!(failed, Err(Failure::Refused(about_file(CONFIG_PATH, why))));
         });
         close(&gets, &mut card);
@@ -363,8 +409,8 @@ mod tests {
         let config = b"[one]\na = 1\n[motion control]\nspeed = 3 # fast\n# c = 4\n d=5\r\n[two]\ne = 6";
         assert_eq!(of_section("\"motion control\"", config), "speed = 3\nd = 5\n");
         assert_eq!(of_section("two", config), "e = 6\n");
-        assert_eq!(of_section("three", config), "");
-        assert!(section(&"x".repeat(49), &mut Card::default()).is_err());
+        assert_eq!(of_section("three", config), "No section named three\n");
+        Desk::new().hears(|reply| assert!(section(&"x".repeat(49), &mut Card::default(), reply).is_err()));
     }
 
     #[test]

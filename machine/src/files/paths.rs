@@ -80,12 +80,13 @@ pub(super) fn words(arguments: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// `"motion control" rest` or `planner rest`.
+/// `"motion control" rest`, `[motion control] rest` or `planner rest`.
 pub(super) fn quoted(text: &str) -> (&str, &str) {
     let text = text.trim();
-    let split = match text.strip_prefix('"') {
-        Some(rest) => rest.split_once('"'),
-        None => text.split_once([' ', '\t']),
+    let split = match (text.strip_prefix('"'), text.strip_prefix('[')) {
+        (Some(rest), _) => rest.split_once('"'),
+        (_, Some(rest)) => rest.split_once(']'),
+        _ => text.split_once([' ', '\t']),
     };
     let (first, rest) = split.unwrap_or((text, ""));
     (first, rest.trim())
@@ -129,6 +130,7 @@ mod tests {
     fn a_section_with_a_blank_is_quoted() {
         assert_eq!(quoted("\"motion control\" max_speed = 3"), ("motion control", "max_speed = 3"));
         assert_eq!(quoted("planner planner_queue_size 64"), ("planner", "planner_queue_size 64"));
+        assert_eq!(quoted("[motion control] max_speed = 3"), ("motion control", "max_speed = 3"));
         assert_eq!(quoted("  player "), ("player", ""));
     }
 

@@ -69,6 +69,8 @@ pub enum Listing {
         lines: u32,
         /// Bytes of a character whose rest has not been read.
         carried: Vec<u8, 4>,
+        /// When it begins, for `cat -d`, which marks its end.
+        begins: Option<Micros>,
     },
     /// Of a section of config.ini.
     Section {
@@ -78,6 +80,8 @@ pub enum Listing {
         section: heapless::String<48>,
         /// In that section now.
         inside: bool,
+        /// There is such a section.
+        found: bool,
         /// What has been read of a line whose end has not been.
         line: Vec<u8, 320>,
         /// That is its beginning.

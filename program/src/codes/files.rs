@@ -32,11 +32,18 @@ pub const ROWS: &[CodeInfo] = &[
     .states(ANYWHERE),
     CodeInfo::asks(Code::m(32), Function::StartFile, "select a file and play it").part(Part::Player),
     CodeInfo::asks(Code::m(500), Function::SaveSettings, "save what was set at run time, to /sd/config-override")
+        .any_subcode()
         .states(EVERYWHERE_BUT_INVALID)
         .differs("written in place"),
-    CodeInfo::asks(Code::m(501), Function::LoadSettings, "replay saved settings; a name selects a set"),
-    CodeInfo::asks(Code::m(502), Function::ForgetSettings, "delete the saved settings"),
-    CodeInfo::asks(Code::m(503), Function::ShowSettings, "show what M500 would save").states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(501), Function::LoadSettings, "replay saved settings; a name selects a set")
+        .any_subcode()
+        .differs("also while halted"),
+    CodeInfo::asks(Code::m(502), Function::ForgetSettings, "delete the saved settings")
+        .any_subcode()
+        .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(Code::m(503), Function::ShowSettings, "show what M500 would save")
+        .any_subcode()
+        .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(504), Function::SaveSettings, "save a set of settings under a name"),
     CodeInfo::means(Code::m(600), program::suspend, "suspend the job: pause, heaters off, after_suspend_gcode")
         .waits(Waits::Result)
