@@ -46,6 +46,9 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("rm", "file ...", "delete files, or empty folders; quote names with blanks"),
     command("mv", "from to", "rename or move"),
     command("mkdir", "folder", "make a folder"),
+    command("cp", "from to", "copy a file"),
+    command("truncate", "file bytes", "keep the beginning of a file"),
+    command("md5sum", "file ...", "MD5 sums of files"),
     command("play", "file [-v] [-p] [-t] [-f dialect]", "play a file: show its lines, begin paused, tell its end")
         .working(),
     command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),

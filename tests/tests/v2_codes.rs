@@ -35,6 +35,33 @@ fn steps(said: &str) -> f64 {
     said.split([' ', ':']).nth(1).and_then(|word| word.parse().ok()).expect("steps")
 }
 
+// --- files ---
+
+#[test]
+fn files_are_copied_cut_and_summed() {
+    let plan = Plan::new(CARTESIAN).file("a.g", &"G1 X1\nG1 X2\n".repeat(200));
+    let mut bench = plan.start();
+    bench.run(&["cp a.g \"b c.g\""]);
+    assert_eq!(bench.read_card("b c.g"), bench.read_card("a.g"));
+    assert_eq!(bench.say("truncate \"b c.g\" 12"), "File b c.g truncated to 12 bytes\nok\n");
+    assert_eq!(bench.read_card("b c.g").as_deref(), Some("G1 X1\nG1 X2\n"));
+    assert_eq!(bench.read_card("previous-b c.g"), None, "nothing stays behind");
+    // RFC 1321 calls it the digest of nothing.
+    bench.write_card("empty", b"");
+    assert_eq!(bench.ask("md5sum empty nosuch"), "d41d8cd98f00b204e9800998ecf8427e empty\nFile not found: nosuch\n");
+    assert_eq!(bench.say("cp nosuch x"), "File nosuch does not exist\nok\n");
+    assert!(bench.say("cp a.g a.g").contains("the file is in use"));
+    bench.type_in("cat -d \"b c.g\"\n");
+    assert_eq!(bench.hear(4.5), "", "time to begin recording");
+    assert_eq!(bench.hear(1.0), "G1 X1\nG1 X2\n\x1a\n");
+    assert_eq!(bench.ask("echo -n part"), "partok\n");
+    assert!(bench.ask("modules").contains("extruder: hotend\n"));
+    assert!(bench.say("thermistors").contains("129 - EPCOS100K\n"));
+    let said = bench.say("calc_thermistor 25,100000,150,1641.9,250,226.15");
+    assert!(said.starts_with("Steinhart Hart coefficients:  I0.0007"), "{said}");
+    assert!(bench.say("calc_thermistor 25").starts_with("error:usage"));
+}
+
 #[test]
 fn the_clock_is_set_and_goes_on() {
     let mut bench = start();

@@ -297,6 +297,15 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             done
         }
         "$P" => probe(machine, arguments, to).await,
+        "cp" | "truncate" | "md5sum" => {
+            let directory = machine.files.directory().clone();
+            let hands = &mut Hands::new(machine, to);
+            match word {
+                "cp" => files::copying::copy(hands, &directory, arguments).await,
+                "truncate" => files::copying::truncate(hands, &directory, arguments).await,
+                _ => files::copying::md5sum(hands, &directory, arguments).await,
+            }
+        }
         _ => Ok(Answer::Unknown),
     }
 }

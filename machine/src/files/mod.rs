@@ -3,6 +3,7 @@
 
 pub mod commands;
 pub mod config_edit;
+pub(crate) mod copying;
 pub mod kept;
 pub mod listings;
 pub mod logs;
@@ -36,6 +37,12 @@ impl Default for Files {
 }
 
 impl Files {
+    /// The directory that names start from.
+    #[must_use]
+    pub const fn directory(&self) -> &Path {
+        &self.directory
+    }
+
     /// A name relative to the current directory, made absolute. One that does not fit becomes empty, which no
     /// file has.
     #[must_use]

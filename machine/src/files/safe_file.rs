@@ -139,6 +139,11 @@ pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageErro
     storage.rename(&new, path)
 }
 
+/// Removes what the file was before its last change.
+pub fn forget_previous<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
+    remove_if_there(storage, &beside(path, PREVIOUS)?)
+}
+
 /// Removes the file, and a change of it that waits. The previous one stays.
 pub fn remove<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
     settle(storage, path)?;

@@ -1,0 +1,163 @@
+//! File commands that read a whole file: `cp`, `truncate`, `md5sum`. Others get their turns meanwhile.
+
+use md5::{Digest, Md5};
+
+use super::Path;
+use super::paths::{absolute, words};
+use super::safe_file::{self, Draft};
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+
+/// Bytes read at a time: a block of the card.
+const BLOCK: usize = 512;
+
+/// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
+async fn read_through<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    file: FileHandle,
+    most: u32,
+    mut take: impl FnMut(&mut P, &[u8]) -> Result<(), StorageError>,
+) -> Result<bool, StorageError> {
+    let mut left = most;
+    while left > 0 {
+        let mut block = [0; BLOCK];
+        let count = hands.storage().read(file, &mut block)?.min(left as usize);
+        if count == 0 {
+            break;
+        }
+        left -= count as u32;
+        take(hands.storage(), block.get(..count).unwrap_or(&[]))?;
+        if hands.stop_requested() {
+            return Ok(false);
+        }
+        hands.pause_anyway().await;
+    }
+    Ok(true)
+}
+
+/// `cp from to`
+pub(crate) async fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+    let mut names = words(arguments);
+    let (Some(from), Some(to)) = (names.next(), names.next()) else {
+        hands.say(format_args!("from and to files required\n"));
+        return Ok(Answer::Ok);
+    };
+    let (source, target) = (absolute(directory, from), absolute(directory, to));
+    match copy_file(hands, &source, &target).await {
+        Ok(true) => {}
+        Ok(false) => hands.say(format_args!("stopped: {to} is not whole\n")),
+        Err(StorageError::NotFound) => hands.say(format_args!("File {from} does not exist\n")),
+        Err(error) => hands.say(format_args!("Could not copy {from} to {to}: {}\n", error.text())),
+    }
+    Ok(Answer::Ok)
+}
+
+async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
+    let source = hands.storage().open(from, OpenMode::Read)?;
+    // The file that is copied is open: it is never emptied as its own copy.
+    let target = match hands.storage().open(to, OpenMode::Write) {
+        Ok(target) => target,
+        Err(error) => {
+            // It was only opened to be read.
+            let _ = hands.storage().close(source);
+            return Err(if error == StorageError::NotFound { StorageError::BadPath } else { error });
+        }
+    };
+    let copied = read_through(hands, source, u32::MAX, |storage, bytes| Storage::write(storage, target, bytes)).await;
+    let _ = hands.storage().close(source);
+    let closed = hands.storage().close(target);
+    let whole = copied?;
+    closed.map(|()| whole)
+}
+
+/// `truncate file size`
+pub(crate) async fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+    let mut names = words(arguments);
+    let (Some(name), Some(size)) = (names.next(), names.next()) else {
+        hands.say(format_args!("Usage: truncate filename size\n"));
+        return Ok(Answer::Ok);
+    };
+    let Some(size) = size.parse::<u32>().ok().filter(|size| *size > 0) else {
+        hands.say(format_args!("size must be > 0\n"));
+        return Ok(Answer::Ok);
+    };
+    let path = absolute(directory, name);
+    match keep_beginning(hands, &path, size).await {
+        Ok(()) => hands.say(format_args!("File {name} truncated to {size} bytes\n")),
+        Err(StorageError::NotFound) => hands.say(format_args!("file {name} does not exist\n")),
+        Err(error) => hands.say(format_args!("Could not truncate {name}: {}\n", error.text())),
+    }
+    Ok(Answer::Ok)
+}
+
+/// The first bytes become the file, whole or not at all.
+async fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32) -> Result<(), StorageError> {
+    let file = hands.storage().open(path, OpenMode::Read)?;
+    let kept = write_beginning(hands, path, file, size).await;
+    let draft = kept?;
+    draft.finish(hands.storage())?;
+    safe_file::forget_previous(hands.storage(), path)
+}
+
+async fn write_beginning<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    path: &Path,
+    file: FileHandle,
+    size: u32,
+) -> Result<Draft<P>, StorageError> {
+    let mut draft = match Draft::begin(hands.storage(), path) {
+        Ok(draft) => draft,
+        Err(error) => {
+            let _ = hands.storage().close(file);
+            return Err(error);
+        }
+    };
+    let copied = read_through(hands, file, size, |storage, bytes| draft.write(storage, bytes).map(drop)).await;
+    // It was only read.
+    let _ = hands.storage().close(file);
+    match copied {
+        Ok(true) => Ok(draft),
+        Ok(false) => {
+            draft.give_up(hands.storage());
+            Err(StorageError::Unsupported)
+        }
+        Err(error) => {
+            draft.give_up(hands.storage());
+            Err(error)
+        }
+    }
+}
+
+/// `md5sum file ...`
+pub(crate) async fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+    if words(arguments).next().is_none() {
+        return Err(Failure::refused("md5sum needs the names of files"));
+    }
+    for name in words(arguments) {
+        let path = absolute(directory, name);
+        match digest(hands, &path).await {
+            Ok(Some(digest)) => {
+                digest.iter().for_each(|byte| hands.say(format_args!("{byte:02x}")));
+                hands.say(format_args!(" {name}\n"));
+            }
+            Ok(None) => break,
+            Err(StorageError::NotFound) => hands.say(format_args!("File not found: {name}\n")),
+            Err(error) => hands.say(format_args!("Could not read {name}: {}\n", error.text())),
+        }
+    }
+    Ok(Answer::Said)
+}
+
+async fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
+    let file = hands.storage().open(path, OpenMode::Read)?;
+    let mut digest = Md5::new();
+    let read = read_through(hands, file, u32::MAX, |_, bytes| {
+        digest.update(bytes);
+        Ok(())
+    })
+    .await;
+    // It was only read.
+    let _ = hands.storage().close(file);
+    Ok(read?.then(|| digest.finalize().into()))
+}
