@@ -10,6 +10,7 @@ pub mod logs;
 pub mod paths;
 pub mod safe_file;
 mod upload;
+mod ymodem;
 
 #[cfg(test)]
 pub(crate) mod bench;
