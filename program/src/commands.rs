@@ -49,6 +49,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("cp", "from to", "copy a file"),
     command("truncate", "file bytes", "keep the beginning of a file"),
     command("md5sum", "file ...", "MD5 sums of files"),
+    command("ry", "[silent]", "receive files by YModem; silent: say nothing beside"),
+    command("upload", "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels"),
     command("play", "file [-v] [-p] [-t] [-f dialect]", "play a file: show its lines, begin paused, tell its end")
         .working(),
     command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),

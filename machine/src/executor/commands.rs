@@ -130,6 +130,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             return Some(Ok(Answer::Ok));
         }
         "date" => return Some(date(machine, arguments, to)),
+        "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.ports.request_reset();
@@ -258,6 +259,24 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
         machine.say(to, format_args!("failed to load config override file {name}: {}\n", error.text()));
     }
     Ok(Answer::Ok)
+}
+
+/// `ry` and `upload`: what the console sends is a file from now on.
+fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+    if to.session().is_none() {
+        return Err(Failure::refused("only a console can send a file"));
+    }
+    let now = machine.ports.now();
+    let Machine { files, ports, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match word {
+        "ry" => files.transfers.receive(!arguments.is_empty(), now, reply),
+        _ => {
+            let path = files.absolute(arguments);
+            files.transfers.receive_plain(arguments.trim_matches('"'), path, ports, reply)
+        }
+    }?;
+    functions::begin_transfer(machine, to)
 }
 
 fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

@@ -389,6 +389,9 @@ pub(super) fn continue_listing<P: Ports>(machine: &mut Machine<'_, P>, id: Sessi
     let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
     let Some(mut listing) = session.listing.take() else { return };
     let to = Recipient::Session(id);
+    if matches!(listing, Listing::Transfer) {
+        return continue_transfer(machine, id);
+    }
     if machine.sessions.take_stop(to) {
         // He waits for its end all the same.
         listings::close(&listing, &mut machine.ports);
@@ -413,6 +416,31 @@ pub(super) fn continue_listing<P: Ports>(machine: &mut Machine<'_, P>, id: Sessi
             }
         }
     }
+    settle(machine, id);
+}
+
+/// A console takes what it sends for a file from now on.
+pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if let Recipient::Session(id) = to {
+        machine.ports.inbox(id).set_raw(true);
+    }
+    begin_listing(machine, Listing::Transfer, to)
+}
+
+fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    let to = Recipient::Session(id);
+    let now = machine.ports.now();
+    let Machine { files, ports, sessions, .. } = machine;
+    let directory = files.directory().clone();
+    let goes_on = files.transfers.go_on(&directory, id, now, ports, &mut Reply::new(sessions, to));
+    if goes_on {
+        if let Some(session) = machine.sessions.get_mut(id) {
+            session.listing = Some(Listing::Transfer);
+        }
+        return;
+    }
+    machine.ports.inbox(id).set_raw(false);
+    machine.say(to, format_args!("ok\n"));
     settle(machine, id);
 }
 

@@ -13,7 +13,7 @@ use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
 use crate::ports::Ports;
 use crate::safety::{Event, Hit};
-use crate::sessions::{Recipient, Rights, SessionId};
+use crate::sessions::{Listing, Recipient, Rights, SessionId};
 use crate::supervisor::{Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
@@ -70,6 +70,10 @@ impl<P: Ports> Machine<'_, P> {
     fn change_visitor(&mut self, id: SessionId) {
         let Self { sessions, ports, files, jobs, .. } = self;
         if let Some(listing) = sessions.greet(ports, id) {
+            if matches!(listing, Listing::Transfer) {
+                ports.inbox(id).set_raw(false);
+                files.transfers.break_off(ports);
+            }
             listings::close(&listing, ports);
         }
         files.session_ended(id, ports);

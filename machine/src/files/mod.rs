@@ -9,6 +9,7 @@ pub mod listings;
 pub mod logs;
 pub mod paths;
 pub mod safe_file;
+mod transfer;
 mod upload;
 mod ymodem;
 
@@ -19,6 +20,7 @@ use heapless::Vec;
 
 use crate::ports::{Storage, StorageError};
 pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
+pub(crate) use transfer::Transfers;
 use upload::Upload;
 
 /// Where names start from, and what is being uploaded.
@@ -28,12 +30,14 @@ pub struct Files {
     directory: Path,
     /// The file being uploaded (M28).
     upload: Option<Upload>,
+    /// What a console sends as bytes.
+    pub(crate) transfers: Transfers,
 }
 
 impl Default for Files {
     fn default() -> Self {
         // The card's name fits.
-        Self { directory: Path::try_from(CARD).unwrap_or_default(), upload: None }
+        Self { directory: Path::try_from(CARD).unwrap_or_default(), upload: None, transfers: Transfers::default() }
     }
 }
 

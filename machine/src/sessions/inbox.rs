@@ -79,6 +79,8 @@ pub struct Inbox {
     queries: AtomicU32,
     /// The session speaks GRBL's dialect, which has more bytes that act at once. Written by the executor.
     extended: AtomicBool,
+    /// Every byte belongs to a file: none acts. Written by the executor.
+    raw: AtomicBool,
     /// How often somebody came or went: even while somebody is there. Written by the transport.
     visits: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
@@ -105,6 +107,7 @@ impl Inbox {
             requests: AtomicU32::new(0),
             queries: AtomicU32::new(0),
             extended: AtomicBool::new(false),
+            raw: AtomicBool::new(false),
             visits: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
@@ -122,6 +125,9 @@ impl Inbox {
     /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
     /// For the one receive task, which keeps `intake`.
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
+        if self.raw.load(Ordering::Relaxed) {
+            return self.receive_raw(intake, byte);
+        }
         let extended = self.extended.load(Ordering::Relaxed);
         match intake.receiver.hear(byte, extended) {
             Heard::Request(request) => {
@@ -173,6 +179,23 @@ impl Inbox {
         }
         intake.place = ended.unwrap_or(if kept { Place::InLine } else { Place::Losing });
         kept
+    }
+
+    /// A byte of a file, which is what it is. What does not fit is counted.
+    fn receive_raw(&self, intake: &mut Intake, byte: u8) -> bool {
+        *intake = Intake::new();
+        let fits = self.room() > 0;
+        if fits {
+            self.push(byte);
+        } else {
+            self.lost.fetch_add(1, Ordering::Release);
+        }
+        fits
+    }
+
+    /// Whether bytes belong to a file, and none acts.
+    pub fn set_raw(&self, raw: bool) {
+        self.raw.store(raw, Ordering::Relaxed);
     }
 
     /// Somebody has come to the other end, or gone. For the transport.

@@ -109,6 +109,8 @@ pub enum Listing {
         /// The next line.
         line: usize,
     },
+    /// What it sends is a file: its answer comes when that is whole.
+    Transfer,
     /// What the drivers of these motors say of themselves.
     Drivers {
         /// One bit each.
@@ -208,6 +210,10 @@ impl Session {
 
     /// Gathers bytes until a line is whole.
     pub fn gather(&mut self, inbox: &Inbox) {
+        // Its bytes are no lines.
+        if matches!(self.listing, Some(Listing::Transfer)) {
+            return;
+        }
         while self.line.is_none() && self.lost == 0 && !self.too_long {
             let byte = match inbox.take() {
                 Some(Received::Byte(byte)) => byte,

@@ -1,0 +1,270 @@
+//! Files that a console sends as bytes: `ry` by YModem, `upload` as they are up to Ctrl-D or Ctrl-Z.
+//! Meanwhile every byte of that console belongs to the file, and nothing of it acts.
+
+use units::Micros;
+
+use super::paths::Path;
+use super::ymodem::{Broken, Event, Receiver};
+use crate::failure::Failure;
+use crate::ports::{Consoles, FileHandle, OpenMode, Storage, StorageError};
+use crate::sessions::{Received, Reply, SessionId};
+
+/// How long `ry` leaves the person at the other end to start a sender.
+const BEFORE: Micros = Micros::from_seconds(2);
+/// Bytes of a console taken in one turn.
+const MOST_BYTES: usize = 1_100;
+/// Bytes of `upload` that go to the card together.
+const CHUNK: usize = 1_024;
+const CTRL_D: u8 = 0x04;
+const CTRL_X: u8 = 0x18;
+const CTRL_Z: u8 = 0x1A;
+
+/// How a file comes.
+#[derive(Debug)]
+enum Way {
+    /// In blocks that are checked.
+    YModem(Receiver),
+    /// As it is; what waits to be written.
+    Plain(heapless::Vec<u8, CHUNK>),
+}
+
+/// A file, or several, on their way from a console.
+#[derive(Debug)]
+struct Transfer {
+    way: Way,
+    /// The one that is open, and its path.
+    file: Option<(FileHandle, Path)>,
+    /// Says nothing but what the protocol says.
+    silent: bool,
+    /// Files received, or bytes of `upload`.
+    count: u32,
+}
+
+/// How a transfer ended, as Smoothieware numbers what went wrong.
+enum Ending {
+    Whole,
+    Broken(i8),
+    /// The console was faster than the card.
+    Lost,
+    Failed(StorageError),
+}
+
+/// What consoles send as bytes: one at a time.
+#[derive(Debug, Default)]
+pub(crate) struct Transfers {
+    current: Option<Transfer>,
+}
+
+impl Transfers {
+    /// `ry [silent]`: receives files by YModem.
+    ///
+    /// # Errors
+    /// While another console sends one.
+    pub fn receive(&mut self, silent: bool, now: Micros, reply: &mut Reply<'_>) -> Result<(), Failure> {
+        self.is_free()?;
+        if !silent {
+            reply.say(format_args!("start ymodem transfer\n"));
+        }
+        let way = Way::YModem(Receiver::new(now.plus(BEFORE)));
+        self.current = Some(Transfer { way, file: None, silent, count: 0 });
+        Ok(())
+    }
+
+    /// `upload file`: what comes is the file, up to Ctrl-D or Ctrl-Z.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or another console sends one.
+    pub fn receive_plain(
+        &mut self,
+        name: &str,
+        path: Path,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Result<(), Failure> {
+        self.is_free()?;
+        if name.is_empty() {
+            return Err(Failure::refused("the name of a file is missing"));
+        }
+        let file = storage.open(&path, OpenMode::Write);
+        let file = file.map_err(|error| Failure::Refused(crate::failure::about_file(&path, error.text())))?;
+        reply.say(format_args!("uploading to file: {name}, send control-D or control-Z to finish\n"));
+        let way = Way::Plain(heapless::Vec::new());
+        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0 });
+        Ok(())
+    }
+
+    fn is_free(&self) -> Result<(), Failure> {
+        if self.current.is_some() { Err(Failure::refused("another console sends a file")) } else { Ok(()) }
+    }
+
+    /// Goes on with what this console sends. False when it has ended, and that has been said.
+    pub fn go_on(
+        &mut self,
+        directory: &str,
+        from: SessionId,
+        now: Micros,
+        ports: &mut (impl Storage + Consoles),
+        reply: &mut Reply<'_>,
+    ) -> bool {
+        let Some(transfer) = &mut self.current else { return false };
+        let ending = transfer.go_on(directory, from, now, ports, reply);
+        let Some(ending) = ending else { return true };
+        let transfer = self.current.take();
+        if let Some(transfer) = transfer {
+            transfer.end(&ending, ports, reply);
+        }
+        false
+    }
+
+    /// Whoever sent it has gone: the file is not whole, and does not stay.
+    pub fn break_off(&mut self, storage: &mut impl Storage) {
+        if let Some(transfer) = self.current.take() {
+            transfer.discard(storage);
+        }
+    }
+}
+
+impl Transfer {
+    fn go_on(
+        &mut self,
+        directory: &str,
+        from: SessionId,
+        now: Micros,
+        ports: &mut (impl Storage + Consoles),
+        reply: &mut Reply<'_>,
+    ) -> Option<Ending> {
+        for _ in 0..MOST_BYTES {
+            let byte = match ports.inbox(from).take() {
+                Some(Received::Byte(byte)) => byte,
+                // The byte that marks lines is one of the file's.
+                Some(Received::ForgetLine) => CTRL_X,
+                None => break,
+            };
+            let ended = match &mut self.way {
+                Way::YModem(_) => self.hear(byte, directory, now, ports, reply),
+                Way::Plain(_) => self.keep(byte, ports),
+            };
+            if ended.is_some() {
+                return ended;
+            }
+        }
+        let Way::YModem(receiver) = &mut self.way else {
+            return (ports.inbox(from).take_lost() > 0).then_some(Ending::Lost);
+        };
+        // What was lost of a block is asked for again.
+        ports.inbox(from).take_lost();
+        let event = receiver.wait(now);
+        let broken = if let Event::Breaks(broken) = event { Some(broken) } else { None };
+        say_bytes(&receiver.take_answer(), reply);
+        broken.map(|broken| Ending::Broken(broken as i8))
+    }
+
+    /// A byte of YModem.
+    fn hear(
+        &mut self,
+        byte: u8,
+        directory: &str,
+        now: Micros,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Option<Ending> {
+        let Way::YModem(receiver) = &mut self.way else { return None };
+        let done = match receiver.hear(byte, now) {
+            Event::Nothing => Ok(None),
+            Event::Begins(name, _) => {
+                let path = super::paths::absolute(directory, name);
+                storage.open(&path, OpenMode::Write).map(|file| {
+                    self.file = Some((file, path));
+                    receiver.accept();
+                    None
+                })
+            }
+            Event::Data(bytes) => {
+                let written = match &self.file {
+                    Some((file, _)) => Storage::write(storage, *file, bytes),
+                    None => Ok(()),
+                };
+                written.map(|()| {
+                    receiver.accept();
+                    None
+                })
+            }
+            Event::FileEnds => {
+                self.count += 1;
+                self.file.take().map_or(Ok(()), |(file, _)| storage.close(file)).map(|()| None)
+            }
+            Event::Ends => Ok(Some(Ending::Whole)),
+            Event::Breaks(broken) => Ok(Some(Ending::Broken(broken as i8))),
+        };
+        let ending = done.unwrap_or_else(|error| {
+            receiver.cancel();
+            Some(Ending::Failed(error))
+        });
+        say_bytes(&receiver.take_answer(), reply);
+        ending
+    }
+
+    /// A byte of `upload`.
+    fn keep(&mut self, byte: u8, storage: &mut impl Storage) -> Option<Ending> {
+        let Way::Plain(waiting) = &mut self.way else { return None };
+        let ends = matches!(byte, CTRL_D | CTRL_Z);
+        if byte == CTRL_X {
+            return Some(Ending::Broken(Broken::Cancelled as i8));
+        }
+        if !ends {
+            // A full one is written below.
+            let _ = waiting.push(byte);
+            self.count += 1;
+        }
+        if ends || waiting.is_full() {
+            let (file, _) = self.file.as_ref()?;
+            if let Err(error) = Storage::write(storage, *file, waiting) {
+                return Some(Ending::Failed(error));
+            }
+            waiting.clear();
+        }
+        ends.then_some(Ending::Whole)
+    }
+
+    fn end(mut self, ending: &Ending, storage: &mut impl Storage, reply: &mut Reply<'_>) {
+        let (silent, count, is_ymodem) = (self.silent, self.count, matches!(self.way, Way::YModem(_)));
+        let closed = match (ending, self.file.take()) {
+            (Ending::Whole, Some((file, _))) => storage.close(file),
+            (_, Some(open)) => {
+                self.file = Some(open);
+                self.discard(storage);
+                Ok(())
+            }
+            _ => Ok(()),
+        };
+        match (ending, closed) {
+            (Ending::Whole, Ok(())) if !is_ymodem => reply.say(format_args!("uploaded {count} bytes\n")),
+            (Ending::Whole, Ok(())) if !silent => reply.say(format_args!("downloaded {count} file(s) ok\n")),
+            (Ending::Whole, Ok(())) => {}
+            (Ending::Broken(number), _) if is_ymodem => {
+                reply.say(format_args!("download failed with error {number}\n"));
+            }
+            (Ending::Broken(_), _) => reply.say(format_args!("upload cancelled\n")),
+            (Ending::Lost, _) => reply.say(format_args!("upload failed: bytes were lost, send more slowly\n")),
+            (Ending::Failed(error), _) => {
+                reply.say(format_args!("download failed with error -5: {}\n", error.text()));
+            }
+            (Ending::Whole, Err(error)) => {
+                reply.say(format_args!("download failed with error -5: {}\n", error.text()));
+            }
+        }
+    }
+
+    /// What has come so far is no whole file.
+    fn discard(self, storage: &mut impl Storage) {
+        if let Some((file, path)) = self.file {
+            // A card that does not answer keeps it.
+            let _ = storage.close(file);
+            let _ = storage.remove(&path);
+        }
+    }
+}
+
+fn say_bytes(bytes: &[u8], reply: &mut Reply<'_>) {
+    bytes.iter().for_each(|byte| reply.say(format_args!("{}", char::from(*byte))));
+}
