@@ -1,6 +1,7 @@
 //! Temperatures over codes: set, wait, report, gains and limits.
 
 mod gains;
+mod sensors;
 
 use core::fmt::{self, Write};
 
@@ -15,6 +16,7 @@ use crate::needs::needs;
 use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
 pub(crate) use gains::{maximum_temperature, pid_gains};
+pub(crate) use sensors::{sensors, write_sensor};
 
 /// How often a wait says the temperature.
 const WAIT_REPORT: Micros = Micros::from_millis(1_200);

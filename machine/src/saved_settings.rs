@@ -13,6 +13,7 @@ use units::{Actuator, Axis};
 use crate::arms::{write_arms, write_homing};
 use crate::bed::Bed;
 use crate::heat::LawSettings;
+use crate::heat_codes::write_sensor;
 use crate::leveling::write_leveling;
 use crate::motion_codes::advance_of;
 use crate::motors::write_currents;
@@ -68,7 +69,7 @@ pub(crate) fn part(
         1 => motion.map_or(Ok(()), |motion| write_arms(&mut text, &motion, tuning, config)),
         2 => write_offsets(&mut text, program, config),
         3 => motion.map_or(Ok(()), |motion| write_extruders(&mut text, &motion, program, config)),
-        4 => write_heaters(&mut text, ports, config),
+        4 => write_heaters(&mut text, ports, config, tuning),
         5 => write_homing(&mut text, tuning, config),
         6 => write_probe(&mut text, config, tuning).and_then(|()| write_leveling(&mut text, ports, config, bed)),
         _ => write_currents(&mut text, tuning, config),
@@ -202,7 +203,7 @@ fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &
     Ok(())
 }
 
-fn write_heaters(text: &mut Text, ports: &mut impl HeatPort, config: &MachineConfig) -> fmt::Result {
+fn write_heaters(text: &mut Text, ports: &mut impl HeatPort, config: &MachineConfig, tuning: &Tuning) -> fmt::Result {
     ports.heat(|heat| {
         for (id, controller) in config.heaters() {
             let tool_id = controller.tool_id;
@@ -220,6 +221,7 @@ fn write_heaters(text: &mut Text, ports: &mut impl HeatPort, config: &MachineCon
             }
             let max = Value(f64::from(settings.max.0), 4);
             writeln!(text, ";Max temperature setting:\nM143 S{tool_id} P{max}")?;
+            write_sensor(text, controller, id, tuning)?;
         }
         Ok(())
     })

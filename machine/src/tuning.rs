@@ -4,7 +4,7 @@
 //! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
 //! rest.
 
-use config::{MachineConfig, ProbeConfig};
+use config::{MachineConfig, ProbeConfig, ThermistorConfig};
 use motion::geometry::LineSettings;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
@@ -23,6 +23,8 @@ pub struct Tuning {
     pub currents: PerActuator<Option<Amps>>,
     /// How straight moves are cut (M665 S and U).
     pub lines: LineSettings,
+    /// Thermistors that are not as configured (M305), by temperature control.
+    pub thermistors: [Option<ThermistorConfig>; units::MAX_HEATERS],
 }
 
 /// Where axes home.
@@ -50,6 +52,7 @@ impl Tuning {
             },
             currents,
             lines: line_settings(config),
+            thermistors: [None; units::MAX_HEATERS],
         }
     }
 

@@ -345,6 +345,7 @@ pub enum Function {
     MaximumTemperature,
     PidGains,
     TunePid,
+    Sensor,
     WaitForHeaters,
     // Reports.
     ReportHoming,

@@ -67,6 +67,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("config-load", "file", "replay saved settings").working(),
     command("load", "file", "replay saved settings").working(),
     command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
+    command("thermistors", "", "sensors that are known by name").question(),
+    command("calc_thermistor", "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
     command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),

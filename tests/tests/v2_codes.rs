@@ -8,6 +8,33 @@ fn start() -> Bench {
     Plan::new(CARTESIAN).start()
 }
 
+// --- sensors and drivers ---
+
+#[test]
+fn a_sensor_is_described_anew_and_saved() {
+    let mut bench = start();
+    assert!(bench.say("M305").contains("T(S0): using PID"));
+    assert_eq!(bench.say("M305 S0 B4000 R100000 X25"), "ok\n");
+    let saved = bench.say("M503");
+    assert!(saved.contains("M305 S0 B4000.000000000000 R100000.000000000000 X25.000000000000\n"), "{saved}");
+    assert_eq!(bench.say("M305 S0 P1"), "ok\n");
+    assert!(bench.say("M305").contains("Using predefined thermistor 1 in S/H table: EPCOS100K"));
+    assert_eq!(bench.say("M305 S0 I0.0007 J0.0002 K0.0000001"), "ok\n");
+    for (line, why) in [
+        ("M305 S0 B4000 P1", "nothing of another kind"),
+        ("M305 S0 P77", "P is the number of no sensor"),
+        ("M305 S9 B4000", "no temperature control has tool_id 9"),
+    ] {
+        assert!(bench.say(line).contains(why), "{line}");
+    }
+    // Alone it is as configured again.
+    assert_eq!(bench.say("M305 S0"), "ok\n");
+    assert!(!bench.say("M503").contains("M305"));
+    bench.run(&["M104 S60"]);
+    bench.hear(0.5);
+    assert!(bench.say("M305 S0 P1").contains("the heater is on"), "what it is measured by stays while it heats");
+}
+
 #[test]
 fn microsteps_and_registers_change_until_the_next_reset() {
     let mut bench = start();

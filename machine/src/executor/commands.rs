@@ -174,6 +174,11 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             return Some(Ok(Answer::Ok));
         }
         "$S" => outputs.report(config, reply),
+        "thermistors" => {
+            reports::thermistors(reply);
+            return Some(Ok(Answer::Ok));
+        }
+        "calc_thermistor" => return Some(reports::thermistor_coefficients(arguments, reply)),
         "setregs" => return Some(motors::set_registers(ports, config, arguments, reply)),
         "$#" => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);

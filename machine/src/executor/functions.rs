@@ -169,6 +169,7 @@ fn motion_or_heat<P: Ports>(
         Function::ProbeOffset => leveling::probe_offset(bed, words, reply),
         Function::MaximumTemperature => heat_codes::maximum_temperature(ports, config, words, reply),
         Function::PidGains => heat_codes::pid_gains(ports, config, words, reply),
+        Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
         Function::DriverOption => motors::driver_option(ports, config, words, reply),
         _ => return None,

@@ -55,6 +55,18 @@ pub const ROWS: &[CodeInfo] = &[
             word('Z', Unit::Number, "1: proportional on measurement"),
         ])
         .differs("an id that nobody has is ignored"),
+    CodeInfo::asks(Code::m(305), Function::Sensor, "the thermistor of a heater; without words, say all")
+        .takes(&[
+            word('S', Unit::Id, "its tool_id; alone: as configured again"),
+            word('B', Unit::Number, "beta, kelvin").above(0.0),
+            word('R', Unit::Number, "resistance at X, ohms").above(0.0),
+            word('X', Unit::Celsius, "temperature of R"),
+            word('I', Unit::Number, "first coefficient of Steinhart and Hart"),
+            word('J', Unit::Number, "second coefficient"),
+            word('K', Unit::Number, "third coefficient"),
+            word('P', Unit::Number, "number of a sensor that is known by name: see thermistors"),
+        ])
+        .differs("an id that nobody has is ignored; also while the heater is on"),
     CodeInfo::asks(Code::m(303), Function::TunePid, "find the PID gains of a heater; without P, say which there are")
         .takes(&[
             word('P', Unit::Id, "its tool_id"),

@@ -1,0 +1,39 @@
+//! What sensors the machine knows: `thermistors`, `calc_thermistor`.
+
+use drivers::thermistor::{BUILT_IN, Curve};
+use units::{Celsius, Ohms};
+
+use crate::failure::{Answer, Failure, Outcome};
+use crate::sessions::Reply;
+
+/// `thermistors`: those that `thermistor = ...` and M305 P know.
+pub(crate) fn thermistors(reply: &mut Reply<'_>) {
+    for (title, wants_beta) in [("S/H table", false), ("Beta table", true)] {
+        reply.say(format_args!("{title}\n"));
+        for entry in BUILT_IN.iter().filter(|entry| entry.is_beta() == wants_beta) {
+            reply.say(format_args!("{} - {}\n", entry.index, entry.name));
+        }
+    }
+}
+
+/// `calc_thermistor T1,R1,T2,R2,T3,R3`: the coefficients of a sensor that is known at three points.
+///
+/// # Errors
+/// When these are not three points of one thermistor.
+pub(crate) fn thermistor_coefficients(arguments: &str, reply: &mut Reply<'_>) -> Outcome {
+    const USAGE: &str = "usage: calc_thermistor T1,R1,T2,R2,T3,R3 (degrees Celsius and ohms)";
+    let mut numbers = [0.0_f32; 6];
+    let mut given = arguments.split([',', ' ']).filter(|word| !word.is_empty()).map(str::parse::<f32>);
+    for number in &mut numbers {
+        *number = given.next().and_then(Result::ok).ok_or_else(|| Failure::refused(USAGE))?;
+    }
+    if given.next().is_some() {
+        return Err(Failure::refused(USAGE));
+    }
+    let [t1, r1, t2, r2, t3, r3] = numbers;
+    let points = [(Celsius(t1), Ohms(r1)), (Celsius(t2), Ohms(r2)), (Celsius(t3), Ohms(r3))];
+    let curve = Curve::from_points(points).map_err(|error| Failure::refused(error.message()))?;
+    let [c1, c2, c3] = curve.coefficients();
+    reply.say(format_args!("Steinhart Hart coefficients:  I{c1:.18} J{c2:.18} K{c3:.18}\n"));
+    Ok(Answer::Ok)
+}
