@@ -6,12 +6,12 @@ use core::fmt;
 use config::MachineConfig;
 use motion::{ConfigError, Kinematics, MotionConfig};
 use program::Words;
-use units::{Axis, PerAxis};
+use units::{Axis, AxisSet, PerAxis};
 
 use crate::axes::Axes;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
-use crate::ports::Ports;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::{MotionPort, Ports};
 use crate::saved_settings::Value;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
@@ -60,11 +60,92 @@ pub(crate) async fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: 
     let config = hands.config();
     set_home_height(hands.tuning(), config, words);
     set_line_cutting(hands.tuning(), words);
-    for (letter, value) in parameters.iter() {
-        hands.say(format_args!("{letter}: {value:8.4} "));
-    }
-    hands.say(format_args!("\n"));
+    report_arms(hands, config, words);
     Ok(())
+}
+
+/// The parameters that the machine has, and what was changed of how lines are cut.
+fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, words: &Words<'_>) {
+    let Ok(motion_config) = hands.motion_config() else { return };
+    let mut any = false;
+    for (letter, value) in motion_config.kinematics.parameters().iter() {
+        // Those of single towers say something where they are not as in the drawing.
+        if value != 0.0 || "LR".contains(letter) {
+            hands.say(format_args!("{letter}: {value:8.4} "));
+            any = true;
+        }
+    }
+    if homes_by_tool(config) {
+        let height = hands.tuning().home_z();
+        hands.say(format_args!("Max Z: {height:8.3} "));
+        any = true;
+    }
+    if any {
+        hands.say(format_args!("\n"));
+    }
+    let lines = hands.tuning().lines;
+    if words.has('S') {
+        let rate = lines.segments_per_second.unwrap_or(0.0);
+        hands.say(format_args!("Delta segments set to {rate:6.4} segs/sec\n"));
+    }
+    if words.has('U') {
+        let length = lines.segment_length.unwrap_or(0.0);
+        hands.say(format_args!("mm per line segment set to {length:8.4}\n"));
+    }
+}
+
+/// G28.4: the motors of X, Y and Z are at these places, mm. Only while idle.
+///
+/// # Errors
+/// When motion is not configured.
+pub(crate) fn motor_positions(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+    let config = ports.motion(|motion| motion.config().copied());
+    let kinematics = config.ok_or_else(|| Failure::refused("motion is not configured"))?.kinematics;
+    let set = ports.motion(|motion| {
+        let place = motion.commanded_position();
+        let mut motors = kinematics.actuators(&motion.compensation().motors(&place));
+        for (motor, axis) in motors.0.iter_mut().zip(Axis::PRIMARY) {
+            *motor = words.axis(axis).unwrap_or(*motor);
+        }
+        let place = motion.compensation().program(&kinematics.point(&motors));
+        motion.set_position(place)
+    });
+    set.map(|()| Answer::Ok).map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))
+}
+
+/// M306: where the machine is reads as the words say from the next homing on; without words says the
+/// corrections.
+///
+/// # Errors
+/// When an axis is not homed, or arms home it.
+pub(crate) fn home_offsets_from_here(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    axes: &mut Axes,
+    tuning: &mut Tuning,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let here = ports.motion(|motion| motion.commanded_position());
+    let named = || Axis::PRIMARY.into_iter().filter(|axis| words.has(axis.letter()));
+    if config.homing.rotary_delta && named().next().is_some() {
+        return Err(Failure::refused("M306 on a rotary delta is not there yet: use M206"));
+    }
+    if let Some(axis) = named().find(|axis| !axes.homed().has(*axis)) {
+        let letter = axis.letter();
+        return Err(Failure::Refused(message(format_args!(
+            "Axis {letter} must be homed before setting Homing offset"
+        ))));
+    }
+    for axis in named() {
+        let reads = words.axis(axis).unwrap_or(here[axis]);
+        tuning.set_home_offset(axis, tuning.home_offset()[axis] + reads - here[axis]);
+        axes.forget_homed(AxisSet::of(axis));
+    }
+    let offset = tuning.home_offset();
+    let [x, y, z] = Axis::PRIMARY.map(|axis| offset[axis]);
+    reply.say(format_args!("// Homing Offset: X {x:5.3} Y {y:5.3} Z {z:5.3} will take effect next home\n"));
+    Ok(Answer::Ok)
 }
 
 /// The motors stay where they are; what that means for the tool is worked out anew. Only while idle.
@@ -97,6 +178,13 @@ fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
         tuning.lines.segments_per_second = None;
         tuning.lines.segment_length = (length >= 1e-4).then_some(length);
     }
+}
+
+/// How lines are cut, as M503 shows it: M500 does not save it.
+pub(crate) fn say_line_cutting(tuning: &Tuning, reply: &mut Reply<'_>) {
+    let (rate, length) = (tuning.lines.segments_per_second, tuning.lines.segment_length);
+    let (rate, length) = (rate.unwrap_or(0.0), length.unwrap_or(0.0));
+    reply.say(format_args!(";Not saved: pieces of a line a second, their length:\nM665 S{rate:.5} U{length:.5}\n"));
 }
 
 /// M666: trims of the towers or arms, from the next homing on.

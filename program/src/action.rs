@@ -335,6 +335,8 @@ pub enum Function {
     DriverRegister,
     DriverOption,
     Microsteps,
+    MotorPositions,
+    HomeOffsetsFromHere,
     // Extruders.
     FilamentDiameter,
     RetractSettings,

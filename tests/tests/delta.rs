@@ -76,7 +76,7 @@ fn trims_make_up_for_switches_that_sit_too_low_or_too_high() {
 fn m665_changes_the_arms_and_m500_keeps_them() {
     let mut bench = Plan::new(DELTA).start();
     bench.run(&["G28", "M400"]);
-    assert!(bench.say("M665 L251.5 R124.25 Z260").starts_with("L: 251.5000 R: 124.2500 A:   0.0000 "), "M665");
+    assert!(bench.say("M665 L251.5 R124.25 Z260").starts_with("L: 251.5000 R: 124.2500 Max Z:  260.000 "), "M665");
     let saved = bench.say("M503");
     for line in ["M665 L251.50000 R124.25000 A0.00000", "M666 X0.00000 Y0.00000 Z0.00000", "M665 Z260.00000"] {
         assert!(saved.contains(line), "{line} is missing: {saved}");

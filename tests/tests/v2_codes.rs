@@ -8,6 +8,30 @@ fn start() -> Bench {
     Plan::new(CARTESIAN).start()
 }
 
+// --- positions ---
+
+#[test]
+fn motors_are_said_to_be_elsewhere() {
+    let mut bench = start();
+    bench.run(&["G28.4 X12 Y3 Z4"]);
+    assert_eq!(bench.say("M114.3"), "ok APOS: X:12.0000 Y:3.0000 Z:4.0000 E:0.0000 \n");
+    assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "that is no homing");
+}
+
+#[test]
+fn m306_has_this_place_read_as_given_from_the_next_homing_on() {
+    let mut bench = start();
+    assert_eq!(bench.say("M306 X1"), "error:Axis X must be homed before setting Homing offset\n");
+    bench.run(&["G28", "G1 X10 F3000", "M400"]);
+    let said = bench.say("M306 X12.5");
+    assert_eq!(said, "// Homing Offset: X 2.500 Y 0.000 Z 0.000 will take effect next home\nok\n");
+    assert_eq!(bench.say("G28.6"), "X:0 Y:1 Z:1 \nok\n");
+    let carriage = bench.carriage(Alpha);
+    bench.run(&["G28 X0", "G1 X12.5 F3000", "M400"]);
+    assert!((bench.carriage(Alpha) - carriage).abs() < 0.02, "the same place reads 12.5 now");
+    assert!(bench.say("M503").contains("M206 X2.50 "));
+}
+
 // --- sensors and drivers ---
 
 #[test]

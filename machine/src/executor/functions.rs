@@ -87,7 +87,9 @@ fn stands_first(function: Function, words: &Words<'_>) -> bool {
         Function::StepsPerMm | Function::Microsteps => !words.is_bare(),
         Function::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
         Function::InputShaping => !words.is_bare(),
-        Function::MotorsOff | Function::DriverRegister => true,
+        Function::MotorsOff | Function::MotorPositions | Function::HomeOffsetsFromHere | Function::DriverRegister => {
+            true
+        }
         _ => false,
     }
 }
@@ -99,11 +101,13 @@ fn set_standing<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Option<Outcome> {
-    let Machine { ports, program, sessions, axes, config, .. } = machine;
+    let Machine { ports, program, sessions, axes, config, tuning, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
         Function::Microsteps => motors::microsteps(ports, config, words, reply),
         Function::DriverRegister => motors::write_register(ports, config, words, reply),
+        Function::MotorPositions => arms::motor_positions(ports, words),
+        Function::HomeOffsetsFromHere => arms::home_offsets_from_here(ports, config, axes, tuning, words, reply),
         Function::StepsPerMm => motion_codes::steps_per_mm(ports, config, program.tools(), words, reply),
         Function::PressureAdvance => motion_codes::pressure_advance(ports, config, program.tools(), words, reply),
         Function::InputShaping => motion_codes::input_shaping(ports, words, reply),
@@ -461,6 +465,9 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             let text = saved_settings::part(*part, ports, program, config, tuning, bed);
             let text = text.map_err(|_| Failure::refused("the settings are too many to show"))?;
             reply.say(format_args!("{text}"));
+            if *part == 1 {
+                arms::say_line_cutting(tuning, reply);
+            }
             *part += 1;
             Ok(*part < saved_settings::PARTS)
         }

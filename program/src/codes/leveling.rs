@@ -62,6 +62,9 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(28).sub(3), offsets::declare_position, "the machine is here, and counts as homed")
         .takes(PLACES)
         .waits(Waits::Standstill),
+    CodeInfo::asks(Code::g(28).sub(4), Function::MotorPositions, "the motors are at these places")
+        .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")])
+        .waits(Waits::Standstill),
     CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
     strategy(Code::g(29), "measure the bed as the leveling strategy does"),
@@ -96,6 +99,17 @@ pub const ROWS: &[CodeInfo] = &[
         .states(super::row::EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(206), Function::HomeOffsets, "correct homing positions, from the next homing on")
         .takes(PLACES),
+    CodeInfo::asks(
+        Code::m(306),
+        Function::HomeOffsetsFromHere,
+        "correct homing positions: where the machine is reads as given from the next homing on",
+    )
+    .takes(&[
+        word('X', Unit::Mm, "what this place is to read"),
+        word('Y', Unit::Mm, "what this place is to read"),
+        word('Z', Unit::Mm, "what this place is to read"),
+    ])
+    .waits(Waits::Standstill),
     CodeInfo::asks(Code::m(211), Function::SoftEndstops, "the ends of travel that moves are held against; says them")
         .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
         .differs("not known"),
