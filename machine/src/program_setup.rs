@@ -85,6 +85,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
         is_preview: false,
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
         spindle: SpindleSetup::default(),
+        g30_parks: config.motion.nist_g30,
         cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }
 }

@@ -143,14 +143,14 @@ fn write_offsets(text: &mut Text, program: &Interpreter, config: &MachineConfig)
         let [x, y, z] = modal.g92.map(|mm| Value(mm, 6));
         writeln!(text, "G92.3 X{x} Y{y} Z{z}")?;
     }
-    write_park_position(text, program.park())
+    let park = Some(program.park()).filter(|park| **park != ParkPosition::default());
+    write_park_position(text, "G28.1", park)?;
+    write_park_position(text, "G30.1", program.second_park())
 }
 
-fn write_park_position(text: &mut Text, park: &ParkPosition) -> fmt::Result {
-    if *park == ParkPosition::default() {
-        return Ok(());
-    }
-    write!(text, ";Park position:\nG28.1 X{} Y{}", Value(park.x, 4), Value(park.y, 4))?;
+fn write_park_position(text: &mut Text, code: &str, park: Option<&ParkPosition>) -> fmt::Result {
+    let Some(park) = park else { return Ok(()) };
+    write!(text, ";Park position:\n{code} X{} Y{}", Value(park.x, 4), Value(park.y, 4))?;
     if let Some(z) = park.z {
         write!(text, " Z{}", Value(z, 4))?;
     }

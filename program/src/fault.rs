@@ -87,6 +87,7 @@ pub enum Problem {
     NotWhole(Code, char),
     /// A code, and what the machine lacks for it.
     Needs(Code, &'static str),
+    NoSecondPark,
     CyclesOff,
     /// The number of a cycle's G-code, and the word that it cannot do without.
     CycleNeeds(u16, char),
@@ -216,6 +217,7 @@ impl fmt::Display for Problem {
             // The machine knows its configuration, and says more.
             Self::PartIsOff(_) => "that part is off: see config.ini",
             Self::NotHomed => "Cannot set predefined position unless axis are homed",
+            Self::NoSecondPark => "cannot move to predefined position as it is not defined (Use G30.1 to define it)",
             Self::ParkUnknown => "cannot move to predefined position as axis are not homed and MCS is unknown",
             Self::DwellRange => "a dwell lasts 0 to 86400 seconds",
             Self::OffsetKind => "G10 takes L0, L1, L2, L10, L11 or L20",

@@ -32,6 +32,7 @@ pub struct Interpreter {
     pub(crate) splines: Splines,
     pub(crate) cycles: Cycles,
     pub(crate) park: ParkPosition,
+    pub(crate) second_park: Option<ParkPosition>,
     /// Machine position where the last action ends.
     pub(crate) position: PerAxis<f64>,
     pub(crate) saved: Vec<Saved, SAVED_STATES>,
@@ -76,6 +77,7 @@ impl Interpreter {
             splines: Splines::default(),
             cycles: Cycles::default(),
             park: ParkPosition::default(),
+            second_park: None,
             position,
             saved: Vec::new(),
             compliant_seek_rate: setup.compliant_seek_rate,
@@ -257,6 +259,7 @@ impl Interpreter {
         self.modal.systems = Default::default();
         self.modal.g92 = self.setup.g92;
         self.park = ParkPosition::default();
+        self.second_park = None;
         crate::parameters::offsets_changed(self);
     }
 
@@ -289,6 +292,20 @@ impl Interpreter {
     #[must_use]
     pub const fn park(&self) -> &ParkPosition {
         &self.park
+    }
+
+    /// The park position of G30, where one has been stored.
+    #[must_use]
+    pub const fn second_park(&self) -> Option<&ParkPosition> {
+        self.second_park.as_ref()
+    }
+
+    /// Stores the park position of G28 or G30.
+    pub(crate) const fn store_park(&mut self, number: u16, place: ParkPosition) {
+        match number {
+            30 => self.second_park = Some(place),
+            _ => self.park = place,
+        }
     }
 
     /// X Y Z of the last G38, machine position in mm, and whether its contact was found.

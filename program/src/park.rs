@@ -1,4 +1,4 @@
-//! The park position of G28.
+//! The park positions of G28 and G30.
 
 use units::Axis;
 

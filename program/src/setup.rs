@@ -33,6 +33,8 @@ pub struct Setup {
     pub spindle: SpindleSetup,
     /// Canned cycles.
     pub cycles: CycleSetup,
+    /// In GRBL's dialect G30 parks at the second park position (`nist_G30`).
+    pub g30_parks: bool,
 }
 
 /// Switches at most.

@@ -8,6 +8,11 @@ fn start() -> Bench {
     Plan::new(CARTESIAN).start()
 }
 
+fn with_probe() -> Bench {
+    let plan = ["enable = true", "probe_pin = PB10^", "slow_feedrate = 5", "max_travel = 40"];
+    plan.iter().fold(Plan::new(CARTESIAN), |plan, line| plan.set(&format!("[zprobe] {line}"))).start()
+}
+
 // --- positions ---
 
 #[test]
@@ -30,6 +35,23 @@ fn m306_has_this_place_read_as_given_from_the_next_homing_on() {
     bench.run(&["G28 X0", "G1 X12.5 F3000", "M400"]);
     assert!((bench.carriage(Alpha) - carriage).abs() < 0.02, "the same place reads 12.5 now");
     assert!(bench.say("M503").contains("M206 X2.50 "));
+}
+
+#[test]
+fn g30_parks_at_its_own_position_where_the_configuration_says_so() {
+    let plan = Plan::new(CARTESIAN).set("[general] grbl_mode = true").set("[motion control] nist_G30 = true");
+    let mut bench = plan.start();
+    bench.say("$H");
+    let undefined = bench.say("G30");
+    assert!(undefined.contains("Use G30.1 to define it"), "{undefined}");
+    for line in ["G90 G0 X20 Y30 Z5", "G4 P0.5", "G30.1", "G0 X1 Y1 Z1", "G30", "G4 P0.5"] {
+        assert!(bench.say(line).ends_with("ok\n"), "{line}");
+    }
+    assert!((bench.carriage(Alpha) - 20.0).abs() < 0.02 && (bench.carriage(Gamma) - 5.0).abs() < 0.02);
+    assert!(bench.say("$#").contains("[G30:20.000,30.000,5.000]"));
+    assert!(bench.say("M503").contains("G30.1 X20.0000 Y30.0000 Z5.0000"));
+    // P searches, also there; without a probe that is refused.
+    assert!(!bench.say("G30 P1").contains("Use G30.1"));
 }
 
 // --- sensors and drivers ---

@@ -170,9 +170,8 @@ pub const MOTION_CONTROL: Section = Section {
             "nist_G30",
             "false",
             |c, _, v| c.motion.nist_g30 = v,
-            "With grbl_mode, G30 moves to the stored position instead of probing.",
-        )
-        .not_yet_harmless("leave it out; G30 always probes"),
+            "With grbl_mode, G30 without P goes to the position that G30.1 stored instead of probing.",
+        ),
         bool(
             "must_be_homed",
             "false",

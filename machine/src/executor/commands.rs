@@ -7,7 +7,7 @@ use program::{Dialect, Meaning, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, program_io, suspend};
-use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::{self, listings};
 use crate::jog;
 use crate::motors;
@@ -243,7 +243,7 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
             machine.say(to, format_args!("{about} - {}\n", row.help));
             Ok(Answer::Ok)
         }
-        None => Err(Failure::Refused(crate::failure::message(format_args!("nothing is known of {about}")))),
+        None => Err(Failure::Refused(message(format_args!("nothing is known of {about}")))),
     }
 }
 
@@ -380,7 +380,7 @@ async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipien
     if !machine.config.probe.enable {
         return Err(Failure::refused("no probe is configured: [zprobe] enable"));
     }
-    let text = crate::failure::message(format_args!("G30 {words}"));
+    let text = message(format_args!("G30 P1 {words}"));
     let mut blocks = Blocks::new(text.as_bytes());
     let block: Block<'_> = match (blocks.next(), blocks.next()) {
         (Some(Ok(block)), None) => block,

@@ -76,7 +76,8 @@ pub(crate) fn offsets(own: &Own, program: &Interpreter, reply: &mut Reply<'_>) {
     let park = program.park();
     // Ours is taken away from a place, GRBL's is added to it.
     let g92 = modal.g92.map(|mm| -mm);
-    for (name, point) in [("G28", [park.x, park.y, park.z.unwrap_or(0.0)]), ("G30", [0.0; 3]), ("G92", g92)] {
+    let second = program.second_park().map_or([0.0; 3], |place| [place.x, place.y, place.z.unwrap_or(0.0)]);
+    for (name, point) in [("G28", [park.x, park.y, park.z.unwrap_or(0.0)]), ("G30", second), ("G92", g92)] {
         reply.say(format_args!("[{name}"));
         say_point(reply, point.map(length));
     }

@@ -48,7 +48,8 @@ pub(crate) fn offsets(program: &Interpreter, verbose: bool, reply: &mut Reply<'_
     }
     let park = program.park();
     say_offsets(program, "G28", [park.x, park.y, park.z.unwrap_or(0.0)], reply);
-    say_offsets(program, "G30", [0.0; 3], reply);
+    let second = program.second_park().copied().unwrap_or_default();
+    say_offsets(program, "G30", [second.x, second.y, second.z.unwrap_or(0.0)], reply);
     say_offsets(program, "G92", modal.g92, reply);
     let [x, y, z] = modal.tool_offset.map(|mm| modal.in_program_units(mm));
     if verbose {

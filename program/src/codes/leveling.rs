@@ -69,16 +69,26 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
     strategy(Code::g(29), "measure the bed as the leveling strategy does"),
     strategy(Code::g(29).sub(1), "measure the bed on a spiral").waits(Waits::Result),
-    CodeInfo::means(Code::g(30), probing::probe_down, "search for the bed and say the way there")
-        .takes(&[
-            word('F', Unit::Feed, "speed of this search"),
-            word('Z', Unit::Length, "stay there; it reads as this from now on"),
-            word('L', Unit::Flag, "stay there"),
-            word('R', Unit::Number, "1: the other way"),
-        ])
-        .waits(Waits::Result)
-        .part(Part::Probe)
-        .differs(SEARCHES),
+    CodeInfo::means(
+        Code::g(30),
+        homing::probe_or_park,
+        "search for the bed and say the way there; with nist_G30, park",
+    )
+    .takes(&[
+        word('P', Unit::Flag, "search, also where it parks"),
+        word('X', Unit::Length, "when parking, a distance to go first"),
+        word('Y', Unit::Length, "when parking, a distance to go first"),
+        word('F', Unit::Feed, "speed of this search"),
+        word('Z', Unit::Length, "stay there; it reads as this from now on"),
+        word('L', Unit::Flag, "stay there"),
+        word('R', Unit::Number, "1: the other way"),
+    ])
+    .waits(Waits::Result)
+    .part(Part::Probe)
+    .differs(SEARCHES),
+    CodeInfo::means(Code::g(30).sub(1), homing::store_park, "store the second park position: here, or X Y and Z")
+        .takes(PLACES)
+        .differs("known only with grbl_mode and nist_G30"),
     strategy(Code::g(31), "level by a grid; three points: say the plane"),
     strategy(Code::g(32), "level the bed, or calibrate a delta"),
     along(2, "search until the contact closes; none is an alarm"),

@@ -4,8 +4,10 @@ use units::{Axis, AxisSet, PerAxis};
 
 use crate::action::Action;
 use crate::context::{Context, Facts, Meaning, NOTHING};
+use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::meaning::probing;
 use crate::park::ParkPosition;
 use crate::words::Words;
 
@@ -13,7 +15,8 @@ use crate::words::Words;
 pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if context.dialect.parks(words.code().subcode) {
-        return go_to_park(program, words, context.facts);
+        let place = program.park;
+        return go_to_park(program, words, context.facts, place);
     }
     if let Some(letter) = words.other_than(context.dialect.homing_words()) {
         return Err(Problem::NotHomable(letter).refused(words.column_of(letter)));
@@ -21,7 +24,17 @@ pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>)
     Ok(Meaning::Action(Action::Home(words.axes())))
 }
 
-/// G28.1: stores where the machine is, or with X and Y (and Z) that place.
+/// G30: searches for the bed, or parks at the second position where that is what it means; with P it searches
+/// everywhere.
+pub(crate) fn probe_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if program.setup.g30_parks && context.dialect == Dialect::Grbl && !context.words.has('P') {
+        let Some(place) = program.second_park else { return Err(Problem::NoSecondPark.refused(0)) };
+        return go_to_park(program, &context.words, context.facts, place);
+    }
+    probing::probe_down(program, context)
+}
+
+/// G28.1 and G30.1: stores where the machine is, or with X and Y (and Z) that place.
 pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let (words, homes_z) = (&context.words, context.facts.can_home.has(Axis::Z));
     if words.is_bare() {
@@ -29,14 +42,15 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
             return Err(Problem::NotHomed.refused(0));
         }
         let z = homes_z.then_some(program.position[Axis::Z]);
-        program.park = ParkPosition { x: program.position[Axis::X], y: program.position[Axis::Y], z };
+        let here = ParkPosition { x: program.position[Axis::X], y: program.position[Axis::Y], z };
+        program.store_park(words.code().number, here);
         keep_park(program);
         return Ok(Meaning::Action(Action::Note("position saved, use M500 to make permanent")));
     }
     let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
     let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
     let z = words.axis(Axis::Z).filter(|_| homes_z);
-    program.park = ParkPosition { x, y, z };
+    program.store_park(words.code().number, ParkPosition { x, y, z });
     keep_park(program);
     if words.has('Z') && z.is_none() {
         return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
@@ -54,7 +68,12 @@ fn keep_park(program: &mut Interpreter) {
 
 /// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,
 /// then X and Y. With words only the axes they name take part.
-fn go_to_park<'b>(program: &mut Interpreter, words: &Words<'b>, facts: Facts) -> Result<Meaning<'b>, Fault> {
+fn go_to_park<'b>(
+    program: &mut Interpreter,
+    words: &Words<'b>,
+    facts: Facts,
+    place: ParkPosition,
+) -> Result<Meaning<'b>, Fault> {
     if let Some(letter) = words.other_than("XYZ") {
         return Err(Problem::NotParkable(letter).refused(words.column_of(letter)));
     }
@@ -65,7 +84,7 @@ fn go_to_park<'b>(program: &mut Interpreter, words: &Words<'b>, facts: Facts) ->
     for axis in Axis::PRIMARY {
         by[axis] += words.axis(axis).unwrap_or(0.0);
     }
-    let (place, bare) = (program.park, words.is_bare());
+    let bare = words.is_bare();
     let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
         for axis in axes.iter().filter(|axis| bare || words.has(axis.letter())) {
             target[*axis] = place.of(*axis).unwrap_or(target[*axis]);

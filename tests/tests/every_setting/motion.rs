@@ -34,6 +34,7 @@ const SHAPED: &[&str] =
 const POLAR: &[&str] = &["[motion control] arm_solution = polar"];
 
 pub const ROWS: &[Row] = &[
+    row("[motion control] nist_G30", "false", "true", Say(&["G30"])).with(&["[general] grbl_mode = true"]),
     row("[motion control] default_feed_rate", "3000", "1500", Edges(&["G91", "G1 X5"])),
     row("[motion control] default_seek_rate", "9000", "1500", Edges(&["G91", "G0 X5"])),
     row("[motion control] compliant_seek_rate", "false", "true", Edges(&["G91", "G0 X1 F600", "G0 X3"])),
