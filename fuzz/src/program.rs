@@ -33,6 +33,7 @@ fn setup() -> Setup {
             recover_rate: MmPerSecond(20.0),
             z_lift: if id == 0 { 0.4 } else { 0.0 },
             z_lift_rate: MmPerSecond(10.0),
+            flow_limit: None,
             is_off: false,
         };
         assert!(setup.tools.push(tool).is_ok(), "room for two tools");

@@ -81,16 +81,13 @@ pub(crate) fn axis_speeds(
         report_axis_speeds(&limits, program, reply);
         return Ok(None);
     }
-    if words.has('V') {
-        return Err(Failure::refused("M203 V: a limit of the flow is not supported yet"));
-    }
     for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
         if let Some(speed) = words.axis(axis) {
             *limit = (speed > 0.0).then_some(MmPerSecond(speed));
         }
     }
     // Beside E, P is the number of an extruder.
-    if let Some(speed) = words.get('P').filter(|_| !words.has('E')) {
+    if let Some(speed) = words.get('P').filter(|_| !words.has('E') && !words.has('V')) {
         limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
     }
     if let Some((motor, speed)) = extruder_word(words, program.tools(), config)? {
@@ -104,12 +101,18 @@ fn report_axis_speeds(limits: &Limits, program: &Interpreter, reply: &mut Reply<
     for (axis, limit) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
         reply.say(format_args!(" {}:{:.6} ", axis.letter(), limit.map_or(0.0, |limit| limit.0)));
     }
-    let (seek, most) = (program.modal().seek_rate.0, limits.max_speed.map_or(0.0, |limit| limit.0));
+    // In Smoothieware's single precision.
+    let (seek, most) = (program.modal().seek_rate.0 as f32, limits.max_speed.map_or(0.0, |limit| limit.0));
     reply.say(format_args!(" S:{seek:.6} P:{most:.6} "));
-    if let Some(motor) = extruder_in_use(program.tools()) {
-        reply.say(format_args!("E:{:.6} ", limits.actuator_rate[motor].0));
-    }
+    report_extruder(limits, program.tools(), reply);
     reply.say(format_args!("\n"));
+}
+
+fn report_extruder(limits: &Limits, tools: &Tools, reply: &mut Reply<'_>) {
+    if let (Some(motor), Some(tool)) = (extruder_in_use(tools), tools.active()) {
+        let flow = tool.settings.flow_limit.unwrap_or(0.0);
+        reply.say(format_args!("E:{:.6} V:{flow:.6}", limits.actuator_rate[motor].0));
+    }
 }
 
 /// M203.1: greatest speeds of motors; without words says them.
@@ -129,12 +132,16 @@ pub(crate) fn motor_speeds(
         for (axis, motor) in own {
             reply.say(format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
         }
+        report_extruder(&limits, tools, reply);
         reply.say(format_args!("\n"));
         return Ok(Answer::Ok);
     }
     for (axis, motor) in motors() {
         let rate = &mut limits.actuator_rate[motor];
         *rate = words.axis(axis).map_or(*rate, MmPerSecond);
+    }
+    if let Some((motor, speed)) = extruder_word(words, tools, config)? {
+        limits.actuator_rate[motor] = MmPerSecond(speed);
     }
     set_limits(ports, limits)
 }

@@ -117,6 +117,7 @@ fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettin
         recover_rate: extruder.recover_rate,
         z_lift: extruder.z_lift.0,
         z_lift_rate: extruder.z_lift_rate,
+        flow_limit: None,
         is_off: config.off("extruder", &extruder.name).is_some(),
     }
 }

@@ -193,6 +193,9 @@ fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &
     if let Some(rate) = motor.map(|motor| motion.limits.actuator_rate[motor]) {
         writeln!(text, ";E max speed mm/s:\nM203 E{} P{id}", Value(rate.0, 4))?;
     }
+    if let Some(most) = settings.flow_limit {
+        writeln!(text, ";E max flow mm3/s:\nM203 V{} P{id}", Value(most, 4))?;
+    }
     let advance = motion.filters.advance.get(advance_of(settings.axis)).copied().flatten();
     let configured = config.extruders.iter().find(|extruder| extruder.tool_id == id);
     let has_configured = configured.is_some_and(|extruder| extruder.pressure_advance_s > 0.0);

@@ -112,6 +112,8 @@ pub struct ToolSettings {
     pub z_lift: f64,
     /// How fast.
     pub z_lift_rate: MmPerSecond,
+    /// The greatest flow of G1 where E counts in mm3, mm3/s (M203 V).
+    pub flow_limit: Option<f64>,
     /// An error in the configuration keeps it off.
     pub is_off: bool,
 }

@@ -27,6 +27,7 @@ fn tool(id: u8, axis: Axis) -> ToolSettings {
         recover_rate: MmPerSecond(20.0),
         z_lift: if id == 0 { 0.4 } else { 0.0 },
         z_lift_rate: MmPerSecond(10.0),
+        flow_limit: None,
         is_off: false,
     }
 }

@@ -121,8 +121,8 @@ fn the_settings_v2_saves_load_without_a_word_and_are_written_as_they_were() {
 fn the_settings_v2_saves_land_where_they_land_there() {
     let mut bench = with_saved(SAVED_BY_V2);
     assert_eq!(bench.say("M92"), "X:100.000000 Y:100.000000 Z:400.000000 E:701.000000 \nok\n");
-    assert!(bench.say("M203").contains(" P:0.000000 E:51.000000 "), "{}", bench.say("M203"));
-    assert_eq!(bench.say("M203.1"), " X:500.000000  Y:500.000000  Z:30.000000 \nok\n");
+    assert!(bench.say("M203").contains(" P:0.000000 E:51.000000 V:0.000000"), "{}", bench.say("M203"));
+    assert_eq!(bench.say("M203.1"), " X:500.000000  Y:500.000000  Z:30.000000 E:51.000000 V:0.000000\nok\n");
     let gains = bench.say("M301");
     assert!(gains.contains("B(S254): PonM: 0 P: 54.000000 I: 0.500000 D: 254.000000 X(I_max):254.000000 max pwm: 254"));
     assert!(gains.contains("T(S0): PonM: 0 P: 11.000000 I: 0.100000 D: 111.000000 X(I_max):111.000000 max pwm: 111"));

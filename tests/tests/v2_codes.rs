@@ -108,6 +108,21 @@ fn steps(said: &str) -> f64 {
     said.split([' ', ':']).nth(1).and_then(|word| word.parse().ok()).expect("steps")
 }
 
+#[test]
+fn the_flow_of_filament_has_its_limit() {
+    let mut bench = Plan::new(CARTESIAN).set("[extruder] hotend.filament_diameter = 1.75").start();
+    bench.run(&["M83", "G91", "G1 X10 E10 F3000", "M203 V2"]);
+    bench.run(&["M400"]);
+    let began = bench.now_s();
+    bench.run(&["G1 X10 E10", "M400"]);
+    let took = bench.now_s() - began;
+    assert!((5.0..5.3).contains(&took), "10 mm3 at 2 mm3/s took {took} s");
+    for code in ["M404", "M405", "M406", "M407"] {
+        assert!(bench.say(code).contains("no filament detector"), "{code}");
+    }
+    assert!(bench.say("M221 R1000").contains("(not there yet)"));
+}
+
 // --- files ---
 
 #[test]

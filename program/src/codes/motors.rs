@@ -4,6 +4,7 @@ use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
+use crate::meaning::extruders;
 use crate::word::{Unit, WordInfo, word};
 
 /// A word for each axis, of one unit.
@@ -39,17 +40,28 @@ pub const ROWS: &[CodeInfo] = &[
             TOOL_WORD,
         ])
         .waits(Waits::Standstill),
-    CodeInfo::asks(Code::m(203), Function::AxisSpeeds, "greatest speeds of axes; without words, say them").takes(&[
+    CodeInfo::either(
+        Code::m(203),
+        extruders::flow_limit,
+        Function::AxisSpeeds,
+        "greatest speeds of axes; without words, say them",
+    )
+    .takes(&[
         word('X', Unit::MmPerSecond, "of this axis"),
         word('Y', Unit::MmPerSecond, "of this axis"),
         word('Z', Unit::MmPerSecond, "of this axis"),
         word('E', Unit::MmPerSecond, "of an extruder's motor"),
         word('S', Unit::MmPerSecond, "of G0"),
-        word('P', Unit::Number, "of the tool along its path; beside E, which extruder"),
-        word('V', Unit::Number, "of the flow of filament"),
+        word('P', Unit::Number, "of the tool along its path; beside E or V, which extruder"),
+        word('V', Unit::Number, "of the flow of G1 where E counts in mm3, mm3/s; 0: none").least(0.0),
     ]),
     CodeInfo::asks(Code::m(203).sub(1), Function::MotorSpeeds, "greatest speeds of motors; without words, say them")
-        .takes(by_axis!(Unit::MmPerSecond, "of this motor")),
+        .takes(by_axis!(
+            Unit::MmPerSecond,
+            "of this motor",
+            word('E', Unit::MmPerSecond, "of an extruder's motor"),
+            TOOL_WORD
+        )),
     CodeInfo::asks(Code::m(204), Function::Accelerations, "accelerations").takes(by_axis!(
         Unit::MmPerSecond2,
         "of this motor; 0: as S",

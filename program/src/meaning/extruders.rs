@@ -121,6 +121,19 @@ pub(crate) fn recovery<'b>(program: &mut Interpreter, context: &Context<'b>) -> 
     NOTHING
 }
 
+/// M203 V: the greatest flow; the rest is the machine's.
+pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    if let Some(most) = words.get('V') {
+        let tool = program.tools.selected_mut(words)?;
+        tool.settings.flow_limit = (most > 0.0).then_some(most);
+        if !"XYZES".chars().any(|letter| words.has(letter)) {
+            return NOTHING;
+        }
+    }
+    Ok(context.function())
+}
+
 /// M221.
 pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let tool = program.tools.selected_mut(&context.words)?;

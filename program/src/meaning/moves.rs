@@ -2,7 +2,7 @@
 
 use units::{Axis, Micros, MmPerSecond, PerAxis};
 
-use crate::action::{Action, Shape};
+use crate::action::{Action, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
@@ -58,13 +58,40 @@ fn draw_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meanin
     if !stands && mode != MotionMode::Rapid && program.modal.feed_rate.0 == 0.0 {
         return Err(Problem::NoFeedRate.alarm(words.column()));
     }
+    let mut slowest = None;
     if let (Some(e), Some(tool)) = (e, program.tools.active_mut()) {
+        let fed = e - tool.e;
         tool.e = e;
+        slowest = tool.settings.flow_limit.filter(|_| mode == MotionMode::Linear).map(|most| (most, fed));
     }
     if stands {
         return NOTHING;
     }
+    if let Some((most, fed)) = slowest {
+        return Ok(Meaning::Action(draw_within_flow(program, target, shape, words.has('Z'), (most, fed))));
+    }
     Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))
+}
+
+/// A move that feeds so much filament, mm3, at most so fast that its flow stays within a limit, mm3/s. Of E
+/// in mm nothing is known.
+fn draw_within_flow<'b>(
+    program: &mut Interpreter,
+    target: PerAxis<f64>,
+    shape: Shape,
+    names_z: bool,
+    (most, fed): (f64, f64),
+) -> Action<'b> {
+    let is_volume = program.tools.active().is_some_and(|tool| tool.settings.filament_diameter.is_some());
+    let way = |axis: Axis| target[axis] - program.position[axis];
+    let length = libm::sqrt(Axis::PRIMARY.into_iter().map(|axis| way(axis) * way(axis)).sum());
+    let own = program.modal.feed_rate;
+    let fastest = if is_volume && fed > 0.0 && length > 0.0 { most * length / fed } else { f64::INFINITY };
+    let mut action = program.draw(target, shape, names_z);
+    if let Action::Move(request) = &mut action {
+        request.rate = Rate::Feed(MmPerSecond(own.0.min(fastest)));
+    }
+    action
 }
 
 /// The S word.
