@@ -337,6 +337,7 @@ pub enum Function {
     Microsteps,
     MotorPositions,
     HomeOffsetsFromHere,
+    AlignSlave,
     // Extruders.
     FilamentDiameter,
     RetractSettings,

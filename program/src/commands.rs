@@ -85,6 +85,27 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("$SLP", "", "sleep: everything off until Ctrl-X or a reset"),
 ];
 
+/// Commands of Smoothieware v2 whose part of the machine is not there yet, and that part.
+const LATER: &[(&str, &str)] = &[
+    ("dfu", "USB"),
+    ("dl", "USB"),
+    ("fire", "the laser"),
+    ("flash", "updates from the card"),
+    ("msc", "USB"),
+    ("net", "the network"),
+    ("ntp", "the network"),
+    ("qspi", "the QSPI flash"),
+    ("rpm", "a spindle's encoder"),
+    ("update", "the network"),
+    ("wget", "the network"),
+];
+
+/// What a command that is not carried out yet waits for.
+#[must_use]
+pub fn waits_for(word: &str) -> Option<&'static str> {
+    LATER.iter().find(|(name, _)| *name == word).map(|(_, part)| *part)
+}
+
 /// The row of a command word.
 #[must_use]
 pub fn find(word: &str) -> Option<&'static CommandInfo> {

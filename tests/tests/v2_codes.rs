@@ -21,6 +21,7 @@ fn motors_are_said_to_be_elsewhere() {
     bench.run(&["G28.4 X12 Y3 Z4"]);
     assert_eq!(bench.say("M114.3"), "ok APOS: X:12.0000 Y:3.0000 Z:4.0000 E:0.0000 \n");
     assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "that is no homing");
+    assert!(bench.say("G28.7 X1").contains("(not there yet)"));
 }
 
 #[test]

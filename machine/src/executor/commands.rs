@@ -50,13 +50,7 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
     if matches!(word, "m23" | "m32" | "m117") {
         return Ok(Answer::Ok);
     }
-    let Some(info) = find(word) else {
-        return Err(if line.starts_with('$') {
-            Failure::refused("Invalid statement")
-        } else {
-            Failure::Refused(crate::failure::message(format_args!("Unsupported command - {line}")))
-        });
-    };
+    let Some(info) = find(word) else { return Err(unknown(line, word)) };
     if asks_for_help(arguments) {
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
@@ -67,6 +61,14 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
         return outcome;
     }
     work(machine, word, arguments, to).await
+}
+
+fn unknown(line: &str, word: &str) -> Failure {
+    match program::commands::waits_for(word) {
+        Some(part) => Failure::Refused(message(format_args!("{word} needs {part} (not there yet)"))),
+        None if line.starts_with('$') => Failure::refused("Invalid statement"),
+        None => Failure::Refused(message(format_args!("Unsupported command - {line}"))),
+    }
 }
 
 /// Whether a line is a command as GRBL has it. `$P` and `$S` it has none.

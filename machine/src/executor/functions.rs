@@ -176,6 +176,7 @@ fn motion_or_heat<P: Ports>(
         Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
         Function::DriverOption => motors::driver_option(ports, config, words, reply),
+        Function::AlignSlave => Err(Failure::refused("G28.7 needs motors of one axis that turn alone (not there yet)")),
         _ => return None,
     })
 }

@@ -43,5 +43,28 @@ pub const ROWS: &[CodeInfo] = &[
         Function::FlowFactor,
         "scale the flow of what is extruded from now on",
     )
-    .takes(&[word('S', Unit::Percent, "factor").above(0.0), TOOL_WORD]),
+    .takes(&[
+        word('S', Unit::Percent, "factor").above(0.0),
+        TOOL_WORD,
+        word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
+    ])
+    .differs("on a machine with a laser its power too"),
+    filament_detector(404, "settings of the filament detector; there is none yet"),
+    filament_detector(405, "filament detector off; there is none yet"),
+    filament_detector(406, "filament detector on; there is none yet"),
+    filament_detector(407, "state of the filament detector; there is none yet"),
 ];
+
+const fn filament_detector(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::m(number), extruders::no_detector, help)
+        .takes(
+            const {
+                &[
+                    word('S', Unit::Seconds, "time between looks"),
+                    word('P', Unit::Number, "pulses a mm"),
+                    word('H', Unit::Number, "1: heaters stay on"),
+                ]
+            },
+        )
+        .differs("carried out where there is a detector")
+}

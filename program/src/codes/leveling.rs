@@ -67,6 +67,9 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill),
     CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
+    CodeInfo::asks(Code::g(28).sub(7), Function::AlignSlave, "turn a slave motor alone; refused: not built yet")
+        .takes(AXES)
+        .differs("turns the slave up to 20 mm to its own switch"),
     strategy(Code::g(29), "measure the bed as the leveling strategy does"),
     strategy(Code::g(29).sub(1), "measure the bed on a spiral").waits(Waits::Result),
     CodeInfo::means(

@@ -2,6 +2,7 @@
 
 use units::Axis;
 
+use crate::action::Action;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
@@ -134,8 +135,16 @@ pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -
     Ok(context.function())
 }
 
+/// M404 to M407.
+pub(crate) fn no_detector<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Ok(Meaning::Action(Action::Note("warning: there is no filament detector (not there yet)")))
+}
+
 /// M221.
 pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if context.words.has('R') {
+        return Err(Problem::Needs(context.words.code(), "a laser").refused(context.words.column_of('R')));
+    }
     let tool = program.tools.selected_mut(&context.words)?;
     let Some(factor) = context.words.get('S') else { return Ok(context.function()) };
     tool.flow = factor;
