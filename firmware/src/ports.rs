@@ -334,6 +334,14 @@ where
         }
     }
 
+    fn stop_for_debugger(&mut self) -> bool {
+        let is_attached = cortex_m::peripheral::DCB::is_debugger_attached();
+        if is_attached {
+            cortex_m::asm::bkpt();
+        }
+        is_attached
+    }
+
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
     }

@@ -70,6 +70,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("thermistors", "", "sensors that are known by name").question(),
     command("calc_thermistor", "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
     command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
+    command("break", "", "stop for a debugger, if one is attached"),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "[-n] text", "say it; -n: without a line end").question(),

@@ -133,6 +133,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         }
         "date" => return Some(date(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
+        "break" => return Some(stop_for_debugger(machine, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.ports.request_reset();
@@ -294,6 +295,17 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     }
     let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused("write date YYMMDDhhmmss"))?;
     if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused("the clock does not run")) }
+}
+
+/// Without a debugger nothing would go on.
+fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
+        return Err(Failure::refused("the machine moves: stop it first"));
+    }
+    if !machine.ports.stop_for_debugger() {
+        machine.say(to, format_args!("no debugger is attached\n"));
+    }
+    Ok(Answer::Ok)
 }
 
 /// What takes time.

@@ -83,6 +83,9 @@ pub trait Board {
     /// The executor still runs. The watchdog is fed only when all reporters do this.
     fn report_alive(&mut self);
 
+    /// Stops the core for a debugger. False when none is attached.
+    fn stop_for_debugger(&mut self) -> bool;
+
     /// Asks for a reset one second from now, so that replies can leave.
     fn request_reset(&mut self);
 }

@@ -232,6 +232,11 @@ impl Board for HostPorts {
         // There is no watchdog: a machine that hangs here hangs the test.
     }
 
+    fn stop_for_debugger(&mut self) -> bool {
+        // A debugger of this process stops it without being asked.
+        false
+    }
+
     fn request_reset(&mut self) {
         self.shared.reset_requested.set(true);
     }
