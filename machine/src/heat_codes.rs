@@ -21,7 +21,7 @@ pub(crate) use sensors::{sensors, write_sensor};
 /// How often a wait says the temperature.
 const WAIT_REPORT: Micros = Micros::from_millis(1_200);
 /// What an unreadable sensor is reported as.
-pub(crate) const NO_READING: f32 = -100.0;
+const NO_READING: f32 = -100.0;
 
 // --- setting and waiting ---
 

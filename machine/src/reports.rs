@@ -9,7 +9,7 @@ mod status;
 
 pub(crate) use device::{firmware, memory, version};
 pub(crate) use get::get;
-pub(crate) use parts::{thermistor_coefficients, thermistors};
+pub(crate) use parts::{modules, thermistor_coefficients, thermistors};
 pub(crate) use position::{end_switches, position};
 pub(crate) use program::{filament_diameter, flow_factor, modal, offsets};
 pub(crate) use status::{Status, status};

@@ -39,6 +39,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("help", "[command or code]", "list the commands; with one, say what it does").question(),
     command("version", "", "firmware, board and clock").question(),
     command("mem", "", "memory in use, and how long reading the configuration took").question(),
+    command("modules", "", "the parts that the configuration switches on").question(),
     command("date", "[YYMMDDhhmmss]", "say or set date and time"),
     command("ls", "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
     command("cd", "[folder]", "change the current folder; without one, to the card"),
@@ -57,7 +58,12 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("abort", "", "stop the file being played; heaters stay as they are"),
     command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),
     command("resume", "", "go on with the suspended job").working(),
-    command("get", "pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]", "say what is").question(),
+    command(
+        "get",
+        "pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk x,y,z|ik x,y,z",
+        "say what is; fk, ik: where motors put the tool, and where they stand for it",
+    )
+    .question(),
     command("config-get", "\"section\"", "show a section of config.ini"),
     command(
         "config-set",

@@ -158,4 +158,6 @@ fn the_clock_is_set_and_goes_on() {
     bench.run(&["date 260102030405"]);
     bench.hear(3.0);
     assert_eq!(bench.say("date"), "2026-01-02 03:04:08\nok\n");
+    assert_eq!(bench.say("get fk 1,2,3"), "cartesian= X 1.000000, Y 2.000000, Z 3.000000\nok\n");
+    assert_eq!(bench.say("get ik 10"), "actuator= X 10.000000, Y 10.000000, Z 10.000000\nok\n");
 }

@@ -177,6 +177,10 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             return Some(Ok(Answer::Ok));
         }
         "$S" => outputs.report(config, reply),
+        "modules" => {
+            reports::modules(config, reply);
+            return Some(Ok(Answer::Said));
+        }
         "thermistors" => {
             reports::thermistors(reply);
             return Some(Ok(Answer::Ok));

@@ -1,8 +1,10 @@
 //! `get`: one thing about the machine.
 
 use config::MachineConfig;
+use heapless::Vec;
+use units::{Axis, PerActuator, PerAxis};
 
-use super::status::{Status, mode, status};
+use super::status::{Status, fields, mode};
 use super::{position, program};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::outputs::Outputs;
@@ -10,7 +12,7 @@ use crate::ports::{Board, HeatPort, MotionPort};
 use crate::safety::microseconds;
 use crate::sessions::Reply;
 
-/// `get pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]`
+/// `get pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk|ik x[,y,z]`
 ///
 /// # Errors
 /// When it is something else.
@@ -23,15 +25,22 @@ pub(crate) fn get(
 ) -> Outcome {
     let mut words = arguments.split_ascii_whitespace();
     match words.next() {
-        Some("pos") => position::positions(ports, of.program, reply),
-        Some("wcs") => program::work_system(of.program, reply),
-        Some("state") => program::modal(of.config, of.program, outputs, reply),
+        Some("pos") => position::positions(ports, of.config, of.program, reply),
+        Some("wcs") => program::offsets(of.program, true, reply),
+        Some("state") => {
+            let line = program::modal_words(of.config, of.program, outputs);
+            reply.say(format_args!("{line}\n"));
+        }
         Some("mode") => mode(of.mode, reply),
-        Some("status") => status(ports, of, reply),
+        Some("status") => {
+            let line = fields(ports, of);
+            reply.say(format_args!("{line}\n"));
+        }
         Some("steps") => step_times(ports, reply),
         Some("temp") => temperatures(ports, of.config, words.next(), reply),
         Some("volts") => volts(ports, of.config, words.next(), reply),
-        _ => return Err(Failure::refused("get what? pos, wcs, state, mode, status, steps, temp, volts")),
+        Some(way @ ("fk" | "ik")) => kinematics(ports, way == "fk", words.next(), reply)?,
+        _ => return Err(Failure::refused("get what? pos, wcs, state, mode, status, steps, temp, volts, fk, ik")),
     }
     Ok(Answer::Ok)
 }
@@ -49,6 +58,37 @@ fn step_times(ports: &mut (impl MotionPort + Board), reply: &mut Reply<'_>) {
     ));
 }
 
+/// `get fk x[,y,z]`, `get ik x[,y,z]`: where motors' positions put the tool, and the other way round. What is
+/// not given is as what was given last.
+fn kinematics(
+    ports: &mut impl MotionPort,
+    forward: bool,
+    numbers: Option<&str>,
+    reply: &mut Reply<'_>,
+) -> Result<(), Failure> {
+    let usage = || Failure::refused("usage: get [fk|ik] x[,y,z]");
+    let mut given = numbers.unwrap_or("").split(',').map(str::parse::<f64>);
+    let mut last = given.next().and_then(Result::ok).ok_or_else(usage)?;
+    let mut point = PerAxis::default();
+    for axis in Axis::PRIMARY {
+        if axis != Axis::X
+            && let Some(number) = given.next()
+        {
+            last = number.map_err(|_| usage())?;
+        }
+        point[axis] = last;
+    }
+    let Some(config) = ports.motion(|motion| motion.config().copied()) else {
+        return Err(Failure::refused("motion is not configured"));
+    };
+    let (name, [x, y, z, ..]) = match forward {
+        true => ("cartesian", config.kinematics.point(&PerActuator(point.0)).0),
+        false => ("actuator", config.kinematics.actuators(&point).0),
+    };
+    reply.say(format_args!("{name}= X {x:.6}, Y {y:.6}, Z {z:.6}\n"));
+    Ok(())
+}
+
 /// `get temp [name|chip]`
 fn temperatures(
     ports: &mut (impl HeatPort + Board),
@@ -56,11 +96,7 @@ fn temperatures(
     name: Option<&str>,
     reply: &mut Reply<'_>,
 ) {
-    if name.is_none_or(|name| name == "chip")
-        && let Some(celsius) = ports.chip_celsius()
-    {
-        reply.say(format_args!("chip temp: {:.6}\n", celsius.0));
-    }
+    let mut is_known = name == Some("chip");
     for (id, controller) in config.heaters().filter(|(_, heater)| name.is_none_or(|name| name == heater.name)) {
         let shown = ports.heat(|heat| {
             let heater = heat.heater(id)?;
@@ -68,10 +104,21 @@ fn temperatures(
             Some((reading, heater.target().0, heater.duty().0))
         });
         let Some((reading, target, duty)) = shown else { continue };
-        reply.say(format_args!(
-            "{}: {} ({}) temp: {reading:.6}/{target:.6} @{duty}\n",
-            controller.name, controller.designator, controller.tool_id
-        ));
+        is_known = true;
+        reply.say(format_args!("{}", controller.name));
+        if name.is_none() {
+            reply.say(format_args!(": {} ({})", controller.designator, controller.tool_id));
+        }
+        reply.say(format_args!(" temp: {reading:.6}/{target:.6} @{duty}\n"));
+    }
+    match name {
+        Some(name) if !is_known => reply.say(format_args!("{name} is not a known temperature control\n")),
+        None | Some("chip") => {
+            if let Some(celsius) = ports.chip_celsius() {
+                reply.say(format_args!("chip temp: {:.6}\n", celsius.0));
+            }
+        }
+        _ => {}
     }
 }
 
@@ -81,8 +128,11 @@ fn volts(board: &mut impl Board, config: &MachineConfig, name: Option<&str>, rep
         Some(volts) => reply.say(format_args!("{name}: {:.6} v\n", volts.0)),
         None => reply.say(format_args!("{name}: INF\n")),
     };
-    match name {
-        Some(name) => say(name),
-        None => config.voltages.iter().for_each(|monitor| say(&monitor.name)),
+    if let Some(name) = name {
+        return say(name);
     }
+    let mut names: Vec<&str, { config::MAX_VOLTAGES + 1 }> = Vec::new();
+    names.extend(config.voltages.iter().map(|monitor| monitor.name.as_str()).chain(["vref"]));
+    names.sort_unstable();
+    names.iter().for_each(|name| say(name));
 }

@@ -1,10 +1,46 @@
-//! What sensors the machine knows: `thermistors`, `calc_thermistor`.
+//! What the machine is made of, and what sensors it knows: `modules`, `thermistors`, `calc_thermistor`.
 
+use config::MachineConfig;
 use drivers::thermistor::{BUILT_IN, Curve};
 use units::{Celsius, Ohms};
 
 use crate::failure::{Answer, Failure, Outcome};
 use crate::sessions::Reply;
+
+/// `modules`: the parts that the configuration switches on, with their names.
+pub(crate) fn modules(config: &MachineConfig, reply: &mut Reply<'_>) {
+    let extruders = config.extruders.iter().map(|extruder| extruder.name.as_str());
+    let switches = config.switches.iter().map(|switch| switch.name.as_str());
+    let heaters = config.heaters().map(|(_, heater)| heater.name.as_str());
+    reply.say(format_args!("conveyor\ncurrentcontrol\n"));
+    if !config.endstops.is_empty() {
+        reply.say(format_args!("endstops\n"));
+    }
+    named("extruder", extruders, reply);
+    if config.kill_button.enable {
+        reply.say(format_args!("killbutton\n"));
+    }
+    reply.say(format_args!("player\nrobot\n"));
+    named("switch", switches, reply);
+    named("temperature control", heaters, reply);
+    if config.probe.enable {
+        reply.say(format_args!("zprobe\n"));
+    }
+}
+
+fn named<'n>(module: &str, names: impl Iterator<Item = &'n str>, reply: &mut Reply<'_>) {
+    let mut any = false;
+    for name in names {
+        match any {
+            false => reply.say(format_args!("{module}: {name}")),
+            true => reply.say(format_args!(",{name}")),
+        }
+        any = true;
+    }
+    if any {
+        reply.say(format_args!("\n"));
+    }
+}
 
 /// `thermistors`: those that `thermistor = ...` and M305 P know.
 pub(crate) fn thermistors(reply: &mut Reply<'_>) {

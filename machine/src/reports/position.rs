@@ -3,9 +3,9 @@
 use config::{HomingDirection, MachineConfig};
 use motion::Motion;
 use program::Interpreter;
-use units::{Axis, PerAxis};
+use units::PerAxis;
 
-use super::{Line, add, free_axes};
+use super::{Line, add, auxiliary_axes, free_axes};
 use crate::failure::{Answer, Outcome};
 use crate::ports::{Input, Inputs, MotionPort};
 use crate::probing::touches;
@@ -56,18 +56,34 @@ fn motor_position(motion: &Motion, machine: &PerAxis<f64>) -> PerAxis<f64> {
 }
 
 /// `get pos`
-pub(super) fn positions(ports: &mut impl MotionPort, program: &Interpreter, reply: &mut Reply<'_>) {
+pub(super) fn positions(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    program: &Interpreter,
+    reply: &mut Reply<'_>,
+) {
     let modal = program.modal();
-    let (live, commanded, steps) =
-        ports.motion(|motion| (motion.live_position(), motion.commanded_position(), motion.steps()));
-    let (last, now) = (modal.work(&commanded), modal.work(&live));
-    for (label, position) in [("last C", last), ("realtime WCS", now), ("MCS", live), ("MP", commanded)] {
+    let (live, last) = ports.motion(|motion| (motion.live_position(), motion.commanded_position()));
+    let (motors, steps) = ports.motion(|motion| (motor_position(motion, &live), motion.steps()));
+    let compensated = ports.motion(|motion| motion.compensation().motors(&last));
+    for (label, position, is_whole) in [
+        ("last C", modal.work(&last), false),
+        ("realtime WCS", modal.work(&live), false),
+        ("MCS", live, true),
+        ("APOS", motors, true),
+        ("MP", last, true),
+        ("CMP", compensated, false),
+    ] {
         let [x, y, z, ..] = position.0;
-        reply.say(format_args!("{label}: X:{x:.4} Y:{y:.4} Z:{z:.4}\n"));
+        reply.say(format_args!("{label}: X:{x:.4} Y:{y:.4} Z:{z:.4}"));
+        for axis in auxiliary_axes(config).filter(|_| is_whole) {
+            reply.say(format_args!(" {}:{:.4}", axis.letter(), position[axis]));
+        }
+        reply.say(format_args!("\n"));
     }
     reply.say(format_args!("RAW:"));
-    for (axis, count) in Axis::ALL.into_iter().zip(steps.0) {
-        reply.say(format_args!(" {}:{count}", axis.letter()));
+    for (actuator, _) in config.actuators() {
+        reply.say(format_args!(" {:11}", steps[actuator]));
     }
     reply.say(format_args!("\n"));
 }
@@ -95,7 +111,7 @@ pub(crate) fn end_switches(ports: &impl Inputs, config: &MachineConfig, tuning: 
         add!(line, "({}{homes}{limits}){pin}:{level} ", axis.letter());
     }
     if let Some(pin) = config.probe.pin.filter(|_| config.probe.enable) {
-        add!(line, "(Probe){pin}:{} ", u8::from(touches(levels, tuning)));
+        add!(line, " (Probe){pin}:{} ", u8::from(touches(levels, tuning)));
     }
     reply.say(format_args!("{line}\n"));
 }

@@ -5,6 +5,7 @@ use program::{Interpreter, Tools, Words, write_system_name};
 use units::Plane;
 
 use super::status::requested_rate;
+use super::{Line, add};
 use crate::failure::{Answer, Outcome};
 use crate::needs::failure_of;
 use crate::outputs::Outputs;
@@ -20,6 +21,12 @@ fn system_name(system: usize) -> heapless::String<8> {
 
 /// `[GC:G0 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F4000.0000 S0.0000]`
 pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Outputs, reply: &mut Reply<'_>) {
+    let line = modal_words(config, program, outputs);
+    reply.say(format_args!("[{line}]\n"));
+}
+
+/// What stands between the brackets of `$G`; `get state` says it without them.
+pub(super) fn modal_words(config: &MachineConfig, program: &Interpreter, outputs: &Outputs) -> Line {
     let modal = program.modal();
     let plane = match modal.plane {
         Plane::Xy => 17,
@@ -32,9 +39,10 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
     let spindle = if outputs.is_on_by_name(config, "spindle") { 3 } else { 5 };
     let feed = modal.in_program_units(requested_rate(program).per_minute());
     let (power, tool) = (modal.power, program.tools().active_id());
-    reply.say(format_args!(
-        "[GC:{motion} {system} G{plane} G{units} G{distance} {feed_mode} {path} M0 M{spindle} M9 T{tool} F{feed:.4} S{power:.4}]\n"
-    ));
+    let mut line = Line::new();
+    add!(line, "GC:{motion} {system} G{plane} G{units} G{distance} {feed_mode} {path} M0 M{spindle} M9 ");
+    add!(line, "T{tool} F{feed:.4} S{power:.4}");
+    line
 }
 
 /// `$#`: every offset.
@@ -66,8 +74,8 @@ fn say_offsets(program: &Interpreter, name: &str, offsets: [f64; 3], reply: &mut
     reply.say(format_args!("[{name}:{x:.4},{y:.4},{z:.4}]\n"));
 }
 
-/// `get wcs`
-pub(super) fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
+/// Which of them is in force.
+fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
     reply.say(format_args!("[current WCS: {}]\n", system_name(program.modal().system)));
 }
 

@@ -5,7 +5,6 @@ use program::{Dialect, Interpreter, MotionMode, State};
 use units::{MmPerSecond, PerAxis};
 
 use super::{Line, add, auxiliary_axes};
-use crate::heat_codes::NO_READING;
 use crate::ports::{HeatPort, MotionPort};
 use crate::safety::Mode;
 use crate::sessions::Reply;
@@ -38,10 +37,16 @@ impl Status<'_> {
 
 /// `<State|MPos:x,y,z|WPos:x,y,z|F:...|S:...>`
 pub(crate) fn status(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>, reply: &mut Reply<'_>) {
+    let line = fields(ports, of);
+    reply.say(format_args!("<{line}>\n"));
+}
+
+/// What stands between the brackets of `?`; `get status` says it without them.
+pub(super) fn fields(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>) -> Line {
     let live = of.is_live();
     let machine = ports.motion(|motion| if live { motion.live_position() } else { motion.commanded_position() });
     let mut line = Line::new();
-    add!(line, "<{}|MPos:", of.mode.state().name());
+    add!(line, "{}|MPos:", of.mode.state().name());
     add_xyz(&mut line, of.program, &machine);
     for axis in auxiliary_axes(of.config) {
         add!(line, ",{:.4}", machine[axis]);
@@ -55,7 +60,7 @@ pub(crate) fn status(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>, 
     if let Some((seconds, percent)) = of.progress {
         add!(line, "|SD:{seconds},{percent}");
     }
-    reply.say(format_args!("{line}>\n"));
+    line
 }
 
 fn add_xyz(line: &mut Line, program: &Interpreter, position: &PerAxis<f64>) {
@@ -84,7 +89,7 @@ pub(super) fn requested_rate(program: &Interpreter) -> MmPerSecond {
 fn add_temperatures(line: &mut Line, config: &MachineConfig, ports: &mut impl HeatPort) {
     ports.heat(|heat| {
         for ((_, controller), (_, heater)) in config.heaters().zip(heat.heaters()) {
-            let reading = heater.reading().map_or(NO_READING, |celsius| celsius.0);
+            let reading = heater.reading().map_or(f32::INFINITY, |celsius| celsius.0);
             add!(*line, "|{}:{reading:.1},{:.1}", controller.designator, heater.target().0);
         }
     });

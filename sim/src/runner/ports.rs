@@ -201,7 +201,8 @@ impl Board for HostPorts {
     }
 
     fn chip_celsius(&mut self) -> Option<Celsius> {
-        None
+        // A chip that has little to do.
+        Some(Celsius(30.0))
     }
 
     fn set_led(&mut self, _index: u8, _on: bool) {

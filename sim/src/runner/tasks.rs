@@ -316,6 +316,9 @@ fn readings(shared: &Shared) -> SensorReadings {
 
 /// A named voltage monitor of the wired configuration.
 pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
+    if name == "vref" {
+        return Some(units::Volts(REFERENCE_V));
+    }
     let wired = shared.wired.borrow();
     let monitor = wired.as_ref()?.voltages.iter().find(|monitor| monitor.name == name)?;
     let channel = *VOLTAGE_CHANNELS.get(usize::from(monitor.input.0))?;
