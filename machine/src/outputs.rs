@@ -11,6 +11,8 @@ use crate::needs::needs;
 use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
 
+mod listing;
+
 /// Input switches are looked at this often; shorter presses may be missed.
 const INPUT_PERIOD: Micros = Micros::from_millis(20);
 
@@ -355,13 +357,6 @@ impl Outputs {
         None
     }
 
-    /// `switch <name> is <0|1>` for every switch.
-    pub fn report(&self, config: &MachineConfig, reply: &mut Reply<'_>) {
-        for (switch, status) in config.switches.iter().zip(&self.status) {
-            reply.say(format_args!("switch {} is {}\n", switch.name, u8::from(status.on)));
-        }
-    }
-
     /// `switch`, `switch n`, `switch n on|off|value`: says how it is, or sets it. Gives the change, to be
     /// applied at once.
     ///
@@ -375,7 +370,7 @@ impl Outputs {
     ) -> Result<Option<Output>, Failure> {
         let mut words = arguments.split_ascii_whitespace();
         let Some(name) = words.next() else {
-            self.report(config, reply);
+            self.list(config, reply);
             return Ok(None);
         };
         let named = (0..).zip(&config.switches).find(|(_, switch)| switch.name == name);

@@ -85,7 +85,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("$H", "", "home").working(),
     command("$X", "", "clear a halt").question(),
     command("$I", "", "the modal state, without ok").question(),
-    command("$S", "", "switches, without ok").question(),
+    command("$S", "[name ...]", "switches, without ok").question(),
     command("$J", "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
     command("$P", "[words]", "probe as G30 does").working(),
     command("$C", "", "check mode on or off: programs are read and nothing is carried out"),

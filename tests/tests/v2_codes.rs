@@ -160,4 +160,5 @@ fn the_clock_is_set_and_goes_on() {
     assert_eq!(bench.say("date"), "2026-01-02 03:04:08\nok\n");
     assert_eq!(bench.say("get fk 1,2,3"), "cartesian= X 1.000000, Y 2.000000, Z 3.000000\nok\n");
     assert_eq!(bench.say("get ik 10"), "actuator= X 10.000000, Y 10.000000, Z 10.000000\nok\n");
+    assert_eq!(bench.ask("$S fan"), "switch fan is 0\n");
 }

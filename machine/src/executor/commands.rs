@@ -176,7 +176,6 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             reports::modal(config, program, outputs, reply);
             return Some(Ok(Answer::Ok));
         }
-        "$S" => outputs.report(config, reply),
         "modules" => {
             reports::modules(config, reply);
             return Some(Ok(Answer::Said));
@@ -187,6 +186,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
         }
         "calc_thermistor" => return Some(reports::thermistor_coefficients(arguments, reply)),
         "setregs" => return Some(motors::set_registers(ports, config, arguments, reply)),
+        "$S" => outputs.report(config, arguments, reply),
         "$#" => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
             return Some(Ok(Answer::Ok));
