@@ -7,7 +7,7 @@ use units::{Celsius, Micros};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::heat::{Heater, LawSettings, Relay};
-use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, temperature_text};
+use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::Reply;
@@ -46,6 +46,12 @@ pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
     if tunable.is_none() {
         return Err(Failure::Refused(message(format_args!("M303: P{word} is no heater with PID control"))));
     }
+    if let Some(described) = config.heater(heater) {
+        let (label, name, id) = (&described.designator, &described.name, described.tool_id);
+        hands.say(format_args!("// Running autopid on ({label}) {name}, toolid {id}, control X to abort\n"));
+        hands.say(format_args!("Target: {:5.1}\n", target.0));
+        hands.say(format_args!("{label}: Starting PID Autotune, {swings} max cycles, control X aborts\n"));
+    }
     let now = hands.now();
     let tuned = match hands.heat(|heat| change_target(heat, config, heater, target, now)) {
         Ok(()) => watch_tuning(hands, heater).await,
@@ -82,8 +88,7 @@ fn say_choice(config: &MachineConfig, reply: &mut Reply<'_>) {
 }
 
 async fn watch_tuning<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Outcome {
-    let config = hands.config();
-    let (since, mut report_due) = (hands.now(), hands.now());
+    let (since, mut report_due) = (hands.now(), hands.now().plus(REPORT_PERIOD));
     loop {
         let now = hands.now();
         let relay = hands.heat(|heat| heat.heater(heater).and_then(|heater| heater.tuning().copied()));
@@ -100,11 +105,19 @@ async fn watch_tuning<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) 
         if now >= report_due {
             report_due = now.plus(REPORT_PERIOD);
             let (counted, wanted) = relay.progress();
-            if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
-                hands.say(format_args!("// Autopid Status - {counted}/{wanted} {text}\n"));
+            let now = hands.heat(|heat| {
+                let heater = heat.heater(heater)?;
+                Some((heater.reading()?.0, heater.target().0, heater.duty().0))
+            });
+            if let Some((reading, target, duty)) = now {
+                let text = format_args!("// Autopid Status - {reading:5.1}/{target:5.1} @{duty} {counted}/{wanted}\n");
+                hands.say(text);
             }
         }
-        hands.pause().await?;
+        if let Err(failure) = hands.pause().await {
+            hands.say(format_args!("Autopid aborted\n"));
+            return Err(failure);
+        }
     }
 }
 

@@ -184,7 +184,7 @@ fn limits_that_are_homed_to_are_left_again() {
     bench.hear(0.1);
     bench.run(&["G92 X50"]);
     bench.type_in("G1 X40 F1200\n");
-    bench.hear_until("ALARM: Hard limit X was hit (minx)", 3.0);
+    bench.hear_until("ALARM: Hard limit -X was hit (minx)", 3.0);
     // Only those that are limits are left.
     let mut bench = limits(Plan::new(CARTESIAN), &["miny"]).start();
     bench.run(&["G28"]);

@@ -17,13 +17,15 @@ fn a_hard_limit_halts_and_can_be_left() {
     let mut bench = plan.start();
     bench.run(&["G28", "G1 X20 F3000", "M400", "G92 X50"]);
     bench.type_in("G1 X0 F3000\n");
-    let said = bench.hear_until("ALARM: Hard limit X was hit (minx)", 3.0);
+    let said = bench.hear_until("ALARM: Hard limit -X was hit (minx)", 3.0);
     assert!(said.contains("hard limits are disabled until all have been cleared"), "{said}");
     bench.assert_safe();
     let place = bench.carriage(Alpha);
     assert!((-2.5..=0.0).contains(&place), "stopped at {place}");
     bench.say("M999");
-    bench.run(&["G91", "G1 X10 F3000", "M400"]);
+    bench.run(&["G91", "G1 X10 F3000"]);
+    bench.hear_until("// NOTICE hard limits are now enabled\n", 5.0);
+    bench.run(&["M400"]);
     assert!((bench.carriage(Alpha) - place - 10.0).abs() < 0.02);
 }
 

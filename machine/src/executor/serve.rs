@@ -1,6 +1,7 @@
 //! What happens at every waiting point, however deep in a sequence: sessions are heard, questions answered,
 //! faults seen, outputs flushed. Never waits.
 
+use config::HomingDirection;
 use gcode::Line;
 use gcode::realtime::Realtime;
 use program::{Dialect, State};
@@ -308,14 +309,23 @@ impl<P: Ports> Machine<'_, P> {
         let is_searching = self.safety.limits.is_searching();
         let here = if is_searching { self.ports.motion(|motion| motion.live_position()) } else { PerAxis::default() };
         let Self { safety, ports, .. } = self;
-        let Some(Hit(index)) = safety.limits.poll(levels, moving, ports.latch(), now, || here) else { return };
+        let hit = safety.limits.poll(levels, moving, ports.latch(), now, || here);
+        if safety.limits.take_all_clear() {
+            self.announce(format_args!("// NOTICE hard limits are now enabled\n"));
+        }
+        let Some(Hit(index)) = hit else { return };
         let stop = self.config.endstops.get(index);
         let name = stop.map_or("?", |stop| stop.name.as_str());
         let letter = stop.and_then(|stop| stop.axis).map_or('?', |axis| axis.letter());
+        let end = match stop.map(|stop| stop.homing_direction) {
+            Some(HomingDirection::ToMin) => "-",
+            Some(HomingDirection::ToMax) => "+",
+            _ => "",
+        };
         self.halt(
             Alarm::HardLimit,
             format_args!(
-                "ALARM: Hard limit {letter} was hit ({name})\n// WARNING hard limits are disabled until all have been \
+                "ALARM: Hard limit {end}{letter} was hit ({name})\n// WARNING hard limits are disabled until all have been \
                  cleared\n"
             ),
         );

@@ -51,7 +51,13 @@ async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>)
 
 /// M370: no leveling.
 pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    recompensate(hands, Motion::level_off).await
+    let off = recompensate(hands, Motion::level_off).await?;
+    match hands.config().leveling.strategy {
+        Some(Leveling::ThreePoint) => hands.say(format_args!("saved plane cleared\n")),
+        Some(_) => hands.say(format_args!("grid cleared and disabled\n")),
+        None => {}
+    }
+    Ok(off)
 }
 
 /// Levels by the heights in the motion object's draft.

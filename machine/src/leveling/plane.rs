@@ -1,9 +1,9 @@
 //! M561: the bed as a plane.
 
-use motion::{Motion, Plane};
+use motion::Plane;
 use program::Words;
 
-use super::compensation::{recompensate, rounded};
+use super::compensation::{level_off, recompensate, rounded};
 use crate::executor::Hands;
 use crate::failure::{Failure, Outcome};
 use crate::ports::Ports;
@@ -24,7 +24,7 @@ pub(crate) async fn adopt_plane<P: Ports>(hands: &mut Hands<'_, '_, P>, plane: P
 pub(crate) async fn bed_plane<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let parts = ['A', 'B', 'C', 'D'].map(|letter| words.get(letter));
     if parts.iter().all(Option::is_none) {
-        return recompensate(hands, Motion::level_off).await;
+        return level_off(hands).await;
     }
     let [Some(a), Some(b), Some(c), Some(d)] = parts else {
         return Err(Failure::refused("M561 takes A, B, C and D, or none of them"));

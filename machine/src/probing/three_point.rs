@@ -27,14 +27,14 @@ pub(super) async fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>)
 pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
     match hands.motion(|motion| motion.compensation().bed()) {
         Shape::Plane(plane) => {
-            hands.say(format_args!("Plane: Z = {:.6} X + {:.6} Y + {:.4}\n", plane.x, plane.y, plane.z));
+            hands.say(format_args!("Bed leveling plane: Z = {:.6} X + {:.6} Y + {:.4}\n", plane.x, plane.y, plane.z));
         }
-        Shape::Grid => hands.say(format_args!("Plane: none, a grid levels the bed\n")),
-        Shape::Flat => hands.say(format_args!("Plane: none\n")),
+        Shape::Grid => hands.say(format_args!("Bed leveling plane is not set: a grid levels the bed\n")),
+        Shape::Flat => hands.say(format_args!("Bed leveling plane is not set\n")),
     }
     let inputs = hands.inputs();
     let touches = touches(inputs, hands.tuning());
-    hands.say(format_args!("Probe: {}\n", u8::from(touches)));
+    hands.say(format_args!("Probe is {}\n", if touches { "Triggered" } else { "Not triggered" }));
     Answer::Ok
 }
 
@@ -73,10 +73,11 @@ async fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64)
     for (touch, point) in touches.iter_mut().zip(bed.points) {
         let contact = probe_point(hands, nozzle_over(&bed, point), height).await?;
         *touch = [point[0], point[1], contact[Axis::Z]];
-        hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], touch[2]));
+        // The way down, as Smoothieware says it.
+        hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], height - touch[2]));
         hands.drain().await;
     }
-    hands.say(format_args!("max delta: {:.4}\n", spread(touches.map(|touch| touch[2]))));
+    hands.say(format_args!("max delta: {:.6}\n", spread(touches.map(|touch| touch[2]))));
     Ok(touches)
 }
 

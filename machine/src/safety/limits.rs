@@ -33,6 +33,8 @@ pub struct Limits {
     searching: bool,
     /// Where the machine was when a limit closed during the search.
     closed_at: Option<PerAxis<f64>>,
+    /// One was hit, and not all guard again yet.
+    was_hit: bool,
 }
 
 /// A limit that was hit: its place in the configuration's list of endstops.
@@ -71,6 +73,7 @@ impl Limits {
         let hit = self.guarding & levels.0;
         if hit != 0 && moving && self.counts(latch, here) {
             self.guarding = 0;
+            self.was_hit = true;
             latch.disarm();
             return Some(Hit(hit.trailing_zeros() as usize));
         }
@@ -81,6 +84,13 @@ impl Limits {
             latch.arm(guarding);
         }
         None
+    }
+
+    /// All limits guard again, after one was hit: once.
+    pub const fn take_all_clear(&mut self) -> bool {
+        let all_clear = self.was_hit && self.guarding == self.mask;
+        self.was_hit &= !all_clear;
+        all_clear
     }
 
     /// The limits that should guard given these levels; `None` while that is unchanged.

@@ -140,7 +140,7 @@ fn each_alarm_has_grbls_number() {
     bench.run(&["$H", "G1 X20 F3000", "G4 P0", "G92 X50"]);
     bench.type_in("G1 X0 F3000\n");
     let said = bench.hear(3.0);
-    assert!(said.contains("\nALARM:1\n") && said.contains("Hard limit X was hit"), "{said}");
+    assert!(said.contains("\nALARM:1\n") && said.contains("Hard limit -X was hit"), "{said}");
     let mut bench = plan().set("[zprobe] enable = true").set("[zprobe] probe_pin = PB10^").start();
     bench.run(&["$H", "G1 Z10 F3000"]);
     let said = bench.say("G91 G38.2 Z-1 F300");

@@ -7,7 +7,7 @@ use units::Actuator::Gamma;
 
 use super::{Z_STEP, assert_near, lay_bed, numbers, plan};
 
-const HIT: &str = "ALARM: Hard limit Z was hit (minz)";
+const HIT: &str = "ALARM: Hard limit -Z was hit (minz)";
 
 /// Homed, and 20 mm above Z's switch, which is at zero and a limit.
 fn above(plan: Plan) -> Bench {
