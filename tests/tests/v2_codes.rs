@@ -162,3 +162,42 @@ fn the_clock_is_set_and_goes_on() {
     assert_eq!(bench.say("get ik 10"), "actuator= X 10.000000, Y 10.000000, Z 10.000000\nok\n");
     assert_eq!(bench.ask("$S fan"), "switch fan is 0\n");
 }
+
+// --- what v2 itself does not survive ---
+
+#[test]
+fn what_hangs_v2_is_refused_or_done() {
+    let mut bench = with_probe();
+    for code in ["G29", "G31", "G32"] {
+        assert_eq!(bench.say(code), format!("error:No strategy found to handle {code}\n"));
+    }
+    assert_eq!(bench.say("date 26"), "error:write date YYMMDDhhmmss\n");
+    assert!(bench.say("G4 P-1").starts_with("error:a dwell lasts 0 to"));
+    assert_eq!(bench.say("break"), "no debugger is attached\nok\n");
+    let name = "a name of much more than fifteen characters.gcode";
+    assert_eq!(bench.say(&format!("M28 {name}")), format!("Writing to file: {name}\nok\n"));
+    bench.run(&["G4 P1"]);
+    assert!(bench.say("M29").starts_with("Done saving file."));
+    assert_eq!(bench.read_card(name).as_deref(), Some("G4 P1\n"));
+    assert!(bench.say("M105").starts_with("ok "), "it still answers");
+}
+
+#[test]
+fn what_is_typed_ahead_keeps_its_lines() {
+    let mut bench = start();
+    bench.type_in("M109 S40\nM143 S0 P60\nM105\nM114\nM114\n");
+    let said = bench.hear_until("C: X:0.0000 Y:0.0000 Z:0.0000 E:0.0000 \nok C:", 60.0) + &bench.hear(0.1);
+    assert!(!said.contains("WARNING"), "no two lines are one: {said}");
+    assert_eq!(said.matches("ok C: X:0.0000 Y:0.0000 Z:0.0000 E:0.0000 \n").count(), 2, "{said}");
+    bench.run(&["M104 S0"]);
+}
+
+#[test]
+fn a_probe_in_inches_comes_back_to_where_it_began() {
+    let mut bench = with_probe();
+    bench.run(&["G28", "G1 Z10 F600", "M400", "G20"]);
+    let before = bench.carriage(Gamma);
+    bench.say("G30");
+    bench.run(&["M400"]);
+    assert!((bench.carriage(Gamma) - before).abs() < 0.02, "{} is not {before}", bench.carriage(Gamma));
+}

@@ -22,6 +22,18 @@ pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, l
     done(machine, carried_out, source);
 }
 
+/// A line that has been answered already comes to no good end: a sender must not count a second answer.
+pub(super) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
+    match (failure, source.origin) {
+        (Failure::Refused(text), Origin::Session) => machine.announce(format_args!("// WARNING {text}\n")),
+        (Failure::Alarm(text), Origin::Session) => alarm(machine, &text, Recipient::All),
+        (Failure::Halted, Origin::Session) => {}
+        (failure, _) => say_answer(machine, Err(failure), None, source.to),
+    }
+    done(machine, false, source);
+}
+
+/// Whoever waits for the end of a line is told that it has come.
 fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Source) {
     match (source.origin, source.to) {
         (Origin::Session, Recipient::Session(id)) => answered(machine, id),

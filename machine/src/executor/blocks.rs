@@ -19,19 +19,19 @@ use crate::sessions::{LineBytes, Recipient};
 pub(super) enum Start {
     /// All of it.
     Line,
-    /// What follows this code, as it is written.
-    Rest(Option<Code>),
+    /// What follows this code, as it is written, and what was answered to it.
+    Rest(Option<Code>, Answer),
 }
 
 /// Runs what is left of a line that has waited.
 pub(super) async fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
-    let Rest { line, next, source, last } = rest;
+    let Rest { line, next, source, last, answer } = rest;
     match next {
         NextCode::At(column) => {
-            pin!(run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last), source)).await;
+            pin!(run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last, answer), source)).await;
         }
         NextCode::Ordered(place) => {
-            let is_read = pin!(run_in_order(machine, &Blocks::new(&line), place, source)).await;
+            let is_read = pin!(run_in_order(machine, &Blocks::new(&line), place, answer, source)).await;
             debug_assert!(is_read, "it was read so before");
         }
     }
@@ -45,16 +45,15 @@ pub(super) async fn run_line<P: Ports>(
     start: Start,
     source: Source,
 ) {
-    let mut last = match start {
-        Start::Rest(last) => last,
+    let (mut last, mut answer) = match start {
+        Start::Rest(last, answer) => (last, answer),
         Start::Line => {
-            if source.dialect.orders_lines() && pin!(run_in_order(machine, &blocks, 0, source)).await {
+            if source.dialect.orders_lines() && pin!(run_in_order(machine, &blocks, 0, Answer::Ok, source)).await {
                 return;
             }
-            None
+            (None, Answer::Ok)
         }
     };
-    let mut answer = Answer::Ok;
     let mut block = Block::new(None, 0);
     let failed = loop {
         let read = blocks.read(&mut block, &mut machine.program);
@@ -89,7 +88,7 @@ pub(super) async fn run_line<P: Ports>(
         }
         if machine.frames.len() > height {
             let (line, column) = blocks.place();
-            match wait(machine, height, line, NextCode::At(column), source, last) {
+            match wait(machine, height, line, NextCode::At(column), source, (last, answer)) {
                 Ok(()) => return,
                 Err(failure) => break Some(failure),
             }
@@ -104,6 +103,7 @@ async fn run_in_order<P: Ports>(
     machine: &mut Machine<'_, P>,
     blocks: &Blocks<'_>,
     from: usize,
+    answer: Answer,
     source: Source,
 ) -> bool {
     let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
@@ -117,7 +117,7 @@ async fn run_in_order<P: Ports>(
     let (line, _) = ahead.place();
     let (last, outcome) = match parts {
         _ if remarked.is_err() => (None, remarked.map(|()| Answer::Ok)),
-        Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, from, line, source)).await {
+        Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, (from, answer), line, source)).await {
             Some(ended) => ended,
             None => return true,
         },
@@ -140,11 +140,11 @@ async fn run_parts<P: Ports>(
     machine: &mut Machine<'_, P>,
     whole: &mut WholeLine<'_>,
     parts: &LineParts,
-    from: usize,
+    (from, mut answer): (usize, Answer),
     line: &[u8],
     source: Source,
 ) -> Option<(Option<Code>, Outcome)> {
-    let (mut last, mut answer) = (None, Answer::Ok);
+    let mut last = None;
     for (place, part) in parts.iter().enumerate().skip(from) {
         last = part.code;
         let height = machine.frames.len();
@@ -164,7 +164,7 @@ async fn run_parts<P: Ports>(
         if machine.frames.len() > height {
             // It is read again then, and sets its parameters at its end.
             machine.program.drop_line();
-            match wait(machine, height, line, NextCode::Ordered(place + 1), source, last) {
+            match wait(machine, height, line, NextCode::Ordered(place + 1), source, (last, answer)) {
                 Ok(()) => return None,
                 Err(failure) => return Some((last, Err(failure))),
             }
@@ -180,10 +180,10 @@ fn wait<P: Ports>(
     line: &[u8],
     next: NextCode,
     source: Source,
-    last: Option<Code>,
+    (last, answer): (Option<Code>, Answer),
 ) -> Result<(), Failure> {
     let line = LineBytes::from_slice(line).unwrap_or_default();
-    if machine.frames.push_below(height, Frame::Rest(Rest { line, next, source, last })) {
+    if machine.frames.push_below(height, Frame::Rest(Rest { line, next, source, last, answer })) {
         return Ok(());
     }
     machine.frames.drop_down_to(height);

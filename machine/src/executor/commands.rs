@@ -32,11 +32,13 @@ pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str,
     let outcome = run(machine, line, source.to).await;
     if outcome.is_ok() && machine.frames.len() > height {
         // It is answered when what it started has ended.
-        let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None };
+        let answer = outcome.unwrap_or(Answer::Ok);
+        let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None, answer };
         if machine.frames.push_below(height, Frame::Rest(rest)) {
             return;
         }
         machine.frames.drop_down_to(height);
+        return answers::finish(machine, Ok(answer), None, source);
     }
     answers::finish(machine, outcome, None, source);
 }

@@ -7,7 +7,7 @@ use heapless::Vec;
 use motion::GridShape;
 
 use super::source::Source;
-use crate::failure::Failure;
+use crate::failure::{Answer, Failure};
 use crate::files::Path;
 use crate::ports::FileHandle;
 use crate::sessions::{LineBytes, Recipient};
@@ -32,6 +32,8 @@ pub(super) struct Rest {
     pub source: Source,
     /// The last command that was carried out.
     pub last: Option<Code>,
+    /// What is answered when its end is reached; its sender may have his answer already.
+    pub answer: Answer,
 }
 
 /// A file of settings that is being replayed.

@@ -114,6 +114,8 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             if to != Recipient::Nobody {
                 echo(machine, &line, to);
             }
+            // What is answered to them is nobody's: only what is wrong is said.
+            let to = Recipient::Nobody;
             if machine.program.flow().passes_over() {
                 run_passed_over(machine, &line, to);
             } else {

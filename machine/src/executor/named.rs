@@ -40,7 +40,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
         Ok(Asked::Codes) => {
             // They have the same room.
             let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();
-            let rest = Rest { line, next: NextCode::At(0), source, last: None };
+            let rest = Rest { line, next: NextCode::At(0), source, last: None, answer: Answer::Ok };
             if machine.frames.push(Frame::Rest(rest)) {
                 return Named::Codes;
             }

@@ -118,8 +118,10 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
             machine.safety.apply(Event::Unsuspend);
             machine.program.come_back_to(suspended.kept);
             let rate = machine.program.modal().seek_rate;
+            machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
             Hands::new(machine, Recipient::Nobody).go(target, rate, Mode::Rapid).await?;
             machine.resynchronise();
+            machine.announce(format_args!("// Resuming print\n"));
             if !machine.jobs.set_paused(false) {
                 machine.announce(format_args!("// action:resume\n"));
             }
@@ -132,6 +134,9 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
 fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     while let Some(frame) = machine.frames.pop() {
         match frame {
+            Frame::Rest(rest) if rest.answer == Answer::Said => {
+                return answers::fail_late(machine, failure, rest.source);
+            }
             Frame::Rest(rest) => {
                 return answers::finish(machine, Err(failure), rest.last, rest.source);
             }

@@ -27,7 +27,11 @@ pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay
     if !machine.jobs.set_paused(true) {
         machine.announce(format_args!("// action:pause\n"));
     }
+    // Its sender stops when he has his answer, and the file has stopped already.
+    machine.say(to, format_args!("ok\n"));
+    machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
     machine.standstill().await?;
+    machine.announce(format_args!("// Saving current state...\n"));
     let targets = machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); units::MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
@@ -45,7 +49,7 @@ pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay
             let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0), now));
         }
     }
-    start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended)
+    start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
 }
 
 /// M601 and `resume`: heats up again, then goes back and goes on.
@@ -55,15 +59,23 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
         return Ok(Answer::Ok);
     };
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    machine.announce(format_args!("// resuming print...\n"));
     let now = machine.ports.now();
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
     for (id, target) in heated() {
         heat_codes::set_target(&mut machine.ports, machine.config, id, target, now)?;
     }
+    if heated().next().is_some() {
+        machine.announce(format_args!("// Waiting for heaters...\n"));
+    }
     for (id, _) in heated() {
         heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id).await?;
     }
-    start_script(machine, machine.config.player.before_resume_gcode.as_str(), Then::Resumed)
+    let script = machine.config.player.before_resume_gcode.as_str();
+    if !script.is_empty() {
+        machine.announce(format_args!("// Executing before resume gcode...\n"));
+    }
+    start_script(machine, script, Then::Resumed)
 }
 
 /// Runs a line of the configuration, and then what follows it.
