@@ -1,0 +1,133 @@
+//! Recorded console sessions of Smoothieware v2, replayed to our machine. Each reply is v2's, or differs for
+//! a reason that stands in `docs/differences.md`.
+//!
+//! After a change that is meant, `WRITE_V2=1 cargo test -p scenarios --test v2_replay` writes what ours
+//! answers into the records. `V2=shell` plays the sessions of that name alone.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+mod mask;
+mod play;
+mod reasons;
+mod record;
+
+use play::Desk;
+use reasons::Reasons;
+use record::{Record, differences};
+use scenarios::{Bench, Plan};
+use sim::world::TimedFault;
+
+impl Desk for Bench {
+    fn send(&mut self, bytes: &[u8]) {
+        Self::send(self, bytes);
+    }
+
+    fn hear(&mut self, seconds: f64) -> String {
+        Self::hear(self, seconds)
+    }
+
+    fn inject(&mut self, fault: &str) {
+        let fault = TimedFault::parse(fault).expect("a fault").fault;
+        self.world(|world| world.inject(&fault)).expect("a part of this machine");
+    }
+}
+
+fn start(record: &Record) -> Bench {
+    let (base, settings) = play::machine(record);
+    let plan = settings.into_iter().fold(Plan::new(base), Plan::set).folder("sub");
+    play::card().iter().fold(plan, |plan, (name, text)| plan.file(name, text)).start()
+}
+
+/// How a session compares.
+#[derive(Default)]
+struct Counts {
+    equal: usize,
+    live: usize,
+    explained: usize,
+    unexplained: usize,
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/v2")
+}
+
+fn sessions() -> Vec<(String, PathBuf)> {
+    let wanted = std::env::var("V2").unwrap_or_default();
+    let mut found: Vec<_> = fs::read_dir(folder())
+        .expect("the records")
+        .map(|entry| entry.expect("a file").path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "txt"))
+        .map(|path| (path.file_stem().expect("a name").to_string_lossy().into_owned(), path))
+        .filter(|(name, _)| wanted.is_empty() || *name == wanted)
+        .collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn replies_are_those_of_v2_or_listed() {
+    let reasons = Reasons::read(&folder());
+    let mut tables = Vec::new();
+    let mut complaints = String::new();
+    let mut per_reason: BTreeMap<&str, usize> = BTreeMap::new();
+    for (name, path) in sessions() {
+        let mut record = Record::parse(&fs::read_to_string(&path).expect("a record"));
+        for exchange in &mut record.exchanges {
+            exchange.theirs = mask::mask(exchange.input(), &exchange.theirs);
+            exchange.ours = mask::mask(exchange.input(), &exchange.ours);
+        }
+        let mut counts = Counts::default();
+        let answers = play::play(&mut start(&record), &record);
+        for (exchange, answer) in record.exchanges.iter_mut().zip(answers) {
+            let answer = reasons::help(mask::mask(exchange.input(), &answer), &exchange.theirs);
+            if answer != exchange.ours && std::env::var_os("WRITE_V2").is_none() {
+                complaints += &format!("{name}: {} answers otherwise than before:\n", exchange.input());
+                complaints += &shown(&exchange.ours, &answer);
+            }
+            exchange.ours = answer;
+            if exchange.ours == exchange.theirs {
+                let live = exchange.theirs.iter().any(|line| line.contains('#'));
+                *(if live { &mut counts.live } else { &mut counts.equal }) += 1;
+            } else if let Some(reason) = reasons.of(&name, exchange) {
+                counts.explained += 1;
+                *per_reason.entry(reason).or_default() += 1;
+            } else {
+                counts.unexplained += 1;
+                complaints += &format!("{name}: {}\n", exchange.input());
+                complaints += &shown(&exchange.theirs, &exchange.ours);
+            }
+        }
+        if std::env::var_os("WRITE_V2").is_some() {
+            fs::write(&path, record.print()).expect("the record");
+        }
+        tables.push((name, counts));
+    }
+    println!("{}", table(&tables));
+    for (reason, count) in per_reason {
+        println!("{count:5} {reason}");
+    }
+    assert!(complaints.is_empty(), "{complaints}");
+}
+
+fn shown(before: &[String], after: &[String]) -> String {
+    differences(before, after).into_iter().map(|(sign, line)| format!("    {sign}{line}\n")).collect()
+}
+
+fn table(sessions: &[(String, Counts)]) -> String {
+    let mut text =
+        format!("{:16}{:>8}{:>14}{:>14}{:>14}\n", "session", "equal", "live numbers", "for a reason", "unexplained");
+    let mut sum = Counts::default();
+    let row = |name: &str, of: &Counts| {
+        format!("{name:16}{:8}{:14}{:14}{:14}\n", of.equal, of.live, of.explained, of.unexplained)
+    };
+    for (name, counts) in sessions {
+        text += &row(name, counts);
+        sum.equal += counts.equal;
+        sum.live += counts.live;
+        sum.explained += counts.explained;
+        sum.unexplained += counts.unexplained;
+    }
+    text + &row("all", &sum)
+}
