@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz stream velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -96,6 +96,11 @@ peers-senders: virtual-prime firmware
 stream: virtual-prime firmware
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
 	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test stream -- --ignored --nocapture
+
+## make replay                   every session recorded on Smoothieware v2, on the virtual board; some minutes
+replay: virtual-prime firmware
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test v2_replay -- --include-ignored --nocapture
 
 ## make peers-slicers            files made by PrusaSlicer, Slic3r, CuraEngine and FreeCAD (Debian's), end to end on the native runner
 peers-slicers: velvet

@@ -1,0 +1,96 @@
+//! Recorded console sessions of Smoothieware v2, played to the image on the board: it answers as the same
+//! machine does on a desk, where `tests/tests/v2_replay` holds each reply against v2's.
+
+use sim::world::TimedFault;
+
+mod common;
+#[path = "../../tests/tests/v2_replay/mask.rs"]
+mod mask;
+#[path = "../../tests/tests/v2_replay/play.rs"]
+mod play;
+#[path = "../../tests/tests/v2_replay/record.rs"]
+mod record;
+
+use common::velvet::{Plan, Velvet};
+use play::Desk;
+use record::{Record, differences};
+
+/// Inputs about the board itself, or about moments that a faster or slower board has elsewhere.
+const OWN: &[&str] = &["version", "mem", "M115", "get volts", "get steps", "?", "\\x18", "\\x19", "reset"];
+
+impl Desk for Velvet {
+    fn send(&mut self, bytes: &[u8]) {
+        self.send_through(bytes);
+    }
+
+    fn hear(&mut self, seconds: f64) -> String {
+        Self::hear(self, (seconds * 1_000.0) as u64)
+    }
+
+    fn inject(&mut self, fault: &str) {
+        let fault = TimedFault::parse(fault).expect("a fault").fault;
+        self.world(|world| world.inject(&fault)).expect("a part of this machine");
+    }
+}
+
+fn replay(name: &str, text: &str) {
+    let record = Record::parse(text);
+    let (base, settings) = play::machine(&record);
+    let plan = settings.into_iter().fold(Plan::new().config(base), Plan::set);
+    let plan = play::card().iter().fold(plan, |plan, (name, text)| plan.file(name, text));
+    let mut velvet = plan.start();
+    let answers = play::play(&mut velvet, &record);
+    let (mut equal, mut own, mut complaints) = (0, 0, String::new());
+    for (exchange, answer) in record.exchanges.iter().zip(answers) {
+        let input = exchange.input();
+        let answer = mask::mask(input, &answer);
+        let ours = mask::mask(input, &exchange.ours);
+        // A text of help is the same on both, and its record says only that there is one.
+        let is_help = ours.first().is_some_and(|line| line == "<help>");
+        if answer == ours || is_help {
+            equal += 1;
+        } else if OWN.contains(&input) {
+            own += 1;
+        } else {
+            complaints += &format!("{name}: {input}\n");
+            for (sign, line) in differences(&ours, &answer) {
+                complaints += &format!("    {sign}{line}\n");
+            }
+        }
+    }
+    println!("{name}: {equal} equal, {own} about the board itself");
+    assert!(complaints.is_empty(), "{complaints}");
+}
+
+macro_rules! sessions {
+    ($($name:ident)*) => {
+        $(
+            #[test]
+            fn $name() {
+                replay(stringify!($name), include_str!(concat!("../../tests/tests/data/v2/", stringify!($name), ".txt")));
+            }
+        )*
+    };
+}
+
+sessions! { dollar homed mcodes }
+
+/// Every session whose machine is told the same on both: some minutes.
+mod all {
+    use super::replay;
+
+    macro_rules! long_sessions {
+        ($($name:ident)*) => {
+            $(
+                #[test]
+                #[ignore = "long: make replay runs it"]
+                fn $name() {
+                    replay(stringify!($name), include_str!(concat!("../../tests/tests/data/v2/", stringify!($name), ".txt")));
+                }
+            )*
+        };
+    }
+
+    long_sessions! { delta drill ext faults gcodes gcodes2 grbl grid halt laser laser_cnc malformed malformed2 malformed_grbl
+        misc misc2 over probe probe2 temps three }
+}
