@@ -7,7 +7,7 @@ use program::{Dialect, Meaning, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, program_io, suspend};
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
 use crate::jog;
 use crate::motors;
