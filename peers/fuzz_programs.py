@@ -45,7 +45,7 @@ class Maker:
         if self.names and kind < 0.35:
             return f"#<{self.random.choice(self.names)}>"
         if kind < 0.4:
-            return self.random.choice(["#5420", "#5421", "#5422", "#<_x>", "#<_y>", "#<_z>", "#5220"])
+            return self.random.choice(["#5420", "#5421", "#5422", "#<_x>", "#<_y>", "#<_z>", "#5220", "#5210"])
         return self.literal(-9, 9)
 
     def number(self, low=-50.0, high=50.0):
@@ -115,12 +115,11 @@ class Maker:
         elif kind == 5:
             self.add("G49")
         elif kind == 6:
-            self.add("G49")
-            self.add(f"G43.1 Z{self.literal(-9, 9)}")
+            self.add(self.random.choice(["G43 H1", "G43 H2", f"G10 L1 P1 Z{self.literal(-20, 20)}", "G43 H3", "G43.2 H3"]))
         elif kind == 7:
             self.add(f"G53 G{self.random.choice('01')} {self.axes()}" + self.feed_word())
         else:
-            self.add("G92.1")
+            self.add(self.random.choice(["G28.1", f"G28 {self.axes('XY')}"]))
 
     def arc(self):
         """From a known place, so that both ends lie on the circle."""
@@ -272,11 +271,11 @@ class Maker:
         elif kind == 4:
             self.spline()
         elif kind == 5:
-            self.add(self.random.choice(["G61", "G61.1", "G64 P0.02", "M9"]))
+            self.add(self.random.choice(["M48", "M49", "M50 P0", "M51 P1", "M53 P1", "M62 P1", "M63 P2", "M64 P0", "M65 P3", "M67 E0 Q2.5", "M68 E1 Q3"]))
         elif kind == 6:
             self.add(self.random.choice(["G61", "G64 P0.05 Q0.02", "G64"]))
         elif kind == 7:
-            self.add(self.random.choice(["S1000 M4", "M5", "F333"]))
+            self.add(self.random.choice(["M70", "M71", "M72", "M70"] if self.depth == 0 else ["M9", "S1000 M4"]))
         else:
             self.wrong()
 

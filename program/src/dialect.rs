@@ -124,6 +124,12 @@ impl Dialect {
         matches!(self, Self::Grbl)
     }
 
+    /// Whether the words of a code that parks say by which place it goes, as G90 and G91 say; else how far it
+    /// goes first.
+    pub(crate) const fn parks_by_a_place(self) -> bool {
+        matches!(self, Self::Grbl)
+    }
+
     /// Whether G10 L2 replaces an offset in G91 too; else it adds to it then.
     pub(crate) const fn replaces_offsets(self) -> bool {
         matches!(self, Self::Grbl)

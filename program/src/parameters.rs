@@ -15,8 +15,8 @@ const SYSTEM_STRIDE: u16 = 20;
 const FIRST_SYSTEM: u16 = 5_221;
 
 /// A parameter that is a field of the program's state, and can be written.
-enum Field<'i> {
-    Value(&'i f64),
+enum Field {
+    Value(f64),
     /// The number of the coordinate system in force, 1 for G54.
     System,
 }
@@ -32,14 +32,15 @@ fn system_and_axis(number: u16) -> Option<(usize, usize)> {
     (axis < 3).then_some((usize::from(system), usize::from(axis)))
 }
 
-fn field(modal: &Modal, number: u16) -> Option<Field<'_>> {
+fn field(modal: &Modal, number: u16) -> Option<Field> {
     if number == 5_220 {
         return Some(Field::System);
     }
-    let g92 = of_axis(5_211, number).and_then(|axis| modal.g92.get(axis));
+    // As LinuxCNC and GRBL count: what is added to a coordinate. Ours is taken away.
+    let g92 = of_axis(5_211, number).and_then(|axis| Some(0.0 - modal.g92.get(axis)?));
     let system = || {
         let (system, axis) = system_and_axis(number)?;
-        modal.systems.get(system)?.get(axis)
+        modal.systems.get(system)?.get(axis).copied()
     };
     g92.or_else(system).map(Field::Value)
 }
@@ -85,7 +86,7 @@ pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
             Parameter::Numbered(5_220) => program.modal.system = value as usize - 1,
             Parameter::Numbered(number) if number > 5_000 => {
                 if let Some(place) = of_axis(5_211, number).and_then(|axis| program.modal.g92.get_mut(axis)) {
-                    *place = value;
+                    *place = 0.0 - value;
                 } else {
                     set_offset(program, number, value);
                 }
@@ -174,7 +175,7 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         return Some(coordinate(modal, axis, &modal.work(&program.position)));
     }
     match (number, field(modal, number)) {
-        (_, Some(Field::Value(value))) => Some(*value),
+        (_, Some(Field::Value(value))) => Some(value),
         (_, Some(Field::System)) => Some((modal.system + 1) as f64),
         (5_070, _) => Some(f64::from(u8::from(found))),
         (5_161, _) => Some(program.park.x),

@@ -9,9 +9,9 @@ use crate::meaning::{homing, offsets, probing};
 use crate::word::{Unit, WordInfo, word};
 
 const AXES: &[WordInfo] = &[
-    word('X', Unit::Length, "this axis; when parking, a distance to go first"),
-    word('Y', Unit::Length, "this axis; when parking, a distance to go first"),
-    word('Z', Unit::Length, "this axis; when parking, a distance to go first"),
+    word('X', Unit::Length, "this axis; when parking, a distance to go first, in GRBL's dialect a place"),
+    word('Y', Unit::Length, "this axis; when parking, a distance to go first, in GRBL's dialect a place"),
+    word('Z', Unit::Length, "this axis; when parking, a distance to go first, in GRBL's dialect a place"),
     word('A', Unit::Number, "this axis"),
     word('B', Unit::Number, "this axis"),
     word('C', Unit::Number, "this axis"),
@@ -79,8 +79,8 @@ pub const ROWS: &[CodeInfo] = &[
     )
     .takes(&[
         word('P', Unit::Flag, "search, also where it parks"),
-        word('X', Unit::Length, "when parking, a distance to go first"),
-        word('Y', Unit::Length, "when parking, a distance to go first"),
+        word('X', Unit::Length, "when parking, a distance to go first, in GRBL's dialect a place"),
+        word('Y', Unit::Length, "when parking, a distance to go first, in GRBL's dialect a place"),
         word('F', Unit::Feed, "speed of this search"),
         word('Z', Unit::Length, "stay there; it reads as this from now on"),
         word('L', Unit::Flag, "stay there"),

@@ -3,20 +3,19 @@
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::action::Action;
-use crate::context::{Context, Facts, Meaning, NOTHING};
+use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::probing;
 use crate::park::ParkPosition;
-use crate::words::Words;
 
 /// G28 and G28.2: of the two, one homes and one parks, as the dialect says.
 pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if context.dialect.parks(words.code().subcode) {
         let place = program.park;
-        return go_to_park(program, words, context.facts, place);
+        return go_to_park(program, context, place);
     }
     if let Some(letter) = words.other_than(context.dialect.homing_words()) {
         return Err(Problem::NotHomable(letter).refused(words.column_of(letter)));
@@ -29,7 +28,7 @@ pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>)
 pub(crate) fn probe_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if program.setup.g30_parks && context.dialect == Dialect::Grbl && !context.words.has('P') {
         let Some(place) = program.second_park else { return Err(Problem::NoSecondPark.refused(0)) };
-        return go_to_park(program, &context.words, context.facts, place);
+        return go_to_park(program, context, place);
     }
     probing::probe_down(program, context)
 }
@@ -66,23 +65,21 @@ fn keep_park(program: &mut Interpreter) {
     }
 }
 
-/// Goes to the park position: first by the words, which are distances whatever the distance mode; then Z,
-/// then X and Y. With words only the axes they name take part.
-fn go_to_park<'b>(
-    program: &mut Interpreter,
-    words: &Words<'b>,
-    facts: Facts,
-    place: ParkPosition,
-) -> Result<Meaning<'b>, Fault> {
+/// Goes to the park position: first by the words, which are distances whatever the distance mode, but in
+/// GRBL's dialect as the mode says; then Z, then X and Y. With words only the axes they name take part.
+fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkPosition) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
     if let Some(letter) = words.other_than("XYZ") {
         return Err(Problem::NotParkable(letter).refused(words.column_of(letter)));
     }
-    if !facts.all_homed() {
+    if !context.facts.all_homed() {
         return Err(Problem::ParkUnknown.refused(0));
     }
     let mut by = program.position;
     for axis in Axis::PRIMARY {
-        by[axis] += words.axis(axis).unwrap_or(0.0);
+        let Some(mm) = words.axis(axis) else { continue };
+        let there = program.modal.machine(axis, mm, program.position[axis]);
+        by[axis] = if context.dialect.parks_by_a_place() { there } else { by[axis] + mm };
     }
     let bare = words.is_bare();
     let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
