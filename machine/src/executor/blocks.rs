@@ -30,8 +30,9 @@ pub(super) async fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest)
         NextCode::At(column) => {
             pin!(run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last, answer), source)).await;
         }
-        NextCode::Ordered(place) => {
-            let is_read = pin!(run_in_order(machine, &Blocks::new(&line), place, answer, source)).await;
+        NextCode::Ordered { begins, place } => {
+            let blocks = Blocks::starting_at(&line, begins);
+            let is_read = pin!(run_in_order(machine, &blocks, place, answer, source)).await;
             debug_assert!(is_read, "it was read so before");
         }
     }
@@ -114,7 +115,8 @@ async fn run_in_order<P: Ports>(
     };
     let remark = ahead.take_remark().filter(|_| from == 0);
     let remarked = remark.map_or(Ok(()), |comment| operator::remark(machine, comment));
-    let (line, _) = ahead.place();
+    // Behind the line's number.
+    let line = blocks.place();
     let (last, outcome) = match parts {
         _ if remarked.is_err() => (None, remarked.map(|()| Answer::Ok)),
         Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, (from, answer), line, source)).await {
@@ -141,7 +143,7 @@ async fn run_parts<P: Ports>(
     whole: &mut WholeLine<'_>,
     parts: &LineParts,
     (from, mut answer): (usize, Answer),
-    line: &[u8],
+    (line, begins): (&[u8], usize),
     source: Source,
 ) -> Option<(Option<Code>, Outcome)> {
     let mut last = None;
@@ -164,7 +166,7 @@ async fn run_parts<P: Ports>(
         if machine.frames.len() > height {
             // It is read again then, and sets its parameters at its end.
             machine.program.drop_line();
-            match wait(machine, height, line, NextCode::Ordered(place + 1), source, (last, answer)) {
+            match wait(machine, height, line, NextCode::Ordered { begins, place: place + 1 }, source, (last, answer)) {
                 Ok(()) => return None,
                 Err(failure) => return Some((last, Err(failure))),
             }

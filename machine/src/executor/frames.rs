@@ -20,8 +20,8 @@ const MOST: usize = 8;
 pub(super) enum NextCode {
     /// Its next code is looked for here, bytes from its beginning.
     At(usize),
-    /// It is read in RS-274's order: the place of its next code in that.
-    Ordered(usize),
+    /// It is read in RS-274's order: where its codes begin, and the place of its next code in that order.
+    Ordered { begins: usize, place: usize },
 }
 
 /// The rest of a line, of which a command has started something.
