@@ -22,6 +22,7 @@ const LIVE: &[&str] = &[
     "Print started at",
     "Print stopped at",
     "config.ini",
+    "configuration: read",
 ];
 
 /// The reply with its live numbers as `#`; a run of lines that are equal then counts once. Entries of

@@ -1,7 +1,5 @@
 //! The recorded sessions, in the format of `tests/data/v2/README.md`.
 
-use std::fmt::Write;
-
 /// What is done to the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
@@ -85,32 +83,6 @@ impl Record {
 
     fn last(&mut self) -> &mut Exchange {
         self.exchanges.last_mut().expect("an input before its reply")
-    }
-
-    pub fn print(&self) -> String {
-        let mut text = String::new();
-        for line in &self.head {
-            writeln!(text, "{line}").expect("a string");
-        }
-        for exchange in &self.exchanges {
-            for step in &exchange.steps {
-                let (sign, rest) = match step {
-                    Step::Line(rest) => (">", rest),
-                    Step::Raw(rest) => (">>", rest),
-                    Step::Wait(rest) => (".", rest),
-                    Step::Fault(rest) => ("*", rest),
-                    Step::Ours(rest) => ("!", rest),
-                };
-                writeln!(text, "{sign} {rest}").expect("a string");
-            }
-            if let Some(patience) = &exchange.patience {
-                writeln!(text, "@ {patience}").expect("a string");
-            }
-            for (sign, line) in differences(&exchange.theirs, &exchange.ours) {
-                writeln!(text, "{sign}{line}").expect("a string");
-            }
-        }
-        text
     }
 }
 
