@@ -11,6 +11,7 @@ const WHOLE: f64 = 1e-3;
 
 impl Blocks<'_> {
     /// A code's number and subcode, the letter being at hand.
+    #[inline]
     pub(crate) fn code(
         &mut self,
         letter: Letter,

@@ -96,6 +96,7 @@ impl Interpreter {
     }
 
     /// A block begins: what the one before left to do is forgotten.
+    #[inline]
     pub(crate) fn begin_block(&mut self) {
         self.effects.clear();
         self.following.clear();

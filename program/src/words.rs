@@ -73,6 +73,7 @@ impl<'b> Words<'b> {
     /// A length in mm, where the row says that it is one: without a look at the row, for every line of a
     /// program has some.
     #[must_use]
+    #[inline]
     pub(crate) fn length(&self, letter: char) -> Option<f64> {
         debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
         let value = self.block.get(letter)?;

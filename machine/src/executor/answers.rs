@@ -49,6 +49,7 @@ pub(super) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
 }
 
+#[inline]
 fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, to: Recipient) {
     match (outcome, last) {
         (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),

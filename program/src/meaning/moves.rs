@@ -123,6 +123,7 @@ fn take_feed(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> 
 }
 
 /// Where a motion block leads, in machine space, and where E then is.
+#[inline]
 pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
     let mut target = program.position;
     for axis in Axis::PRIMARY {
