@@ -73,7 +73,11 @@ fn answer(desk: &mut impl Desk, exchange: &Exchange) -> Vec<String> {
                 heard.push_str(&reply(desk, patience, false));
             }
             Step::Wait(seconds) => heard.push_str(&desk.hear(seconds.parse().expect("seconds"))),
-            Step::Fault(text) => desk.inject(text),
+            Step::Fault(text) => {
+                desk.inject(text);
+                // Until inputs have been read.
+                heard.push_str(&desk.hear(0.05));
+            }
             Step::Ours(text) => {
                 desk.send(&unescaped(&format!("{text}\\n")));
                 drop(desk.hear(0.3));
