@@ -80,6 +80,11 @@ impl Interpreter {
         {
             return Ok(meaning);
         }
+        // A configuration that has a switch listen to one of these was written before they meant anything.
+        let is_switch_s = |code: Code| matches!(code.number, 62..=68) && self.setup.claims.of(code).next().is_some();
+        if claimed.is_some_and(|code| code.letter == Letter::M && is_switch_s(code)) {
+            return NOTHING;
+        }
         match row.handler {
             Handler::Interpret(interpret) | Handler::Both(interpret, _) => interpret(self, &context),
             Handler::Function(_) => Ok(context.function()),
