@@ -143,8 +143,8 @@ impl Receiver {
 
     /// Takes a byte.
     pub fn hear(&mut self, byte: u8, now: Micros) -> Event<'_> {
-        self.due = now.plus(PATIENCE);
         let Some(kind) = self.kind else { return self.begin(byte, now) };
+        self.due = now.plus(PATIENCE);
         // There is room: the frame ends with its last byte.
         let _ = self.frame.push(byte);
         let length = if kind == STX { BLOCK } else { 128 };
@@ -161,15 +161,18 @@ impl Receiver {
             SOH | STX => {
                 self.kind = Some(byte);
                 self.frame.clear();
+                self.due = now.plus(PATIENCE);
                 Event::Nothing
             }
             EOT if self.awaited == Awaited::Block => {
+                self.due = now.plus(PATIENCE);
                 // The first one may be noise: a sender says it again.
                 self.awaited = Awaited::SecondEnd;
                 self.say(NAK);
                 Event::Nothing
             }
             EOT if self.awaited == Awaited::SecondEnd => {
+                self.due = now.plus(PATIENCE);
                 self.awaited = Awaited::Name;
                 (self.number, self.tries) = (0, 0);
                 self.say(ACK);
@@ -184,11 +187,8 @@ impl Receiver {
                 self.cancel = true;
                 Event::Nothing
             }
-            // Noise between blocks: what follows is awaited until its time.
-            _ => {
-                self.due = now.plus(PATIENCE);
-                Event::Nothing
-            }
+            // Noise between blocks puts nothing off: who asks for the status would hold it for ever.
+            _ => Event::Nothing,
         }
     }
 
@@ -362,5 +362,18 @@ mod tests {
         heard(&mut receiver, &block(0, b"a"));
         assert_eq!(heard(&mut receiver, &[CAN]).0, "", "one may be noise");
         assert_eq!(heard(&mut receiver, &[CAN, CAN]).0, "Breaks(Cancelled)");
+    }
+
+    #[test]
+    fn a_program_that_asks_for_the_status_does_not_hold_it_for_ever() {
+        let mut receiver = Receiver::new(NOW);
+        for turn in 0..100 {
+            let now = Micros(turn * 200_000);
+            assert_eq!(receiver.hear(b'?', now), Event::Nothing);
+            if receiver.wait(now) == Event::Breaks(Broken::NoSender) {
+                return;
+            }
+        }
+        panic!("it still waits after 20 seconds");
     }
 }
