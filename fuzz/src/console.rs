@@ -66,6 +66,8 @@ const LINE_NS: u64 = MS / 2;
 const HOMING_NS: u64 = 6_000 * MS;
 /// After M112 motors stand and have no current by then: a second for braking, another one for what does not.
 const REST_NS: u64 = 2_200 * MS;
+/// YModem waits so long for the rest of a block.
+const BLOCK_NS: u64 = 1_100 * MS;
 /// A millisecond.
 const MS: u64 = 1_000_000;
 /// Lines of an input that count.
@@ -74,6 +76,8 @@ const MOST_LINES: usize = 200;
 const MOST_RESETS: u32 = 2;
 /// Turns of the dispatcher in half a millisecond: few, which is a busy board, and quick.
 const POLLS: u32 = 3;
+/// M112, behind the end of half a line, of an `upload` (Ctrl-D) and of M28, which take everything but that.
+const HALT: &[u8] = b"\n\x04\nM29\nM112\n";
 const CONSOLE: SessionId = SessionId(0);
 const OTHER: SessionId = SessionId(1);
 
@@ -235,8 +239,7 @@ impl Bench {
     fn emergency_stop(&mut self) {
         // What is typed already may release the halt at once: then the next one holds, for that line is gone.
         for _ in 0..4_096 {
-            // An upload takes everything but its end.
-            let _ = self.runner.send_on(CONSOLE, b"\nM29\nM112\n");
+            let _ = self.runner.send_on(CONSOLE, HALT);
             for _ in 0..2 {
                 self.pass(LINE_NS);
                 if self.is_halted() {
@@ -258,7 +261,7 @@ impl Bench {
         assert_eq!(repaired, Ok(()), "repair");
         // Lines that still wait are answered or release the machine: each of those is stopped.
         for _ in 0..1_000 {
-            let _ = self.runner.send_on(CONSOLE, b"\nM29\nM112\n");
+            let _ = self.runner.send_on(CONSOLE, HALT);
             if self.comes_to_rest() && self.says_that_it_is_halted(CONSOLE) && self.says_that_it_is_halted(OTHER) {
                 return self.release();
             }
@@ -280,16 +283,23 @@ impl Bench {
         false
     }
 
-    /// What `?` says, behind the end of an upload and of half a line.
+    /// What `?` says, behind the end of a transfer, of an upload and of half a line.
     fn says_that_it_is_halted(&mut self, session: SessionId) -> bool {
-        let _ = self.runner.send_on(session, b"\nM29\n\x18");
-        self.pass(5 * MS);
-        let _ = self.heard(session);
-        let _ = self.runner.send_on(session, b"?");
-        self.pass(5 * MS);
-        let said = self.heard(session);
-        assert!(said.contains('<'), "no answer to ? on {session:?}: {said:?}");
-        said.contains("<Alarm|")
+        for _ in 0..3 {
+            // Two of Ctrl-X end YModem, outside a block at once.
+            let _ = self.runner.send_on(session, b"\n\x04\nM29\n\x18\x18\x18");
+            self.pass(5 * MS);
+            let _ = self.heard(session);
+            let _ = self.runner.send_on(session, b"?");
+            self.pass(5 * MS);
+            let said = self.heard(session);
+            if said.contains('<') {
+                return said.contains("<Alarm|");
+            }
+            // A block that does not end is given up.
+            self.pass(BLOCK_NS);
+        }
+        panic!("no answer to ? on {session:?}");
     }
 
     fn release(&mut self) {
