@@ -70,7 +70,7 @@ fn a_card_can_be_changed_while_the_machine_runs() {
         insert(&mut velvet, Some(&[("config.ini", CONFIG), (name, text)]));
         identify(&mut velvet, "SD card ok");
         velvet.type_in("ls /sd");
-        let listed = velvet.hear_until("file(s)", SECOND);
+        let listed = velvet.hear_until("File(s)", SECOND);
         assert!(listed.contains(name) && !listed.contains("first.g"), "{listed}");
         velvet.type_in(&format!("cat /sd/{name}"));
         velvet.hear_until(text, SECOND);
