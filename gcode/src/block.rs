@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use heapless::Vec;
+
 /// What kind of command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the letters are the meaning")]
@@ -63,12 +65,17 @@ impl fmt::Display for Code {
     }
 }
 
-/// A to Z, and `@` and `^` of polar coordinates.
-const LETTERS: usize = 28;
+/// Places from `@` to `^`, as ASCII has them: between them are A to Z, and three that no word can have.
+const LETTERS: usize = 31;
+/// Bit n: the n-th place is that of a letter a word can have.
+const ARE_LETTERS: u32 = 0b100_0111_1111_1111_1111_1111_1111_1111;
+const POLAR_DISTANCE: u32 = 1 << 0;
+const POLAR_ANGLE: u32 = 1 << 30;
 
-/// Every letter a word can have, in the order in which words are given.
-pub const WORD_LETTERS: [char; LETTERS] = {
-    let mut letters = ['@'; LETTERS];
+/// Every letter a word can have, in the order in which words are given: A to Z, and `@` and `^` of polar
+/// coordinates.
+pub const WORD_LETTERS: [char; 28] = {
+    let mut letters = ['@'; 28];
     let mut place = 0;
     while place < 26 {
         letters[place] = (b'A' + place as u8) as char;
@@ -77,6 +84,19 @@ pub const WORD_LETTERS: [char; LETTERS] = {
     letters[27] = '^';
     letters
 };
+
+/// A word of a block.
+#[derive(Clone, Copy, Debug)]
+struct Word {
+    /// 0 when it has no number.
+    value: f64,
+    column: u8,
+}
+
+/// Which of a block's words is that of the n-th letter. Aligned, so that it is cleared in whole registers.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(4))]
+struct Places([u8; 32]);
 
 /// One command and its words, or words alone, which go on with the last motion code.
 ///
@@ -93,21 +113,23 @@ pub struct Block<'a> {
     present: u32,
     /// Bit n: the n-th letter has a number.
     valued: u32,
-    values: [f64; LETTERS],
-    columns: [u8; LETTERS],
+    /// As they are written: few, and where nothing is written nothing is to be cleared.
+    words: Vec<Word, { WORD_LETTERS.len() }>,
+    /// Of letters that are written.
+    places: Places,
 }
 
 impl<'a> Block<'a> {
     /// A block without words.
     #[must_use]
     pub const fn new(code: Option<Code>, column: u16) -> Self {
-        Self { code, column, text: None, present: 0, valued: 0, values: [0.0; LETTERS], columns: [0; LETTERS] }
+        Self { code, column, text: None, present: 0, valued: 0, words: Vec::new(), places: Places([0; 32]) }
     }
 
     /// Makes it a block of this code without words.
     pub(crate) fn begin(&mut self, code: Option<Code>, column: u16) {
-        // Numbers and columns of words that are not there are not looked at.
         (self.code, self.column, self.text, self.present, self.valued) = (code, column, None, 0, 0);
+        self.words.clear();
     }
 
     /// Adds or replaces a word; for tests and for programs that make blocks. Anything but a letter is left
@@ -125,7 +147,16 @@ impl<'a> Block<'a> {
     #[inline]
     pub fn get(&self, letter: char) -> Option<f64> {
         let index = index(letter)?;
-        if self.valued & (1 << index) == 0 { None } else { self.values.get(index).copied() }
+        if self.valued & (1 << index) == 0 {
+            return None;
+        }
+        self.word(index).map(|word| word.value)
+    }
+
+    /// The word of a letter that is written.
+    #[inline]
+    fn word(&self, index: usize) -> Option<&Word> {
+        self.words.get(usize::from(*self.places.0.get(index)?))
     }
 
     /// Whether a word is there, with or without a number.
@@ -138,7 +169,7 @@ impl<'a> Block<'a> {
     #[must_use]
     #[inline]
     pub const fn has_rare_coordinate(&self) -> bool {
-        const RARE: u32 = 0b111 | 1 << 26 | 1 << 27;
+        const RARE: u32 = 0b1110 | POLAR_DISTANCE | POLAR_ANGLE;
         self.present & RARE != 0
     }
 
@@ -151,10 +182,8 @@ impl<'a> Block<'a> {
     /// Column of a word, from 1; the block's own when the word is not there.
     #[must_use]
     pub fn column_of(&self, letter: char) -> u16 {
-        match index(letter).and_then(|index| self.columns.get(index)) {
-            Some(&column) if self.has(letter) => u16::from(column),
-            _ => self.column,
-        }
+        let word = index(letter).filter(|_| self.has(letter)).and_then(|index| self.word(index));
+        word.map_or(self.column, |word| u16::from(word.column))
     }
 
     /// The words in order of the alphabet: letter and number.
@@ -171,13 +200,16 @@ impl<'a> Block<'a> {
     pub(crate) fn set(&mut self, letter: u8, value: Option<f64>, column: u8) {
         let Some(index) = index(char::from(letter)) else { return };
         let bit = 1 << index;
-        self.present |= bit;
+        let word = Word { value: value.unwrap_or(0.0), column };
         self.valued = if value.is_some() { self.valued | bit } else { self.valued & !bit };
-        if let Some(place) = self.values.get_mut(index) {
-            *place = value.unwrap_or(0.0);
-        }
-        if let Some(place) = self.columns.get_mut(index) {
-            *place = column;
+        let Some(place) = self.places.0.get_mut(index) else { return };
+        if self.present & bit == 0 {
+            self.present |= bit;
+            *place = self.words.len() as u8;
+            // There is room for one of each letter.
+            let _ = self.words.push(word);
+        } else if let Some(known) = self.words.get_mut(usize::from(*place)) {
+            *known = word;
         }
     }
 }
@@ -213,11 +245,9 @@ impl fmt::Display for Block<'_> {
     }
 }
 
+/// The place of a letter, in either case.
 #[inline]
 fn index(letter: char) -> Option<usize> {
-    match letter {
-        '@' => Some(26),
-        '^' => Some(27),
-        letter => letter.is_ascii_alphabetic().then(|| usize::from((letter as u8).to_ascii_uppercase() - b'A')),
-    }
+    let place = u32::from(letter.to_ascii_uppercase()).wrapping_sub(u32::from('@'));
+    (place < LETTERS as u32 && ARE_LETTERS & (1 << place) != 0).then_some(place as usize)
 }
