@@ -11,7 +11,17 @@ use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply, SessionId};
 
 /// Answers a line that has come to its end.
+#[inline]
 pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
+    // So most lines of a file end.
+    if outcome.is_ok() && (source.origin, source.to) == (Origin::Job, Recipient::Nobody) {
+        return;
+    }
+    answer(machine, outcome, last, source);
+}
+
+#[inline(never)]
+fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
     match source.origin {
         Origin::Settings => return stack::settings_line_ended(machine, outcome),
         Origin::Startup(number) => grbl::startup_ended(machine, number, &outcome),

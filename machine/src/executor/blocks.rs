@@ -75,8 +75,7 @@ pub(super) async fn run_line<P: Ports>(
         }
         last = block.code;
         let height = machine.frames.len();
-        let outcome = pin!(run_block(machine, &block, source)).await;
-        match outcome {
+        match run_block(machine, &block, source).await {
             Ok(now) if is_settled(&now, source) => answer = now,
             Ok(_) => match passed_over::settle(machine, &block, source.dialect) {
                 Ok(now) => answer = now,

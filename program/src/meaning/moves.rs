@@ -123,7 +123,7 @@ fn take_feed(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> 
 }
 
 /// Where a motion block leads, in machine space, and where E then is.
-#[inline]
+#[inline(always)]
 pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
     let mut target = program.position;
     for axis in Axis::PRIMARY {
@@ -135,7 +135,7 @@ pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(Per
         rare_coordinates(program, words, &mut target)?;
     }
     let Some(word) = words.number('E') else { return Ok((target, None)) };
-    let tool = program.tools.active().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
+    let tool = program.tools.active().ok_or_else(|| Problem::NoExtruder.refused(words.column_of('E')))?;
     if tool.settings.is_off {
         return Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(words.column_of('E')));
     }
