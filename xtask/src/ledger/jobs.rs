@@ -32,12 +32,32 @@ pub fn steps(motors: usize, longer: f64) -> String {
 
 /// A straight path cut into this many lines: two such jobs differ in lines and in nothing else.
 pub fn lines(count: usize) -> String {
+    path(count, "")
+}
+
+/// The same, and one of each line's numbers has to be worked out.
+pub fn lines_with_expressions(count: usize) -> String {
+    format!("#1=0\n{}", path(count, "[#1 + 2*"))
+}
+
+fn path(count: usize, before: &str) -> String {
+    let (before, after) = if before.is_empty() { ("", "") } else { (before, "/2]") };
     let mut job = String::from("M82\nG1 F6000\n");
     for index in 1..=count {
         let [x, y, e] = PATH_MM.map(|end| end * index as f64 / count as f64);
-        line(&mut job, &format!("G1 X{x:.3} Y{y:.3} E{e:.5}"));
+        line(&mut job, &format!("G1 X{before}{x:.3}{after} Y{y:.3} E{e:.5}"));
     }
     job
+}
+
+/// The same lines as the body of a subroutine, which is passed over, and then called.
+pub fn lines_called(count: usize) -> String {
+    format!("o100 sub\n{}o100 endsub\no100 call\n", lines(count))
+}
+
+/// A loop of so many turns between two moves, of which each counts one further.
+pub fn turns(count: usize) -> String {
+    format!("#1=0\nG1 X1 F6000\no100 while [#1 LT {count}]\n#1=[#1 + 1]\no100 endwhile\nG1 X2\n")
 }
 
 /// The long stroke of [`loaded`], millimetres, and the acceleration of `bench/fast.ini`, mm/s^2.
@@ -109,6 +129,7 @@ mod tests {
         assert!(lines(FEW).ends_with("G1 X50.000 Y20.000 E2.00000\n"));
         assert!(lines(MANY).ends_with("G1 X50.000 Y20.000 E2.00000\n"));
         assert_eq!(lines(MANY).lines().count() - lines(FEW).lines().count(), MANY - FEW);
+        assert!(lines_with_expressions(FEW).ends_with("G1 X[#1 + 2*50.000/2] Y20.000 E2.00000\n"));
     }
 
     #[test]

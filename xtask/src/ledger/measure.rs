@@ -23,6 +23,9 @@ const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 const SMOOTH: &str = "_smooth";
 /// The kinds that are measured on an uneven bed.
 const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
+/// Jobs of so many lines, or turns, of a program: their names are those of the ledger's rows.
+const LANGUAGE: [(&str, fn(usize) -> String); 3] =
+    [("expression", jobs::lines_with_expressions), ("called_line", jobs::lines_called), ("turn", jobs::turns)];
 /// The hold comes in the middle of its stroke.
 const HOLD_AFTER: u64 = 120_000;
 
@@ -39,6 +42,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     kinematics(&results, &mut ledger)?;
     lines(&results, "", &mut ledger)?;
     lines(&results, SMOOTH, &mut ledger)?;
+    language(&results, &mut ledger)?;
     let printer = results.of("printer-3")?;
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     for (job, key) in [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")] {
@@ -61,6 +65,10 @@ fn list(machines: &Machines) -> Vec<Job> {
     list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
+    for (name, job) in LANGUAGE {
+        list.push(Job::new(format!("{name}-few"), printer, job(jobs::FEW)));
+        list.push(Job::new(format!("{name}-many"), printer, job(jobs::MANY)));
+    }
     let smooth = machines.smooth_printer();
     list.push(Job::new("lines-few_smooth", &smooth, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many_smooth", &smooth, jobs::lines(jobs::MANY)));
@@ -145,6 +153,21 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     enter("plan_pass_max_instructions", passes.into_iter().fold(0.0, f64::max));
     enter("feed_run_max_lines_instructions", runs.into_iter().fold(0.0, f64::max));
     enter("lines_per_s", lines_per_s);
+    Ok(())
+}
+
+/// What expressions, subroutines and loops cost: an expression and a called line beyond the same line without,
+/// a turn of a loop in all.
+fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    let cost = |job: &str| -> Result<f64> {
+        let of = |which: &str| results.of(&format!("{job}-{which}"))?.dispatcher();
+        Ok((of("many")? - of("few")?) / (jobs::MANY - jobs::FEW) as f64)
+    };
+    let plain = cost("lines")?;
+    for (name, _) in LANGUAGE {
+        let without = if name == "turn" { 0.0 } else { plain };
+        ledger.insert(format!("{name}_instructions"), round(cost(name)? - without));
+    }
     Ok(())
 }
 
