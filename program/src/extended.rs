@@ -126,7 +126,7 @@ pub const COMMANDS: &[ExtendedInfo] = &[
         becomes: Becomes::Console("abort"),
     },
     passed_over("CLEAR_PAUSE", "forget a pause: nothing is kept of one that has ended"),
-    missing("EXCLUDE_OBJECT", "objects cannot be left out yet"),
+    codes("EXCLUDE_OBJECT", "NAME CURRENT RESET", "leave an object out; without NAME list them", exclude_object),
     codes("EXCLUDE_OBJECT_DEFINE", "NAME", "an object of the file is noted", |command, _, line| {
         label(command, "D", line)
     }),
@@ -217,6 +217,19 @@ fn label(command: &Extended<'_>, what: &str, line: &mut CodeLine) -> Result<(), 
     put(line, "M486 ")?;
     put(line, what)?;
     put(line, name)
+}
+
+fn exclude_object(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let is_on = |key: &str| command.get(key).is_some_and(|value| value != "0");
+    match (command.get("NAME"), is_on("RESET")) {
+        (Some(name), again) => {
+            put(line, if again { "M486 Y" } else { "M486 X" })?;
+            put(line, name)
+        }
+        (None, true) => put(line, "M486 R"),
+        (None, false) if is_on("CURRENT") => put(line, "M486 C"),
+        (None, false) => put(line, "M486"),
+    }
 }
 
 fn text(command: &Extended<'_>, code: &str, line: &mut CodeLine) -> Result<(), ExtendedFault> {
@@ -412,6 +425,11 @@ mod tests {
             ("TEMPERATURE_WAIT SENSOR=heater_bed MINIMUM=59 MAXIMUM=61", "M116 P254 A59 B61"),
             ("BED_MESH_CALIBRATE ADAPTIVE=1", "G31"),
             ("EXCLUDE_OBJECT_START NAME=cube_1", "M486 Bcube_1"),
+            ("EXCLUDE_OBJECT NAME=cube_1", "M486 Xcube_1"),
+            ("EXCLUDE_OBJECT NAME=cube_1 RESET=1", "M486 Ycube_1"),
+            ("EXCLUDE_OBJECT CURRENT=1", "M486 C"),
+            ("EXCLUDE_OBJECT RESET=1", "M486 R"),
+            ("EXCLUDE_OBJECT", "M486"),
             ("SET_INPUT_SHAPER SHAPER_FREQ_X=40 SHAPER_TYPE=mzv", "M593 X F40 P\"mzv\""),
             ("TIMELAPSE_TAKE_FRAME", "(TIMELAPSE_*)"),
             ("ACTIVATE_EXTRUDER EXTRUDER=extruder2", "T2"),
@@ -425,7 +443,6 @@ mod tests {
     fn what_cannot_be_carried_out_says_why() {
         for (line, why) in [
             ("PRINT_START BED=60", "is not known here"),
-            ("EXCLUDE_OBJECT NAME=cube", "objects cannot be left out yet"),
             ("SET_VELOCITY_LIMIT ACCEL=fast", "needs a number for ACCEL="),
             ("SET_FAN_SPEED FAN=other SPEED=1", "names no switch"),
             ("SET_HEATER_TEMPERATURE HEATER=chamber TARGET=60", "names no heater"),

@@ -8,6 +8,7 @@ use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
 use crate::claims::MOST_CLAIMS;
 use crate::cycles::{Cycles, Series, ToCome};
 use crate::flow::Flow;
+use crate::left_out::LeftOut;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
@@ -48,6 +49,7 @@ pub struct Interpreter {
     /// `#5599`: `(DEBUG, ...)` is said.
     pub(crate) debugs: bool,
     pub(crate) setup: Setup,
+    pub(crate) left_out: Option<LeftOut>,
     effects: Deque<Effect, MOST_EFFECTS>,
     following: Deque<Action<'static>, FOLLOWING>,
     before: Before,
@@ -89,6 +91,7 @@ impl Interpreter {
             input_result: 0.0,
             debugs: true,
             setup,
+            left_out: None,
             effects: Deque::new(),
             following: Deque::new(),
             before: Before::default(),
@@ -218,14 +221,27 @@ impl Interpreter {
 
     /// The machine is somewhere else than the program left it: after a stop, homing, probing.
     pub fn resynchronise(&mut self, position: PerAxis<f64>) {
+        // What is left out has not moved it.
+        if let Some(left_out) = &mut self.left_out {
+            if left_out.stays_at(&position) {
+                return;
+            }
+            left_out.take_place();
+        }
         self.following.clear();
         self.cycles.stop();
         self.position = position;
     }
 
+    /// Where it was before the last action that it gave.
+    pub(crate) const fn before(&self) -> PerAxis<f64> {
+        self.before.position
+    }
+
     /// The operator's halt, or a fault: nothing of the program goes on.
     pub fn halt(&mut self) {
         self.following.clear();
+        self.left_out = None;
         self.flow.reset();
         self.frames.clear();
         self.memory.end();

@@ -117,6 +117,11 @@ impl Tools {
         self.active().map_or(ToolId(0), |tool| tool.settings.id)
     }
 
+    /// What the extruders turn.
+    pub(crate) fn axes(&self) -> Vec<Axis, MAX_TOOLS> {
+        self.tools.iter().map(|tool| tool.settings.axis).collect()
+    }
+
     /// Whether an extruder turns this axis.
     #[must_use]
     pub fn uses(&self, axis: Axis) -> bool {

@@ -46,7 +46,7 @@ pub(super) async fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Re
     }
 }
 
-async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+pub(super) async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check
         && !matches!(
             action,
@@ -158,7 +158,7 @@ async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+pub(super) async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
     let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
         Ok(()) => shapes::submit(machine, request).await,
         Err(failure) => Err(failure),

@@ -8,7 +8,7 @@ use program::{Action, LineParts, Meaning, State, States};
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
-use super::{Machine, actions, operator, passed_over, shapes};
+use super::{Machine, actions, objects, operator, passed_over, shapes};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::needs::needs;
 use crate::ports::Ports;
@@ -222,6 +222,10 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
     if let Some(part) = row.part {
         needs(machine.config, part, machine.jobs.is_playing())?;
     }
+    let is_apart = program::objects::is_apart(&machine.program);
+    if is_apart && !objects::is_of_the_print(machine, source) {
+        program::objects::stand_here(&mut machine.program);
+    }
     let facts = machine.facts();
     let meaning = match machine.program.run(block, row, facts, dialect) {
         Ok(meaning) => meaning,
@@ -234,6 +238,9 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
         Meaning::Unknown => unknown(machine, block.code, to),
+        Meaning::Action(Action::Move(request)) if is_apart && objects::is_of_the_print(machine, source) => {
+            objects::draw(machine, request, to).await
+        }
         Meaning::Action(Action::Move(request))
             if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
         {

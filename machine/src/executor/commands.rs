@@ -6,7 +6,7 @@ use program::{Dialect, Meaning, Part, State};
 
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
-use super::{Hands, Machine, actions, answers, functions, grbl, log, passed_over, program_io, suspend};
+use super::{Hands, Machine, actions, answers, functions, grbl, log, objects, passed_over, program_io, suspend};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
 use crate::jog;
@@ -372,6 +372,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
         }
         return Ok(Answer::Ok);
     }
+    objects::end(machine);
     // What the file was drilling, words typed now are not.
     machine.program.end_cycles();
     machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));

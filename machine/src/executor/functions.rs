@@ -8,7 +8,7 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::frames::Then;
-use super::{Hands, Machine, program_io, suspend};
+use super::{Hands, Machine, objects, program_io, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::grbl::hal;
@@ -246,6 +246,7 @@ fn file_or_job<P: Ports>(
             return Some(begin_listing(machine, listing, to));
         }
         Function::LoadSettings => return Some(load_settings(machine, words.text(), to)),
+        Function::LabelObject => return Some(objects::label(machine, words.text().unwrap_or(""), to)),
         _ => {}
     }
     let now = machine.ports.now();
@@ -262,13 +263,6 @@ fn file_or_job<P: Ports>(
             Ok(Answer::Ok)
         }
         Function::RestartJob => jobs.restart(ports),
-        Function::LabelObject => match jobs.noted() {
-            Some(noted) => noted
-                .objects
-                .label(name.unwrap_or(""), reply)
-                .map_or_else(|why| Err(Failure::refused(why)), |()| Ok(Answer::Ok)),
-            None => Ok(Answer::Ok),
-        },
         Function::ReportJob => {
             jobs.say_bytes(reply);
             Ok(Answer::Ok)

@@ -11,7 +11,7 @@ use super::blocks::Start;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, actions, blocks, commands, flow, grbl, kept, log, named, passed_over, stack};
+use super::{Machine, actions, blocks, commands, flow, grbl, kept, log, named, objects, passed_over, stack};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -158,6 +158,7 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.ports.motion(|motion| motion.is_idle()) {
         return false;
     }
+    objects::end(machine);
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }

@@ -22,6 +22,7 @@ mod lines;
 mod log;
 mod machine;
 mod named;
+mod objects;
 mod operator;
 mod passed_over;
 mod polls;

@@ -56,7 +56,6 @@ pub struct Listeners {
 #[derive(Debug, Default)]
 pub struct Noted {
     pub passed_over: PassedOver,
-    pub objects: Objects,
 }
 
 /// A file that is open to be played.
@@ -87,6 +86,8 @@ struct Job {
 #[derive(Debug, Default)]
 pub struct Jobs {
     job: Option<Job>,
+    /// Of the file, or of what a host sends.
+    pub objects: Objects,
     suspended: Option<Suspended>,
     tags: Tags,
     /// Moves of the line that was begun last have this one.
@@ -219,6 +220,7 @@ impl Jobs {
             noted: Noted::default(),
         });
         self.dialect = self.forced;
+        self.objects = Objects::default();
         self.is_heating = false;
         self.forget_places();
         Ok(size)

@@ -1,46 +1,164 @@
-//! Which object of a file its lines make, as M486 and `EXCLUDE_OBJECT_START` say. Nothing is left out by it.
+//! The objects of a print, as M486 and Klipper's `EXCLUDE_OBJECT_*` name them: which one its lines make, and
+//! which are left out.
 
-use heapless::String;
+use heapless::{String, Vec};
 
 use crate::sessions::Reply;
 
-/// What is known of the objects of a file.
+/// Objects that can be told apart.
+const MOST: usize = 64;
+/// Letters of a name that are shown.
+const NAME: usize = 40;
+
+/// An object of the print.
+#[derive(Clone, Debug)]
+struct Object {
+    /// Its number; what is only named has none.
+    number: Option<u16>,
+    /// Its beginning, where it is longer.
+    name: String<NAME>,
+    /// Of the whole name.
+    sum: u32,
+    is_left_out: bool,
+}
+
+/// What is known of the objects of a print.
 #[derive(Debug, Default)]
 pub struct Objects {
     /// How many the file has said that there are.
-    count: u32,
-    /// The one whose lines are read; empty for none.
-    current: String<32>,
+    count: u16,
+    all: Vec<Object, MOST>,
+    /// The one whose lines are read.
+    current: Option<usize>,
 }
 
 impl Objects {
-    /// The text of M486: Marlin's `T3`, `S1`, `S-1`, `ACube`; `D`, `B` and `E` where Klipper's commands
-    /// define, begin and end one. Without text says what is known.
+    /// The text of M486: Marlin's `T3`, `S1`, `S-1`, `AName`, `P1`, `U1` and `C`; `D`, `B`, `E`, `X`, `Y` and
+    /// `R` where Klipper's commands define, begin and end one, leave one out by its name, take it in again,
+    /// and take all in again. Without text says what is known.
+    ///
+    /// # Errors
+    /// When there is no such object, or there are too many.
     pub fn label(&mut self, text: &str, reply: &mut Reply<'_>) -> Result<(), &'static str> {
         let (letter, rest) = text.split_at_checked(1).unwrap_or(("", ""));
         let rest = rest.trim();
         match letter {
-            "" => reply.say(format_args!("objects: {}, this one: {}\n", self.count, self.name())),
+            "" => self.list(reply),
             "T" => self.count = rest.parse().unwrap_or(0),
-            "D" => self.count = self.count.saturating_add(1),
-            "S" | "A" | "B" => {
-                let (number, name) = rest.split_once(" A").unwrap_or(("", rest));
-                self.current.clear();
-                if !(letter == "S" && (rest.starts_with('-') || number.starts_with('-'))) {
-                    // A long name is cut: it is shown, no more.
-                    let _ = name.chars().try_for_each(|letter| self.current.push(letter));
-                }
+            "S" => return self.begin_numbered(rest),
+            "A" => self.name_current(rest),
+            "D" => drop(self.named(rest)),
+            "B" => self.current = self.named(rest),
+            "E" => self.current = None,
+            "P" => self.of_number(rest).map(|object| object.is_left_out = true)?,
+            "U" => self.of_number(rest).map(|object| object.is_left_out = false)?,
+            "C" => {
+                let current = self.current.and_then(|current| self.all.get_mut(current));
+                current.ok_or("M486 C: no object is made now")?.is_left_out = true;
             }
-            "E" => self.current.clear(),
-            _ => return Err("M486: objects cannot be left out yet"),
+            "X" => self.of_name(rest)?.is_left_out = true,
+            "Y" => self.of_name(rest)?.is_left_out = false,
+            "R" => self.all.iter_mut().for_each(|object| object.is_left_out = false),
+            _ => return Err("M486 takes T, S, A, P, U or C"),
         }
         Ok(())
     }
 
+    /// Whether the lines that are read make an object that is left out.
+    pub fn is_left_out(&self) -> bool {
+        self.current.and_then(|current| self.all.get(current)).is_some_and(|object| object.is_left_out)
+    }
+
     /// The object whose lines are read.
     pub fn name(&self) -> &str {
-        if self.current.is_empty() { "none" } else { &self.current }
+        self.current.and_then(|current| self.all.get(current)).map_or("none", |object| &object.name)
     }
+
+    fn list(&self, reply: &mut Reply<'_>) {
+        let count = usize::from(self.count).max(self.all.len());
+        reply.say(format_args!("objects: {count}, this one: {}\n", self.name()));
+        for object in &self.all {
+            let state = if object.is_left_out { " (left out)" } else { "" };
+            match object.number {
+                Some(number) => reply.say(format_args!("{number}: {}{state}\n", object.name)),
+                None => reply.say(format_args!("{}{state}\n", object.name)),
+            }
+        }
+    }
+
+    /// `S1`, `S1 A"Name"`, `S-1`.
+    fn begin_numbered(&mut self, rest: &str) -> Result<(), &'static str> {
+        let (number, name) = rest.split_once('A').map_or((rest, None), |(number, name)| (number, Some(name)));
+        let number = number.trim();
+        if number.starts_with('-') {
+            self.current = None;
+            return Ok(());
+        }
+        let number = number.parse().map_err(|_| "M486 S: which object? A number is needed, or -1 for none")?;
+        self.current = self.numbered(number);
+        if let Some(name) = name {
+            self.name_current(name);
+        }
+        Ok(())
+    }
+
+    fn name_current(&mut self, name: &str) {
+        if let Some(object) = self.current.and_then(|current| self.all.get_mut(current)) {
+            (object.name, object.sum) = beginning_and_sum(unquoted(name));
+        }
+    }
+
+    /// The place of the object of this number, which is noted where it is not known. None where there are too
+    /// many: it cannot be left out.
+    fn numbered(&mut self, number: u16) -> Option<usize> {
+        let known = self.all.iter().position(|object| object.number == Some(number));
+        known.or_else(|| {
+            let mut name = String::new();
+            // It fits.
+            let _ = core::fmt::write(&mut name, format_args!("{number}"));
+            let object = Object { number: Some(number), sum: sum(&name), name, is_left_out: false };
+            self.all.push(object).ok().map(|()| self.all.len() - 1)
+        })
+    }
+
+    /// The same, by its name.
+    fn named(&mut self, name: &str) -> Option<usize> {
+        let (name, sum) = beginning_and_sum(unquoted(name));
+        let known = self.all.iter().position(|object| object.sum == sum);
+        known.or_else(|| {
+            let object = Object { number: None, name, sum, is_left_out: false };
+            self.all.push(object).ok().map(|()| self.all.len() - 1)
+        })
+    }
+
+    fn of_number(&mut self, text: &str) -> Result<&mut Object, &'static str> {
+        let number: u16 = text.parse().map_err(|_| "M486: which object? A number is needed")?;
+        let known = self.all.iter().position(|object| object.number == Some(number));
+        // It may come later.
+        let place = if number < self.count { self.numbered(number) } else { known };
+        place.and_then(|place| self.all.get_mut(place)).ok_or("there is no object of this number: see M486")
+    }
+
+    fn of_name(&mut self, name: &str) -> Result<&mut Object, &'static str> {
+        let (_, sum) = beginning_and_sum(unquoted(name));
+        let object = self.all.iter_mut().find(|object| object.sum == sum);
+        object.ok_or("there is no object of this name: see EXCLUDE_OBJECT_DEFINE")
+    }
+}
+
+fn unquoted(name: &str) -> &str {
+    name.trim().trim_matches('"')
+}
+
+fn beginning_and_sum(name: &str) -> (String<NAME>, u32) {
+    let mut beginning = String::new();
+    let _ = name.chars().try_for_each(|letter| beginning.push(letter));
+    (beginning, sum(name))
+}
+
+/// FNV-1a of a name, in which case does not count: names that are cut are told apart by it.
+fn sum(name: &str) -> u32 {
+    name.bytes().fold(0x811C_9DC5, |sum, byte| (sum ^ u32::from(byte.to_ascii_uppercase())).wrapping_mul(0x0100_0193))
 }
 
 #[cfg(test)]
@@ -48,23 +166,66 @@ mod tests {
     use super::*;
     use crate::files::bench::Desk;
 
+    fn told(texts: &[&str]) -> (Objects, std::string::String) {
+        let (mut objects, mut desk) = (Objects::default(), Desk::new());
+        for text in texts {
+            desk.hears(|reply| assert_eq!(objects.label(text, reply), Ok(()), "{text}"));
+        }
+        let known = desk.hears(|reply| assert_eq!(objects.label("", reply), Ok(())));
+        (objects, known)
+    }
+
     #[test]
     fn the_object_that_is_made_is_known() {
-        let (mut objects, mut desk) = (Objects::default(), Desk::new());
         for (text, name) in [
             ("T3", "none"),
+            ("S0 A\"Cube (1)\"", "Cube (1)"),
             ("S0 ACube (1)", "Cube (1)"),
             ("S1", "1"),
-            ("ABall", "Ball"),
             ("S-1", "none"),
             ("Bx", "x"),
             ("E", "none"),
         ] {
-            desk.hears(|reply| assert_eq!(objects.label(text, reply), Ok(())));
-            assert_eq!(objects.name(), name, "{text}");
+            assert_eq!(told(&[text]).0.name(), name, "{text}");
         }
-        assert_eq!(desk.hears(|reply| assert!(objects.label("", reply).is_ok())), "objects: 3, this one: none\n");
-        desk.hears(|reply| assert!(objects.label("P1", reply).is_err()));
-        desk.hears(|reply| assert!(objects.label("Q\u{e4}", reply).is_err()));
+        assert_eq!(told(&["S1", "ABall"]).0.name(), "Ball");
+        assert_eq!(told(&["T3", "S0", "ABall", "P0", "S-1"]).1, "objects: 3, this one: none\n0: Ball (left out)\n");
+    }
+
+    #[test]
+    fn an_object_is_left_out_by_number_by_name_or_while_it_is_made() {
+        assert!(told(&["T3", "P1", "S1"]).0.is_left_out(), "before it has begun");
+        assert!(!told(&["T3", "P1", "S2"]).0.is_left_out());
+        assert!(told(&["S1", "C"]).0.is_left_out(), "at once");
+        assert!(!told(&["S1", "C", "U1"]).0.is_left_out());
+        assert!(told(&["Da", "Db", "XB", "Bb"]).0.is_left_out(), "case does not count");
+        assert!(!told(&["Da", "Xa", "R", "Ba"]).0.is_left_out());
+    }
+
+    #[test]
+    fn names_that_begin_alike_are_told_apart() {
+        let (one, two) = (format!("{}1", "x".repeat(50)), format!("{}2", "x".repeat(50)));
+        let left_out = format!("X{one}");
+        assert!(told(&[&format!("D{one}"), &left_out, &format!("B{one}")]).0.is_left_out());
+        assert!(!told(&[&format!("D{one}"), &left_out, &format!("B{two}")]).0.is_left_out());
+    }
+
+    #[test]
+    fn what_is_not_there_cannot_be_left_out() {
+        let mut desk = Desk::new();
+        for text in ["P1", "Xcube", "C", "S", "P", "Q\u{e4}"] {
+            desk.hears(|reply| assert!(Objects::default().label(text, reply).is_err(), "{text}"));
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_text_is_taken_or_refused(texts in proptest::collection::vec("[TSAPUCDBEXYR][ -~]{0,60}", 0..100)) {
+            let (mut objects, mut desk) = (Objects::default(), Desk::new());
+            for text in &texts {
+                desk.hears(|reply| { let _ = objects.label(text, reply); });
+            }
+            let _ = objects.name();
+        }
     }
 }

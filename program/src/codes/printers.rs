@@ -92,12 +92,8 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(412, "watch for the end of the filament"),
     quiet(413, "save the job for when power is lost"),
     quiet(425, "backlash of another machine"),
-    CodeInfo::asks(
-        Code::m(486),
-        Function::LabelObject,
-        "which object the lines that follow make; none can be left out",
-    )
-    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(486), Function::LabelObject, "which object the lines that follow make; leave one out")
+        .differs(NOT_KNOWN),
     quiet(555, "where on the bed the part is"),
     quiet(569, "mode of a motor driver: see the configuration"),
     quiet(603, "lengths of a change of filament"),

@@ -8,6 +8,7 @@ pub(crate) mod heat;
 pub(crate) mod homing;
 pub(crate) mod modes;
 pub(crate) mod moves;
+pub mod objects;
 pub(crate) mod offsets;
 pub(crate) mod outputs;
 pub(crate) mod printers;

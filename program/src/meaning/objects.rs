@@ -1,0 +1,54 @@
+//! Objects that are left out of a print: the program goes through their lines, the machine stays.
+
+use units::PerAxis;
+
+use crate::action::Move;
+use crate::interpreter::Interpreter;
+pub use crate::left_out::WayBack;
+
+/// From now on moves of the program are left out, or are made again.
+pub fn leave_out(program: &mut Interpreter, yes: bool) {
+    if yes || program.left_out.is_some() {
+        program.left_out.get_or_insert_default().lasts(yes);
+    }
+    forget_if_done(program);
+}
+
+fn forget_if_done(program: &mut Interpreter) {
+    program.left_out = program.left_out.take().filter(|left_out| !left_out.is_done());
+}
+
+/// Whether moves are left out, or the machine has not gone on since.
+#[must_use]
+#[inline]
+pub const fn is_apart(program: &Interpreter) -> bool {
+    program.left_out.is_some()
+}
+
+/// Somebody else moves the machine, or the print ends: the program is where the machine is.
+#[cold]
+pub fn stand_here(program: &mut Interpreter) {
+    if let Some(place) = program.left_out.as_mut().and_then(crate::left_out::LeftOut::take_place) {
+        program.position = place;
+    }
+    forget_if_done(program);
+}
+
+/// Whether this move, which the program has made, is left out.
+#[cold]
+pub fn leaves_out(program: &mut Interpreter, request: &Move) -> bool {
+    let (from, extruders) = (program.before(), program.tools.axes());
+    program.left_out.as_mut().is_some_and(|left_out| left_out.follow(from, &request.target, &extruders))
+}
+
+/// What is made again begins with this move, which the program has made; the way to it. None when nothing was
+/// left out.
+#[cold]
+pub fn way_back(program: &mut Interpreter, request: &Move) -> Option<WayBack> {
+    let left_out = program.left_out.take()?;
+    // As the file counts, before this move.
+    let place: PerAxis<f64> = program.before();
+    let pulls = program.tools.active().map(|tool| (tool.settings.axis, tool.settings.retract_rate));
+    let (extruders, travel) = (program.tools.axes(), program.modal.seek_rate);
+    left_out.way_back(&place, request, !program.is_last_action(), &extruders, pulls, travel)
+}
