@@ -23,8 +23,10 @@ const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 const SMOOTH: &str = "_smooth";
 /// The kinds that are measured on an uneven bed.
 const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
+/// A job of so many lines, or turns.
+type Program = fn(usize) -> String;
 /// Jobs of so many lines, or turns, of a program: their names are those of the ledger's rows.
-const LANGUAGE: [(&str, fn(usize) -> String); 3] =
+const LANGUAGE: [(&str, Program); 3] =
     [("expression", jobs::lines_with_expressions), ("called_line", jobs::lines_called), ("turn", jobs::turns)];
 /// The hold comes in the middle of its stroke.
 const HOLD_AFTER: u64 = 120_000;
@@ -156,8 +158,8 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// What expressions, subroutines and loops cost: an expression and a called line beyond the same line without,
-/// a turn of a loop in all.
+/// What expressions, subroutines and loops cost: an expression and a called line beyond the same line
+/// without, a turn of a loop in all.
 fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
     let cost = |job: &str| -> Result<f64> {
         let of = |which: &str| results.of(&format!("{job}-{which}"))?.dispatcher();
