@@ -72,7 +72,10 @@ fn no_name_falls_on_the_file_of_another() {
 fn a_file_is_renamed_and_moved() {
     let mut velvet = Plan::new().file(ONE, "G1 X1\n").file(TWO, "G1 X2\n").start();
     for (line, answer) in [
-        (format!("mv {ONE} {TWO}"), "error:mv: /sd/benchy_part_one.gcode: the name is already in use\n"),
+        (
+            format!("mv {ONE} {TWO}"),
+            "Could not rename benchy_part_one.gcode to benchy_part_two.gcode: the name is already in use\n",
+        ),
         ("mkdir finished_parts".into(), ""),
         (format!("mv {ONE} finished_parts/{ONE}"), ""),
         (format!("mv {TWO} a_name_that_is_longer_than_any_of_the_others.gcode"), ""),
