@@ -15,6 +15,8 @@ use crate::action::{Corner, Move, Rate, Shape};
 pub(crate) struct LeftOut {
     /// Its lines are read still.
     lasts: bool,
+    /// The block that is read is none of the print's.
+    is_aside: bool,
     /// Where the machine has stayed, since something was left out.
     stays: Option<Stay>,
 }
@@ -67,9 +69,19 @@ impl LeftOut {
         self.lasts = yes;
     }
 
+    /// The block that is read is of the print, or somebody else moves the machine.
+    pub fn counts(&mut self, yes: bool) {
+        self.is_aside = !yes;
+    }
+
     /// Whether nothing is left out, nor to be made up for.
     pub const fn is_done(&self) -> bool {
         !self.lasts && self.stays.is_none()
+    }
+
+    /// Whether the print goes on.
+    pub const fn has_ended(&self) -> bool {
+        !self.lasts && !self.is_aside
     }
 
     /// Whether the machine has stayed there.
@@ -84,10 +96,11 @@ impl LeftOut {
 
     /// Whether this move, from where the program was, is left out.
     pub fn follow(&mut self, from: PerAxis<f64>, to: &PerAxis<f64>, extruders: &[Axis]) -> bool {
-        if self.lasts {
+        let is_left_out = self.lasts && !self.is_aside;
+        if is_left_out {
             self.stays.get_or_insert_with(|| Stay::new(from)).follow(to, extruders);
         }
-        self.lasts
+        is_left_out
     }
 
     /// The way to where the file goes on with this move. `place`: where the file believes it is before it;

@@ -4,7 +4,7 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, flow, functions, halt, kept, operator, program_io, shapes, suspend, tool_change};
+use super::{Hands, Machine, flow, functions, halt, kept, objects, operator, program_io, shapes, suspend, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -46,7 +46,7 @@ pub(super) async fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Re
     }
 }
 
-pub(super) async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check
         && !matches!(
             action,
@@ -61,7 +61,12 @@ pub(super) async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &A
         return Ok(Answer::Ok);
     }
     match *action {
-        Action::Move(ref request) => move_along(machine, request).await?,
+        Action::Move(ref request) => {
+            if program::objects::is_apart(&machine.program) && objects::is_left_out(machine, request).await? {
+                return Ok(Answer::Ok);
+            }
+            move_along(machine, request).await?;
+        }
         Action::Effect(what) => effect(machine, what).await?,
         Action::Dwell(time) => {
             machine.standstill().await?;

@@ -222,9 +222,8 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
     if let Some(part) = row.part {
         needs(machine.config, part, machine.jobs.is_playing())?;
     }
-    let is_apart = program::objects::is_apart(&machine.program);
-    if is_apart && !objects::is_of_the_print(machine, source) {
-        program::objects::stand_here(&mut machine.program);
+    if program::objects::is_apart(&machine.program) {
+        objects::begin_block(machine, source);
     }
     let facts = machine.facts();
     let meaning = match machine.program.run(block, row, facts, dialect) {
@@ -238,9 +237,6 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
         Meaning::Unknown => unknown(machine, block.code, to),
-        Meaning::Action(Action::Move(request)) if is_apart && objects::is_of_the_print(machine, source) => {
-            objects::draw(machine, request, to).await
-        }
         Meaning::Action(Action::Move(request))
             if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
         {

@@ -55,7 +55,8 @@ pub async fn run<P: Ports>(mut ports: P) -> ! {
     let mut sessions = Sessions::new();
     let read = boot::read_config(&mut ports, &mut sessions, &mut config).await;
     let mut machine = Machine::new(ports, &config, sessions, read.took, serve::serve);
-    boot::start(&mut machine, read).await;
+    // Pinned, it is a function of its own, and the loop below is short.
+    pin!(boot::start(&mut machine, read)).await;
     loop {
         machine.serve();
         let mut has_run = 0;

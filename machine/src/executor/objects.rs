@@ -1,7 +1,7 @@
 //! Objects of a print that are left out: which of its moves are not made, and how the machine comes to the
 //! next one that is.
 
-use program::{Action, Move, State};
+use program::Move;
 
 use super::source::{Origin, Source};
 use super::{Machine, actions};
@@ -9,11 +9,12 @@ use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
-/// Whether a line is of the file being printed, or, while there is none, of whoever sends one. Nothing else
-/// is left out: an operator who jogs, or a script that parks, means it.
-pub(super) fn is_of_the_print<P: Ports>(machine: &Machine<'_, P>, source: Source) -> bool {
-    let origin = if machine.jobs.is_open() { Origin::Job } else { Origin::Session };
-    source.origin == origin
+/// A line may be of the file being printed, or, while there is none, of whoever sends one. Nothing else is
+/// left out: an operator who jogs, or a script that parks, means it.
+#[cold]
+pub(super) fn begin_block<P: Ports>(machine: &mut Machine<'_, P>, source: Source) {
+    let prints = if machine.jobs.is_open() { Origin::Job } else { Origin::Session };
+    program::objects::counts(&mut machine.program, source.origin == prints);
 }
 
 /// M486: says which object begins, or which one is to be left out.
@@ -30,22 +31,12 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     program::objects::stand_here(&mut machine.program);
 }
 
-/// A move while objects are left out: it is not made, or is the first one that is made again.
+/// A move while objects are left out. True: it is not made. Else it is the next one that is, and the machine
+/// stands where it begins.
 #[cold]
-pub(super) async fn draw<P: Ports>(machine: &mut Machine<'_, P>, request: &Move, to: Recipient) -> Outcome {
+pub(super) async fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
     if program::objects::leaves_out(&mut machine.program, request) {
-        while let Some(action) = machine.program.next_action() {
-            match &action {
-                Action::Move(request) if program::objects::leaves_out(&mut machine.program, request) => {}
-                other => {
-                    actions::carry_out(machine, other, to).await?;
-                }
-            }
-        }
-        return Ok(Answer::Ok);
-    }
-    if machine.safety.state() == State::Check {
-        return Ok(Answer::Ok);
+        return Ok(true);
     }
     if let Some(back) = program::objects::way_back(&mut machine.program, request) {
         for step in &back.moves {
@@ -56,5 +47,5 @@ pub(super) async fn draw<P: Ports>(machine: &mut Machine<'_, P>, request: &Move,
         let set = machine.ports.motion(|motion| motion.set_position(back.place));
         set.map_err(|refusal| Failure::Alarm(message(format_args!("{refusal}"))))?;
     }
-    actions::carry_out_all(machine, &Action::Move(*request), to).await
+    Ok(false)
 }

@@ -81,6 +81,7 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
 /// has been done, and [`submit`] does it, or says why not.
 pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
+    let is_whole = is_whole && !program::objects::is_apart(&machine.program);
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
     if !is_whole || !is_free || machine.may_move().is_err() || !machine.reaches(&request.target) {
         return false;

@@ -18,6 +18,16 @@ fn forget_if_done(program: &mut Interpreter) {
     program.left_out = program.left_out.take().filter(|left_out| !left_out.is_done());
 }
 
+/// The next block is of the print, or somebody else's: then it begins where the machine is.
+pub fn counts(program: &mut Interpreter, yes: bool) {
+    if let Some(left_out) = &mut program.left_out {
+        left_out.counts(yes);
+        if !yes {
+            stand_here(program);
+        }
+    }
+}
+
 /// Whether moves are left out, or the machine has not gone on since.
 #[must_use]
 #[inline]
@@ -45,7 +55,7 @@ pub fn leaves_out(program: &mut Interpreter, request: &Move) -> bool {
 /// left out.
 #[cold]
 pub fn way_back(program: &mut Interpreter, request: &Move) -> Option<WayBack> {
-    let left_out = program.left_out.take()?;
+    let left_out = program.left_out.take_if(|left_out| left_out.has_ended())?;
     // As the file counts, before this move.
     let place: PerAxis<f64> = program.before();
     let pulls = program.tools.active().map(|tool| (tool.settings.axis, tool.settings.retract_rate));
