@@ -270,7 +270,7 @@ impl Run {
         match action {
             Action::Move(request) => self.movement(request)?,
             Action::Dwell(time) => writeln!(self.out, "dwell {}", time.0 as f64 / 1e6)?,
-            Action::Pause(_) => writeln!(self.out, "pause")?,
+            Action::Pause(_) | Action::RetractByHand => writeln!(self.out, "pause")?,
             Action::ChangeTool(tool) => writeln!(self.out, "tool {tool}")?,
             Action::Message(text) => writeln!(self.out, "message {text}")?,
             Action::EndProgram => {
@@ -289,7 +289,7 @@ impl Run {
             }
             Action::Keep | Action::Finish => {}
             Action::Effect(effect) => self.effect(*effect, "")?,
-            Action::Overrides { feed, spindle } => writeln!(self.out, "overrides {feed} {spindle}")?,
+            Action::Overrides { feed, spindle, .. } => writeln!(self.out, "overrides {feed} {spindle}")?,
             Action::AwaitInput(wait) => writeln!(self.out, "input {} {:?}", wait.input.0 - 2 * IO, wait.event)?,
             Action::Orient { degrees, turning, patience } => {
                 let seconds = patience.map_or(0.0, |patience| patience.0 as f64 / 1e6);

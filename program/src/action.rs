@@ -71,7 +71,12 @@ pub enum Action<'b> {
         feed: bool,
         /// That of the spindle's speed.
         spindle: bool,
+        /// Feed hold acts at once; else it waits until it may: a tap that stands while the spindle turns
+        /// breaks.
+        hold: bool,
     },
+    /// Have the operator draw the tool out of the hole by hand (G88).
+    RetractByHand,
     /// Wait for an input once nothing moves, or read it. What was found comes back.
     AwaitInput(AwaitInput),
     /// Go there as the spindle turns, and back as it turns the other way (G33.1).

@@ -1,5 +1,7 @@
 //! Modes beside the path: what turns and flows, and whether the operator's overrides count.
 
+use crate::action::Action;
+
 /// How the spindle turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {
@@ -22,13 +24,25 @@ impl Spindle {
             Self::CounterClockwise => 4,
         }
     }
+
+    /// The other way.
+    #[must_use]
+    pub(crate) const fn reversed(self) -> Self {
+        match self {
+            Self::Stopped => Self::Stopped,
+            Self::Clockwise => Self::CounterClockwise,
+            Self::CounterClockwise => Self::Clockwise,
+        }
+    }
 }
 
 /// The modes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Auxiliary {
     /// M3, M4, M5.
     pub spindle: Spindle,
+    /// S of the M3 or M4 that has it turn so; without, its output's own value.
+    pub speed: Option<f32>,
     /// G96: S is the speed of the surface, not that of the spindle.
     pub surface_speed: bool,
     /// M7.
@@ -42,9 +56,15 @@ pub struct Auxiliary {
 }
 
 impl Auxiliary {
+    /// The operator's overrides count as the modes say.
+    pub(crate) const fn overrides(&self) -> Action<'static> {
+        Action::Overrides { feed: self.feed_override, spindle: self.spindle_override, hold: true }
+    }
+
     /// As at boot, and after M2.
     pub const START: Self = Self {
         spindle: Spindle::Stopped,
+        speed: None,
         surface_speed: false,
         mist: false,
         flood: false,

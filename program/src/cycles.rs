@@ -5,7 +5,9 @@ use heapless::Vec;
 use units::{Micros, PerAxis, Plane};
 
 use crate::action::Action;
-use crate::holes::Holes;
+use crate::auxiliary::Spindle;
+use crate::cycle::Cycle;
+use crate::holes::{Holes, Next};
 use crate::passes::Passes;
 
 /// Places that a block reaches.
@@ -39,7 +41,26 @@ pub(crate) struct Cycles {
     /// The series as it was before that block.
     before: Series,
     /// The block, and what of it comes behind the action that was given last.
-    block: Option<(Block, Action<'static>)>,
+    block: Option<(Block, Next)>,
+    /// Blocks that were begun.
+    begun: u32,
+}
+
+/// A hole that the operator draws the tool out of, and what follows it (G88). Meanwhile he may have the
+/// machine do anything but drill.
+#[derive(Clone, Debug)]
+pub struct LeftHole {
+    series: Series,
+    cycle: Cycle,
+    /// Blocks that were begun, its own the last one.
+    begun: u32,
+}
+
+impl LeftHole {
+    /// The cycle that it is a hole of.
+    pub(crate) const fn cycle(&self) -> Cycle {
+        self.cycle
+    }
 }
 
 /// What a block of a cycle makes.
@@ -50,10 +71,10 @@ enum Block {
 }
 
 impl Block {
-    fn next(&mut self) -> Option<Action<'static>> {
+    fn next(&mut self) -> Option<Next> {
         match self {
             Self::Holes(holes) => holes.next(),
-            Self::Passes(passes) => passes.next(),
+            Self::Passes(passes) => passes.next().map(Next::Action),
         }
     }
 
@@ -91,9 +112,42 @@ impl Cycles {
     fn begin_block(&mut self, mut block: Block) -> Option<Action<'static>> {
         let first = block.next();
         let next = block.next();
+        self.begun = self.begun.wrapping_add(1);
         self.block = next.map(|next| (block, next));
         self.has_more = self.block.is_some();
-        first
+        match first {
+            Some(Next::Action(action)) => Some(action),
+            // Before the spindle turns otherwise a hole is cut, or waited in.
+            Some(Next::Turn(_)) | None => None,
+        }
+    }
+
+    /// The operator draws the tool out of the hole: nothing of the block goes on until then.
+    pub(crate) const fn leave_hole(&mut self, cycle: Cycle) -> LeftHole {
+        self.stop();
+        LeftHole { series: self.series, cycle, begun: self.begun }
+    }
+
+    /// He has, and the machine is here now. False when he has drilled other holes meanwhile.
+    pub(crate) fn return_to(&mut self, left: &LeftHole, here: PerAxis<f64>) -> bool {
+        let Some((Block::Holes(holes), next)) = self.block.as_mut().filter(|_| left.begun == self.begun) else {
+            return false;
+        };
+        holes.drawn_out(here);
+        self.series = left.series;
+        if let Some(first) = holes.next() {
+            *next = first;
+            self.has_more = true;
+        }
+        true
+    }
+
+    /// How the spindle is to turn before anything else of the block.
+    pub(crate) fn turning(&self) -> Option<Spindle> {
+        match self.block {
+            Some((_, Next::Turn(spindle))) if self.has_more => Some(spindle),
+            _ => None,
+        }
     }
 
     /// What is left of a block is forgotten.
@@ -108,16 +162,16 @@ impl Cycles {
         !self.has_more
     }
 
-    /// The next action of the block: what was given before it has been taken.
-    pub(crate) fn next(&mut self) -> Option<Action<'static>> {
+    /// What comes next of the block: what was given before it has been taken.
+    pub(crate) fn next(&mut self) -> Option<Next> {
         let (block, next) = self.block.as_mut().filter(|_| self.has_more)?;
-        let action = *next;
+        let now = *next;
         self.is_first = false;
         match block.next() {
             Some(behind) => *next = behind,
             None => self.has_more = false,
         }
-        Some(action)
+        Some(now)
     }
 
     /// The action given last was refused, and nothing of the block goes on. When it was the first one, the
@@ -133,7 +187,7 @@ impl Cycles {
     pub(crate) fn to_come(&self) -> ToCome {
         let mut places = ToCome::new();
         if let Some((block, next)) = self.block.as_ref().filter(|_| self.has_more) {
-            if let Action::Move(request) = next {
+            if let Next::Action(Action::Move(request)) = next {
                 places.extend([request.target]);
             }
             places.extend(block.reach());

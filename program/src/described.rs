@@ -84,10 +84,12 @@ impl fmt::Display for Described<'_, '_> {
             Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
             Action::Return => f.write_str("end of subroutine"),
             Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),
-            Action::Overrides { feed, spindle } => {
+            Action::Overrides { feed, spindle, hold } => {
                 let counts = |on: &bool| if *on { "count" } else { "do not count" };
-                write!(f, "overrides of feed {}, of the spindle {}", counts(feed), counts(spindle))
+                write!(f, "overrides of feed {}, of the spindle {}", counts(feed), counts(spindle))?;
+                f.write_str(if *hold { "" } else { ", feed hold waits" })
             }
+            Action::RetractByHand => f.write_str("wait until the tool is drawn out by hand"),
             Action::AwaitInput(AwaitInput { input, event: None, .. }) => write!(f, "read input {}", input.index()),
             Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
                 write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())

@@ -128,6 +128,10 @@ pub enum Problem {
     PolarAndCartesian,
     PolarAtOrigin,
     SpindleStands,
+    /// The number of a cycle's G-code, and of the M-code that has the spindle turn as it wants it.
+    SpindleTurns(u16, u16),
+    /// The same, and an M-code that no output listens to.
+    NothingListens(u16, u16),
     ThreadPlane,
     NoThreadSide,
     ThreadHeight,
@@ -190,6 +194,12 @@ impl fmt::Display for Problem {
             Self::CycleNeeds(number, letter) => return write!(f, "G{number} needs {letter}"),
             Self::NotOfCycle(number, letter) => {
                 return write!(f, "G{number} takes no {letter}: G83 pecks (Q), G82 dwells (P)");
+            }
+            Self::SpindleTurns(number, code) => {
+                return write!(f, "G{number} needs the spindle turning by M{code}: that must come first");
+            }
+            Self::NothingListens(number, code) => {
+                return write!(f, "G{number} needs an output that listens to M{code}: see [switch]");
             }
             Self::CycleNowhere(number) => return write!(f, "G{number} needs X, Y or Z"),
             Self::NotInCycle(letter) => return write!(f, "{letter} cannot move in a canned cycle"),

@@ -1,10 +1,11 @@
-//! The holes of a block, one action at a time. A block may ask for thousands of moves; they are not stored:
+//! The holes of a block, one thing at a time. A block may ask for thousands of moves; they are not stored:
 //! [`Holes`] knows where it is, and what comes next.
 
 use heapless::Vec;
 use units::{Axis, Micros, PerAxis};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
+use crate::auxiliary::{Auxiliary, Spindle};
 use crate::cycle::Cycle;
 
 /// A drill goes back to this far above where it has been before it cuts on, and G73 draws it back by as much,
@@ -38,6 +39,8 @@ pub(crate) struct Plan {
     /// The wait at the bottom.
     pub dwell: Option<Micros>,
     pub rates: Rates,
+    /// How the spindle turns, and whether overrides count, before the first hole and behind every one.
+    pub auxiliary: Auxiliary,
 }
 
 /// Holes about a centre, mm and radians.
@@ -109,26 +112,49 @@ enum Stage {
     Over,
     /// Down to R.
     Approach,
+    /// What must not change while a thread is cut: the operator's overrides do not count.
+    Secure,
     /// Cut to where this peck ends.
     Cut(u32),
     /// Back after this peck, as far as the cycle says.
     Out(u32),
     /// Down again to just above where this peck ended.
     Back(u32),
+    /// The spindle turns the other way.
+    Reverse,
     /// Wait at the bottom.
     Dwell,
+    /// The spindle stops.
+    Stop,
+    /// The operator draws the tool out.
+    ByHand,
+    /// What he has left of the way.
+    DrawnOut,
     /// Leave the bottom.
     Leave,
     /// Up to where the hole is left to.
     Clear,
+    /// The spindle turns as before.
+    Restore,
+    /// Overrides are as before.
+    Release,
 }
 
 /// What a stage is.
 enum Step {
     Rapid(PerAxis<f64>),
     Feed(PerAxis<f64>),
-    Dwell(Micros),
+    Do(Next),
     Nothing,
+}
+
+/// What comes next of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Next {
+    /// This.
+    Action(Action<'static>),
+    /// The spindle turns like this: what listens to its codes is switched.
+    Turn(Spindle),
 }
 
 /// The holes of a block, and what of them is still to be done.
@@ -148,14 +174,20 @@ impl Holes {
         Self { plan, at: here, done: 0, stage: Stage::Lift }
     }
 
-    /// The next action. Moves of no length are left out.
-    pub(crate) fn next(&mut self) -> Option<Action<'static>> {
+    /// The tool was drawn out of this hole by hand, and is here now.
+    pub(crate) const fn drawn_out(&mut self, here: PerAxis<f64>) {
+        self.at = here;
+        self.stage = Stage::DrawnOut;
+    }
+
+    /// What comes next. Moves of no length are left out.
+    pub(crate) fn next(&mut self) -> Option<Next> {
         while self.done < self.plan.count {
             let Rates { rapid, feed, power, corner } = self.plan.rates;
             let (target, rate) = match self.step() {
                 Step::Rapid(target) => (target, rapid),
                 Step::Feed(target) => (target, feed),
-                Step::Dwell(time) => return Some(Action::Dwell(time)),
+                Step::Do(next) => return Some(next),
                 Step::Nothing => continue,
             };
             if target == self.at {
@@ -163,7 +195,8 @@ impl Holes {
             }
             let names_xy = target[Axis::X] != self.at[Axis::X] || target[Axis::Y] != self.at[Axis::Y];
             self.at = target;
-            return Some(Action::Move(Move { target, shape: Shape::Line { names_xy }, rate, power, corner }));
+            let shape = Shape::Line { names_xy };
+            return Some(Next::Action(Action::Move(Move { target, shape, rate, power, corner })));
         }
         None
     }
@@ -173,6 +206,7 @@ impl Holes {
         let plan = &self.plan;
         let height = self.at[plan.along];
         let to = |height: f64| plan.hole(self.done, height);
+        let turn = |spindle: Spindle| Step::Do(Next::Turn(spindle));
         let (next, step) = match self.stage {
             Stage::Lift if height < plan.retract => {
                 let mut up = self.at;
@@ -181,26 +215,55 @@ impl Holes {
             }
             Stage::Lift => (Stage::Over, Step::Nothing),
             Stage::Over => (Stage::Approach, Step::Rapid(to(height))),
-            Stage::Approach => (Stage::Cut(1), Step::Rapid(to(plan.retract))),
+            Stage::Approach => (Stage::Secure, Step::Rapid(to(plan.retract))),
+            Stage::Secure => {
+                let off = Action::Overrides { feed: false, spindle: false, hold: false };
+                (Stage::Cut(1), if plan.cycle.taps() { Step::Do(Next::Action(off)) } else { Step::Nothing })
+            }
             Stage::Cut(peck) if peck < plan.pecks => (Stage::Out(peck), Step::Feed(to(plan.depth(peck)))),
-            Stage::Cut(_) => (Stage::Dwell, Step::Feed(to(plan.bottom))),
+            Stage::Cut(_) => (Stage::Reverse, Step::Feed(to(plan.bottom))),
             Stage::Out(peck) if plan.cycle == Cycle::BreakChips => {
                 (Stage::Cut(peck + 1), Step::Rapid(to(plan.above(peck))))
             }
             Stage::Out(peck) => (Stage::Back(peck), Step::Rapid(to(plan.retract))),
             Stage::Back(peck) => (Stage::Cut(peck + 1), Step::Rapid(to(plan.above(peck)))),
-            Stage::Dwell => (Stage::Leave, plan.dwell.map_or(Step::Nothing, Step::Dwell)),
+            Stage::Reverse if plan.cycle.taps() => (Stage::Dwell, turn(plan.auxiliary.spindle.reversed())),
+            Stage::Reverse => (Stage::Dwell, Step::Nothing),
+            Stage::Dwell => {
+                let dwell = plan.dwell.map(|time| Step::Do(Next::Action(Action::Dwell(time))));
+                (Stage::Stop, dwell.unwrap_or(Step::Nothing))
+            }
+            Stage::Stop if plan.cycle.stops_spindle() => (Stage::ByHand, turn(Spindle::Stopped)),
+            Stage::Stop => (Stage::Leave, Step::Nothing),
+            Stage::ByHand if plan.cycle == Cycle::BoreByHand => {
+                (Stage::DrawnOut, Step::Do(Next::Action(Action::RetractByHand)))
+            }
+            Stage::ByHand => (Stage::Leave, Step::Nothing),
+            Stage::DrawnOut => {
+                // Straight up from wherever he left it, and never down: it may be over a clamp.
+                let mut up = self.at;
+                up[plan.along] = height.max(plan.clear);
+                (Stage::Restore, Step::Rapid(up))
+            }
             Stage::Leave => {
                 let leave = match plan.cycle {
                     Cycle::Bore => Step::Feed(to(plan.retract)),
-                    Cycle::BoreAndDwell => Step::Feed(to(plan.clear)),
+                    Cycle::BoreAndDwell | Cycle::Tap | Cycle::TapLeft => Step::Feed(to(plan.clear)),
                     _ => Step::Nothing,
                 };
                 (Stage::Clear, leave)
             }
-            Stage::Clear => (Stage::Over, Step::Rapid(to(plan.clear))),
+            Stage::Clear => (Stage::Restore, Step::Rapid(to(plan.clear))),
+            Stage::Restore => {
+                let is_other = plan.cycle.taps() || plan.cycle.stops_spindle();
+                (Stage::Release, if is_other { turn(plan.auxiliary.spindle) } else { Step::Nothing })
+            }
+            Stage::Release => {
+                let back = Next::Action(plan.auxiliary.overrides());
+                (Stage::Over, if plan.cycle.taps() { Step::Do(back) } else { Step::Nothing })
+            }
         };
-        if matches!(self.stage, Stage::Clear) {
+        if matches!(self.stage, Stage::Release) {
             self.done += 1;
         }
         self.stage = next;

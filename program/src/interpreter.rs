@@ -1,13 +1,16 @@
 //! What a program has set, and what it has done: the state that each block is read in. What blocks mean is in
 //! [`crate::meaning`], which block means what in [`crate::codes`].
 
+use gcode::Code;
 use heapless::{Deque, Vec};
 use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
-use crate::claims::MOST_CLAIMS;
-use crate::cycles::{Cycles, Series, ToCome};
+use crate::auxiliary::Spindle;
+use crate::claims::{Claim, MOST_CLAIMS};
+use crate::cycles::{Cycles, LeftHole, Series, ToCome};
 use crate::flow::Flow;
+use crate::holes::Next;
 use crate::left_out::LeftOut;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
@@ -120,17 +123,73 @@ impl Interpreter {
         debug_assert!(fits, "a block has {MOST_EFFECTS} effects at most");
     }
 
+    /// What an M-code of spindle or coolant switches: the next effects.
+    pub(crate) fn switch(&mut self, number: u16) {
+        for place in 0.. {
+            let Some(claim) = self.setup.claims.of(Code::m(number)).nth(place) else { return };
+            let value = self.modal.auxiliary.speed.filter(|_| number < 5);
+            match claim {
+                Claim::SwitchOn(switch) => self.by_the_way(Effect::Switch { switch, on: true, value }),
+                Claim::SwitchOff(switch) => self.by_the_way(Effect::Switch { switch, on: false, value: None }),
+                _ => {}
+            }
+        }
+    }
+
+    /// The spindle turns like this: what that switches are the next effects. From one way to the other it
+    /// stops.
+    fn turn_spindle(&mut self, spindle: Spindle) {
+        let before = core::mem::replace(&mut self.modal.auxiliary.spindle, spindle);
+        if before != Spindle::Stopped && spindle != Spindle::Stopped {
+            self.switch(Spindle::Stopped.code());
+        }
+        self.switch(spindle.code());
+    }
+
     /// What is to be done behind the action of the last block, or behind what this gave before, which has
     /// been taken.
     pub fn next_action(&mut self) -> Option<Action<'static>> {
         if let Some(action) = self.following.pop_front() {
             return Some(action);
         }
-        let action = self.cycles.next()?;
+        if self.cycles.is_done() {
+            return None;
+        }
         self.before.position = self.position;
+        while let Some(spindle) = self.cycles.turning() {
+            if self.effects.is_empty() {
+                self.turn_spindle(spindle);
+            }
+            let effect = self.effects.pop_front();
+            if self.effects.is_empty() {
+                self.cycles.next();
+            }
+            if let Some(effect) = effect {
+                return Some(Action::Effect(effect));
+            }
+        }
+        let Next::Action(action) = self.cycles.next()? else { return None };
         self.before.retracted = self.tools.active().and_then(|tool| tool.retracted);
         self.follow(&action);
         Some(action)
+    }
+
+    /// The operator draws the tool out of a hole (G88): nothing of its block goes on until
+    /// [`Self::return_to`] it.
+    pub const fn leave_hole(&mut self) -> LeftHole {
+        self.cycles.leave_hole(self.modal.cycle)
+    }
+
+    /// He has, and the machine is where the program was told last. False when he has drilled other holes
+    /// meanwhile: then nothing goes on.
+    #[must_use]
+    pub fn return_to(&mut self, left: &LeftHole) -> bool {
+        if !self.cycles.return_to(left, self.position) {
+            return false;
+        }
+        (self.modal.motion, self.modal.cycle) = (MotionMode::Cycle, left.cycle());
+        self.before.position = self.position;
+        true
     }
 
     /// The program has then made this move of a cycle.
@@ -247,7 +306,7 @@ impl Interpreter {
         self.memory.end();
         self.end_cycles();
         (self.modal.auxiliary.mist, self.modal.auxiliary.flood) = (false, false);
-        self.modal.auxiliary.spindle = crate::Spindle::Stopped;
+        self.modal.auxiliary.spindle = Spindle::Stopped;
         self.modal.power = 0.0;
         self.modal.machine_next = false;
         self.splines = Splines::default();

@@ -56,7 +56,7 @@ pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
 pub use cycle::{Cycle, Retract};
-pub use cycles::ToCome;
+pub use cycles::{LeftHole, ToCome};
 pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};

@@ -32,7 +32,7 @@ pub enum MotionMode {
     Quadratic,
     /// G5.2.
     Nurbs,
-    /// G73, G81 to G89: [`Modal::cycle`] says which.
+    /// G73, G74, G81 to G89: [`Modal::cycle`] says which.
     Cycle,
     /// G33.
     Synchronised,

@@ -52,7 +52,7 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::G, 98 | 99) => 18,
         (Letter::G, 10 | 28 | 30 | 52 | 92) => PLACES,
         (Letter::G, 53) => MACHINE_COORDINATES,
-        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 76 | 81..=89) => MOTION,
+        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 74 | 76 | 81..=89) => MOTION,
         (Letter::G, 80) => CANCEL,
         (Letter::M, 0 | 1 | 2 | 30 | 60) => STOPS,
         _ => return None,

@@ -87,6 +87,13 @@ impl Session {
                 let spindle = SpindleSetup { has_encoder: true, has_speed_control: true };
                 self.interpreter = Interpreter::new(Setup { spindle, ..setup() });
             }
+            ("spindle", "turns both ways") => {
+                let mut setup = setup();
+                for (code, claim) in [(4, Claim::SwitchOn(SwitchId(6))), (5, Claim::SwitchOff(SwitchId(6)))] {
+                    assert!(setup.claims.add(Code::m(code), claim));
+                }
+                self.interpreter = Interpreter::new(setup);
+            }
             ("offsets", "kept") => self.interpreter = Interpreter::new(Setup { keeps_offsets: true, ..setup() }),
             ("tool", line) => {
                 let tool = program::ToolEntry::read(line).unwrap().unwrap();

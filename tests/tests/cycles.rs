@@ -108,7 +108,7 @@ fn what_cannot_be_done_is_refused_by_name_and_words_behind_it_drill_nothing() {
     let mut bench = homed(Plan::new(CARTESIAN));
     bench.run(&["G99 G81 X30 Z3 R5", "M400"]);
     refused(&mut bench, "G83 X40 Z3 R5", "G83 needs Q, column 1");
-    refused(&mut bench, "G84 X40 Z3 R5", "G84 needs a spindle encoder (not there yet), column 1");
+    refused(&mut bench, "G87 X40 Z3 R5", "G87 needs an oriented spindle stop (not there yet), column 1");
     let none = "no motion code is in force: G0, G1, ... must come first, column 1";
     refused(&mut bench, "X50", none);
     bench.run(&["G81 X30 Z3 R5", "M400"]);

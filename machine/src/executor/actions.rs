@@ -4,7 +4,9 @@ use motion::Refusal;
 use program::{Action, Effect, Fault, Move, Part};
 use units::{Celsius, PerAxis};
 
-use super::{Hands, Machine, flow, functions, halt, kept, objects, operator, program_io, shapes, suspend, tool_change};
+use super::{
+    Hands, Machine, flow, functions, halt, holes, kept, objects, operator, program_io, shapes, suspend, tool_change,
+};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -29,7 +31,14 @@ pub(super) async fn carry_out_all<P: Ports>(
 ) -> Outcome {
     let mut answer = carry_out(machine, first, to).await?;
     while let Some(action) = machine.program.next_action() {
-        answer = carry_out(machine, &action, to).await?;
+        match carry_out(machine, &action, to).await {
+            Ok(now) => answer = now,
+            Err(failure) => {
+                // Nothing of a hole that was being tapped goes on either.
+                program_io::let_hold_act_again(machine);
+                return Err(failure);
+            }
+        }
     }
     Ok(answer)
 }
@@ -86,6 +95,11 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
             return Ok(ended);
         }
         Action::ReadTools => return kept::reload_tools(machine),
+        // They stop for it, and go on from there: what a hole is in the middle of stays.
+        Action::Overrides { feed, spindle, hold } => {
+            program_io::enable_overrides(machine, feed, spindle, hold).await?;
+        }
+        Action::RetractByHand => return holes::retract_by_hand(machine).await,
         Action::Keep => kept::save_unless_playing(machine).await,
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
         _ => return stand_and_do(machine, action, to).await,
@@ -108,7 +122,6 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::EndProgram => end_program(machine).await,
         Action::Pause(why) => operator::pause(machine, why).await,
         Action::ChangeTool(tool) => tool_change::begin(machine, tool).await,
-        Action::Overrides { feed, spindle } => program_io::enable_overrides(machine, feed, spindle).await,
         Action::AwaitInput(wait) => program_io::await_input(machine, wait).await,
         // The program refuses them by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {

@@ -5,6 +5,7 @@
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
 use motion::GridShape;
+use program::LeftHole;
 
 use super::source::Source;
 use crate::failure::{Answer, Failure};
@@ -82,6 +83,8 @@ pub(super) enum Frame<'c> {
     Then(Then),
     /// The job goes on once the operator has done what it was asked for.
     Operator,
+    /// A hole that the operator draws the tool out of, and those behind it in its line.
+    Hole(LeftHole),
     /// The script before a tool change has ended: the operator is to put this one in.
     ToolChange(u32),
 }

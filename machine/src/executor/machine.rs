@@ -9,6 +9,7 @@ use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
 use super::frames::Frames;
+use super::hold::Hold;
 use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
@@ -56,6 +57,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) polls: Polls,
     /// The operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(super) feed_waits: Option<f64>,
+    /// Whether a feed hold acts.
+    pub(super) hold: Hold,
     /// What GRBL's dialect has beside.
     pub(super) grbl: Grbl,
     /// Saved settings were loaded since boot.
@@ -93,6 +96,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
             feed_waits: None,
+            hold: Hold::default(),
             grbl: Grbl::default(),
             settings_loaded: false,
             meanwhile,

@@ -16,6 +16,8 @@ mod functions;
 mod grbl;
 mod halt;
 mod hands;
+mod hold;
+mod holes;
 mod kept;
 mod line_numbers;
 mod lines;

@@ -60,13 +60,20 @@ pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt
         return Ok(Answer::Ok);
     }
     machine.announce(format_args!("// {what}: ~ goes on\n"));
-    // Held as by `!`, so that everybody sees why nothing moves, and `~` goes on.
+    hold(machine).await.map(|()| Answer::Ok)
+}
+
+/// Holds a machine that stands as `!` does, so that everybody sees why nothing moves, until `~`.
+///
+/// # Errors
+/// When it halts.
+pub(super) async fn hold<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
         return Err(Failure::Halted);
     }
-    while machine.safety.state() == State::Hold {
+    while matches!(machine.safety.state(), State::Hold | State::Door) {
         machine.serve();
         yield_once().await;
     }
-    if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(Answer::Ok) }
+    if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
 }

@@ -2,13 +2,23 @@
 
 use program::{AwaitInput, InputEvent};
 
-use super::Machine;
+use super::hold::Hold;
+use super::{Machine, operator};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
 use crate::ports::{Input, Ports};
 
-/// M48 to M51: whether the operator's overrides count, once nothing moves. What he has set stays known.
-pub(super) async fn enable_overrides<P: Ports>(machine: &mut Machine<'_, P>, feed: bool, spindle: bool) -> Outcome {
+/// M48 to M51, and taps: whether the operator's overrides count and a feed hold acts, once nothing moves.
+/// What he has set stays known.
+///
+/// # Errors
+/// When the machine halts meanwhile.
+pub(super) async fn enable_overrides<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    feed: bool,
+    spindle: bool,
+    hold: bool,
+) -> Result<(), Failure> {
     machine.standstill().await?;
     match (feed, machine.feed_waits) {
         (true, Some(factor)) => {
@@ -24,7 +34,7 @@ pub(super) async fn enable_overrides<P: Ports>(machine: &mut Machine<'_, P>, fee
     }
     machine.outputs.let_override_count(spindle);
     say_spindle(machine);
-    Ok(Answer::Ok)
+    if machine.hold.let_act(hold) { operator::hold(machine).await } else { Ok(()) }
 }
 
 /// The operator's factor of feed rates, whether it counts or not.
@@ -53,8 +63,16 @@ pub(super) fn speed_factor_set<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
+/// A tap does not go on: a hold that has waited for it comes too late.
+pub(super) fn let_hold_act_again<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.hold != Hold::Acts {
+        overrides_count_again(machine);
+    }
+}
+
 /// The job does not go on: what it has put aside counts again.
 pub(super) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.hold = Hold::Acts;
     machine.program.let_overrides_count();
     machine.outputs.let_override_count(true);
     if let Some(factor) = machine.feed_waits.take() {
@@ -65,6 +83,7 @@ pub(super) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Speeds are as programmed, and overrides count: the program has ended, or the machine was reset.
 pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
+    machine.hold = Hold::Acts;
     machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     machine.outputs.let_override_count(true);
     machine.outputs.override_spindle(100.0);

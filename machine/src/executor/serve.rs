@@ -140,6 +140,10 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn feed_hold(&mut self, event: Event) {
+        if event == Event::Hold && !self.hold.ask() {
+            self.announce(format_args!("// NOTE: the hold waits until the tap is out of the hole\n"));
+            return;
+        }
         self.follow_motion();
         let was_held = self.safety.state() == State::Hold;
         if !self.safety.apply(event) {
@@ -157,6 +161,9 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn feed_resume(&mut self) {
+        if self.hold.take_back() {
+            return;
+        }
         let is_held = matches!(self.safety.state(), State::Hold | State::Door);
         if !is_held && self.jobs.operator_is_done() {
             return;

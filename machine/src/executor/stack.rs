@@ -1,14 +1,17 @@
 //! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
 
+use core::pin::pin;
+
 use gcode::{Blocks, Gathered};
 use motion::Mode;
+use program::LeftHole;
 use units::Axis;
 
 use super::blocks::Start;
 use super::frames::{Frame, Replay, Then};
 use super::source::{Origin, Source};
 use super::suspend::start_script;
-use super::{Hands, Machine, answers, blocks, tool_change};
+use super::{Hands, Machine, actions, answers, blocks, holes, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Ports, StorageError};
 use crate::probing::level_by_cartesian_grid;
@@ -32,6 +35,11 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
                     fail(machine, failure);
                 }
             }
+            Some(Frame::Hole(left)) => {
+                if let Err(failure) = go_on_drilling(machine, &left).await {
+                    fail(machine, failure);
+                }
+            }
             Some(Frame::Startup(number)) => run_startup(machine, number).await,
             Some(Frame::Then(then)) => {
                 if let Err(failure) = go_on(machine, then).await {
@@ -41,6 +49,13 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
             _ => {}
         },
     }
+}
+
+/// The tool was drawn out of a hole.
+async fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
+    machine.standstill().await?;
+    holes::take_up(machine, left)?;
+    pin!(actions::what_returned(machine, Recipient::Nobody)).await.map(drop)
 }
 
 /// A startup line, and then those behind it. An alarm is none's beginning.
@@ -146,7 +161,12 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
-            Frame::Script(..) | Frame::Then(_) | Frame::Startup(_) | Frame::Operator | Frame::ToolChange(_) => {}
+            Frame::Script(..)
+            | Frame::Then(_)
+            | Frame::Startup(_)
+            | Frame::Operator
+            | Frame::Hole(_)
+            | Frame::ToolChange(_) => {}
         }
     }
 }

@@ -47,7 +47,7 @@ const FORCE: &str = "as in the motion code in force";
 
 pub const ROWS: &[CodeInfo] = &[
     cycle(73, "drill peck by peck, drawn back 0.254 mm after each: Z R Q").differs("not known"),
-    missing(74, "left-hand tapping; refused: it needs a spindle encoder"),
+    cycle(74, "tap a left-hand thread, as G84 with M4 for M3: Z R").differs("not known"),
     CodeInfo::means(Code::g(76), threads::cycle, "cut a thread pass by pass, in G18; refused: no spindle encoder")
         .takes(&[
             word('P', Unit::Length, "travel of a turn").above(0.0),
@@ -75,11 +75,14 @@ pub const ROWS: &[CodeInfo] = &[
     cycle(81, "drill a hole: Z R, and X Y where it is not here").differs(AS_SMOOTHIE),
     cycle(82, "drill a hole and dwell: Z R P").differs(AS_SMOOTHIE),
     cycle(83, "drill peck by peck, out of the hole after each: Z R Q").differs(PECKS),
-    missing(84, "tapping; refused: it needs a spindle encoder"),
+    cycle(84, "tap with a floating holder: down, spindle the other way, P, and out at the feed rate: Z R")
+        .differs("not known"),
     cycle(85, "bore: down, and out to R at the feed rate: Z R").differs("not known"),
-    missing(86, "bore, spindle stop; refused: it needs spindle control"),
-    missing(87, "back boring; refused: it needs an oriented spindle stop"),
-    missing(88, "bore, out by hand; refused: it needs spindle control"),
+    cycle(86, "bore: down, wait, and out with the spindle standing: Z R P").differs("not known"),
+    CodeInfo::means(Code::g(87), cycles::missing, "back boring; refused: it needs an oriented spindle stop")
+        .group(Group::Motion)
+        .differs("not known"),
+    cycle(88, "bore: down, wait, spindle stop, and out by the operator's hand: Z R P").differs("not known"),
     cycle(89, "bore and dwell: down, wait, and out at the feed rate: Z R P").differs("not known"),
     retract(98, "cycles leave a hole to where the axis was before the first one"),
     retract(99, "cycles leave a hole to R"),
@@ -97,10 +100,6 @@ const fn cycle(number: u16, help: &'static str) -> CodeInfo {
         .group(Group::Motion)
         .waits(Waits::Path)
         .part(Part::DrillingCycles)
-}
-
-const fn missing(number: u16, help: &'static str) -> CodeInfo {
-    CodeInfo::means(Code::g(number), cycles::missing, help).group(Group::Motion).differs("not known")
 }
 
 const fn retract(number: u16, help: &'static str) -> CodeInfo {

@@ -1,9 +1,11 @@
 //! Canned cycles: from words to holes. As in RS-274/NGC (NIST, section 3.5.16), with LinuxCNC's choices where
 //! that leaves some: the initial height is that before the first hole of a series.
 
+use gcode::Code;
 use units::{Axis, Micros, PerAxis};
 
 use crate::action::{Corner, Rate};
+use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::cycle::{Cycle, Retract, drilling_axis};
 use crate::cycles::Series;
@@ -21,7 +23,7 @@ const MOST_ABOUT: f64 = 360.0;
 /// This share of a peck is rounding: a Q that divides the depth makes no peck more.
 const SHARE_OF_PECK: f64 = 1e-6;
 
-/// G73, G81, G82, G83, G85, G89, and words without a code behind one of them.
+/// G73, G74, G81 to G86, G88, G89, and words without a code behind one of them.
 pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     match Cycle::from_g(context.words.code().number) {
         Some(cycle) => drill(program, context, cycle),
@@ -64,19 +66,13 @@ pub(crate) fn cancel<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
-/// Cycles that the machine lacks something for.
+/// G87: the machine lacks something for it.
 pub(crate) fn missing<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     // Words on the next lines are meant for it, and for no cycle before it.
     program.end_cycles();
     program.modal.motion = MotionMode::Cancelled;
     let code = context.words.code();
-    let what = match code.number {
-        86 => "spindle control, for the stop at the bottom",
-        87 => "an oriented spindle stop",
-        88 => "spindle control, and a retract by hand",
-        _ => "a spindle encoder",
-    };
-    Err(Problem::Needs(code, what).refused(context.words.column()))
+    Err(Problem::Needs(code, "an oriented spindle stop").refused(context.words.column()))
 }
 
 /// A block of a cycle.
@@ -85,6 +81,7 @@ fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> 
     let by_words = context.dialect.drills_by_words() && matches!(cycle.g(), 81..=83);
     enter(program, cycle, by_words);
     may_drill(program, words)?;
+    may_turn(program, words, cycle)?;
     moves::take_rates(program, words)?;
     if !"XYZ@^".chars().any(|letter| words.has(letter)) {
         // Alone it says what the lines mean that follow.
@@ -140,11 +137,32 @@ fn may_drill(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> 
     Ok(())
 }
 
+/// Whether the spindle turns as a cycle wants it, and outputs listen to the codes that have it do so.
+fn may_turn(program: &Interpreter, words: &Words<'_>, cycle: Cycle) -> Result<(), Fault> {
+    if !(cycle.taps() || cycle.stops_spindle()) {
+        return Ok(());
+    }
+    let turns = program.modal.auxiliary.spindle;
+    let refused = |problem: Problem| Err(problem.refused(words.column()));
+    match cycle.turning() {
+        Some(wanted) if turns != wanted => return refused(Problem::SpindleTurns(cycle.g(), wanted.code())),
+        None if turns == Spindle::Stopped => return refused(Problem::SpindleStands),
+        _ => {}
+    }
+    let other = cycle.taps().then_some(turns.reversed());
+    let needed = [Some(Spindle::Stopped), Some(turns), other];
+    let is_deaf = |spindle: &Spindle| program.setup.claims.of(Code::m(spindle.code())).next().is_none();
+    match needed.into_iter().flatten().find(is_deaf) {
+        Some(spindle) => refused(Problem::NothingListens(cycle.g(), spindle.code())),
+        None => Ok(()),
+    }
+}
+
 /// What holds with this block.
 fn series(program: &Interpreter, words: &Words<'_>, cycle: Cycle, by_words: bool) -> Result<Series, Fault> {
     let mut series = *program.cycles.series();
     let along = drilling_axis(series.plane).letter();
-    for (letter, takes) in [('Q', cycle.pecks()), ('P', cycle.pecks() || cycle.dwells())] {
+    for (letter, takes) in [('Q', cycle.pecks()), ('P', cycle.may_dwell())] {
         if words.has(letter) && !(takes || by_words) {
             return Err(Problem::NotOfCycle(cycle.g(), letter).refused(words.column_of(letter)));
         }
@@ -220,6 +238,7 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
             // Cycles follow their path exactly.
             corner: if modal.corner == Corner::Stop { Corner::Stop } else { Corner::Sharp },
         },
+        auxiliary: modal.auxiliary,
     };
     if plan.is_finite() { Ok(plan) } else { Err(Problem::NoPlace.refused(words.column())) }
 }

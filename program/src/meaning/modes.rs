@@ -1,9 +1,6 @@
 //! M70 to M73: modes that are saved, and come back.
 
-use gcode::Code;
-
-use crate::action::{Action, Effect};
-use crate::claims::Claim;
+use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
@@ -39,40 +36,27 @@ fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
     saved.restore(&mut program.modal);
     let modes = saved.auxiliary;
     program.modal.auxiliary = modes;
-    if modes.spindle != before.spindle || modes.spindle != crate::Spindle::Stopped && program.modal.power != power {
-        switch(program, modes.spindle.code());
+    if modes.spindle != before.spindle || modes.spindle != Spindle::Stopped && program.modal.power != power {
+        program.switch(modes.spindle.code());
     }
     if (modes.mist, modes.flood) != (before.mist, before.flood) {
         // M9 turns both off; what stays is turned on again.
         for (number, wanted) in [(9, true), (7, modes.mist), (8, modes.flood)] {
             if wanted {
-                switch(program, number);
+                program.switch(number);
             }
         }
     }
     if (modes.feed_override, modes.spindle_override) != (before.feed_override, before.spindle_override) {
-        program.then(Action::Overrides { feed: modes.feed_override, spindle: modes.spindle_override });
+        program.then(modes.overrides());
     }
 }
 
 /// The spindle stops, and coolant does: M5 and M9.
 pub(crate) fn stop(program: &mut Interpreter) {
     let modes = &mut program.modal.auxiliary;
-    (modes.spindle, modes.mist, modes.flood) = (crate::Spindle::Stopped, false, false);
+    (modes.spindle, modes.mist, modes.flood) = (Spindle::Stopped, false, false);
     for number in [5, 9] {
-        switch(program, number);
-    }
-}
-
-/// What an M-code of spindle or coolant switches.
-fn switch(program: &mut Interpreter, number: u16) {
-    for place in 0.. {
-        let Some(claim) = program.setup.claims.of(Code::m(number)).nth(place) else { return };
-        let value = Some(program.modal.power).filter(|_| number < 5);
-        match claim {
-            Claim::SwitchOn(switch) => program.by_the_way(Effect::Switch { switch, on: true, value }),
-            Claim::SwitchOff(switch) => program.by_the_way(Effect::Switch { switch, on: false, value: None }),
-            _ => {}
-        }
+        program.switch(number);
     }
 }

@@ -16,6 +16,7 @@ pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
         (_, Some(power)) => program.modal.power = power as f32,
         _ => {}
     }
+    program.modal.auxiliary.speed = context.words.get('S').map(|speed| speed as f32);
     program.modal.auxiliary.spindle = match code.number {
         3 => Spindle::Clockwise,
         // Nothing turns it the other way.
@@ -52,7 +53,7 @@ pub(crate) fn overrides<'b>(program: &mut Interpreter, context: &Context<'b>) ->
         50 => modes.feed_override = on,
         _ => modes.spindle_override = on,
     }
-    Ok(Meaning::Action(Action::Overrides { feed: modes.feed_override, spindle: modes.spindle_override }))
+    Ok(Meaning::Action(modes.overrides()))
 }
 
 /// M52 and M53: the first needs an input, the second cannot be switched off.

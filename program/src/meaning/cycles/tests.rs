@@ -1,16 +1,24 @@
 //! What must hold for any canned cycle.
 
-use gcode::{Decoder, Line};
+use gcode::{Code, Decoder, Line};
 use proptest::prelude::*;
-use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
 
 use crate::cycle::drilling_axis;
-use crate::{Action, Dialect, Facts, Fault, Interpreter, Meaning, Move, Rate, Setup};
+use crate::{Action, Claim, Dialect, Facts, Fault, Interpreter, Meaning, Move, Rate, Setup, Spindle};
 
 const FACTS: Facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
 
 fn program() -> Interpreter {
-    Interpreter::new(Setup { feed_rate: MmPerSecond(5.0), seek_rate: MmPerSecond(50.0), ..Setup::default() })
+    let mut setup = Setup { feed_rate: MmPerSecond(5.0), seek_rate: MmPerSecond(50.0), ..Setup::default() };
+    for code in [3, 4, 5] {
+        // Two outputs: one has the spindle turn, the other one lets go of its brake.
+        for switch in [0, 1].map(SwitchId) {
+            let claim = if code == 5 { Claim::SwitchOff(switch) } else { Claim::SwitchOn(switch) };
+            assert!(setup.claims.add(Code::m(code), claim));
+        }
+    }
+    Interpreter::new(setup)
 }
 
 /// The first action of a line that has one; the actions of the codes before it are taken.
@@ -87,7 +95,7 @@ impl Any {
         };
         let words = match self.code {
             73 | 83 => format!(" Q{}", self.peck),
-            82 | 89 => " P0.5".to_string(),
+            82 | 86 | 88 | 89 => " P0.5".to_string(),
             _ => String::new(),
         };
         let (code, retract, holes) = (self.code, self.retract, self.holes);
@@ -101,7 +109,9 @@ impl Any {
             Plane::Xz => 18,
             Plane::Yz => 19,
         };
-        run(&mut program, &format!("G{g} G0 {}{}", drilling_axis(self.plane).letter(), self.start));
+        let spindle = if self.code == 74 { 4 } else { 3 };
+        run(&mut program, &format!("M{spindle} G{g} G0 {}{}", drilling_axis(self.plane).letter(), self.start));
+        while program.next_effect().is_some() {}
         program
     }
 
@@ -117,7 +127,7 @@ impl Any {
 
 /// Depths are far more than a peck is ever rounded by.
 fn any_cycle() -> impl Strategy<Value = Any> {
-    let codes = prop::sample::select(vec![73_u16, 81, 82, 83, 85, 89]);
+    let codes = prop::sample::select(vec![73_u16, 74, 81, 82, 83, 84, 85, 86, 88, 89]);
     let planes = prop::sample::select(vec![Plane::Xy, Plane::Xz, Plane::Yz]);
     let heights = (-20.0..20.0_f64, -20.0..20.0_f64, 0.01..30.0_f64, 0.3..10.0_f64);
     (codes, planes, 98..=99_u16, any::<bool>(), heights, 1..4_u32).prop_map(
@@ -185,10 +195,19 @@ proptest! {
             85 if !clear_is_r => 2,
             _ => 1,
         };
-        let dwells = if matches!(cycle.code, 82 | 89) { cycle.holes as usize } else { 0 };
+        // For each hole: waits; the spindle's outputs, overrides, the operator.
+        let others = match cycle.code {
+            82 | 89 => 1,
+            74 | 84 => 10,
+            86 => 5,
+            88 => 6,
+            _ => 0,
+        };
         let wanted = lift + over + down + cycle.holes as usize * (cut + leave);
         prop_assert_eq!(moves(&actions).len(), wanted, "{}", cycle.line());
-        prop_assert_eq!(actions.len() - wanted, dwells);
+        prop_assert_eq!(actions.len() - wanted, others * cycle.holes as usize);
+        let spindle = if cycle.code == 74 { Spindle::CounterClockwise } else { Spindle::Clockwise };
+        prop_assert_eq!(program.modal().auxiliary.spindle, spindle);
     }
 
     /// What is said to come is what comes, at every action: no place of a move is outside, and the box is as

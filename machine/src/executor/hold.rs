@@ -1,0 +1,43 @@
+//! Whether a feed hold acts: a tap that stands while the spindle turns breaks.
+
+/// Whether a feed hold acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Hold {
+    /// At once.
+    #[default]
+    Acts,
+    /// Behind the hole that is being tapped.
+    Waits,
+    /// The same, and it has been asked for.
+    Asked,
+}
+
+impl Hold {
+    /// A hold is asked for: whether it acts now.
+    pub fn ask(&mut self) -> bool {
+        if *self == Self::Waits {
+            *self = Self::Asked;
+        }
+        *self == Self::Acts
+    }
+
+    /// The one that waits is not asked for any more. False when there is none.
+    pub fn take_back(&mut self) -> bool {
+        let waited = *self == Self::Asked;
+        if waited {
+            *self = Self::Waits;
+        }
+        waited
+    }
+
+    /// Holds act at once, or wait from now on. Whether one has waited, and acts now.
+    pub fn let_act(&mut self, acts: bool) -> bool {
+        let before = *self;
+        *self = match (acts, before) {
+            (true, _) => Self::Acts,
+            (false, Self::Asked) => Self::Asked,
+            (false, _) => Self::Waits,
+        };
+        acts && before == Self::Asked
+    }
+}

@@ -1,0 +1,36 @@
+//! A bore that the operator draws the tool out of (G88).
+
+use program::LeftHole;
+
+use super::frames::Frame;
+use super::{Machine, operator};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::Ports;
+
+/// Has the operator draw the tool out. What follows of its block waits for him.
+pub(super) async fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+    let left = machine.program.leave_hole();
+    machine.standstill().await?;
+    let height = machine.frames.len();
+    operator::wait(machine, format_args!("draw the tool out by hand (G88)")).await?;
+    if machine.frames.len() == height {
+        return take_up(machine, &left).map(|()| Answer::Ok);
+    }
+    if machine.frames.push_below(height, Frame::Hole(left)) {
+        return Ok(Answer::Ok);
+    }
+    machine.frames.drop_down_to(height);
+    Err(Failure::refused("scripts start each other without end"))
+}
+
+/// He has: what follows are the program's next actions.
+///
+/// # Errors
+/// When he has drilled other holes meanwhile.
+pub(super) fn take_up<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
+    machine.resynchronise();
+    if machine.program.return_to(left) {
+        return Ok(());
+    }
+    Err(Failure::refused("other holes were drilled while this one waited (G88): nothing of it goes on"))
+}
