@@ -23,6 +23,7 @@ ATTEMPTS = 3  # several rs274 at a time: now and then one ends without a word
 RELATIVE = 1e-5  # and ours of times, from which rates are worked out
 
 
+SPINDLE = {"START_SPINDLE_CLOCKWISE": "cw", "START_SPINDLE_COUNTERCLOCKWISE": "ccw", "STOP_SPINDLE_TURNING": "stop"}
 TABLE = os.path.join(HERE, "tool.tbl")
 
 
@@ -97,6 +98,8 @@ def linuxcnc(path):
             when = "path" if bits[2] == "MOTION" else "now"
             state = [values[1]] if bits[3] == "VALUE" else ["on" if bits[1] == "SET" else "off"]
             actions.append([bits[3].lower(), values[0], *state, when])
+        elif name in SPINDLE:
+            actions.append(["spindle", SPINDLE[name]])
         elif name == "ORIENT_SPINDLE":
             actions.append(["orient", *values[1:3]])
         elif name == "SET_SPINDLE_MODE":
@@ -180,6 +183,8 @@ def velvet(program, path):
             pass
         elif words[0] in ("pause", "tool"):
             actions.append([words[0]])
+        elif words[0] == "spindle":
+            actions.append(words)
         elif words[0] not in ("end", "print", "note", "note:") and not line.startswith("position is A"):
             # LinuxCNC prints beside its actions, and has no axis A here.
             actions.append([line])
@@ -219,8 +224,15 @@ def same(ours, theirs):
 
 def tidy(actions):
     """Moves to where the tool is already are none."""
-    kept, here = [], [0.0] * 3
+    kept, here, spindle = [], [0.0] * 3, "stop"
     for action in actions:
+        if action == ["dwell", 0.0]:
+            continue
+        if action[0] == "spindle":
+            # M6 and M2 stop it, whether it turns or not.
+            if action[1] == spindle == "stop":
+                continue
+            spindle = action[1]
         if action[0] in ("rapid", "feed"):
             if all(abs(a - b) <= TOLERANCE for a, b in zip(action[1:4], here)):
                 continue

@@ -20,8 +20,9 @@ use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
 /// Outputs, outputs with a value, and inputs: this many each, as LinuxCNC has them.
 const IO: u8 = 4;
 /// Switches beyond those with numbers.
-const SPINDLE: SwitchId = SwitchId(100);
-const COOLANT: SwitchId = SwitchId(101);
+const COOLANT: SwitchId = SwitchId(100);
+/// What M3, M4 and M5 switch: one for each, so that they are told apart.
+const SPINDLE: [(SwitchId, &str); 3] = [(SwitchId(103), "cw"), (SwitchId(104), "ccw"), (SwitchId(105), "stop")];
 /// Lines that are carried out at most: loops may have no end.
 const MOST_LINES: u32 = 1_000_000;
 
@@ -86,9 +87,9 @@ impl Run {
         let mut setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, spindle, ..Setup::default() };
         setup.is_preview = true;
         for (code, claim) in [
-            (3, Claim::SwitchOn(SPINDLE)),
-            (4, Claim::SwitchOn(SPINDLE)),
-            (5, Claim::SwitchOff(SPINDLE)),
+            (3, Claim::SwitchOn(SPINDLE[0].0)),
+            (4, Claim::SwitchOn(SPINDLE[1].0)),
+            (5, Claim::SwitchOff(SPINDLE[2].0)),
             (7, Claim::SwitchOn(COOLANT)),
             (8, Claim::SwitchOn(COOLANT)),
             (9, Claim::SwitchOff(COOLANT)),
@@ -258,8 +259,12 @@ impl Run {
 
     fn effect(&mut self, effect: Effect, when: &str) -> Result<()> {
         let Effect::Switch { switch, on, value } = effect else { return Ok(()) };
+        if let Some((_, turning)) = SPINDLE.iter().find(|(own, _)| *own == switch) {
+            writeln!(self.out, "spindle {turning}")?;
+            return Ok(());
+        }
         match (switch.0.checked_sub(IO), value) {
-            _ if switch.0 >= SPINDLE.0 => {}
+            _ if switch == COOLANT => {}
             (None, _) => writeln!(self.out, "output {} {}{when}", switch.0, if on { "on" } else { "off" })?,
             (Some(number), value) => writeln!(self.out, "value {number} {:.6}{when}", value.unwrap_or(0.0))?,
         }

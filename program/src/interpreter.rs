@@ -138,7 +138,7 @@ impl Interpreter {
 
     /// The spindle turns like this: what that switches are the next effects. From one way to the other it
     /// stops.
-    fn turn_spindle(&mut self, spindle: Spindle) {
+    pub(crate) fn turn_spindle(&mut self, spindle: Spindle) {
         let before = core::mem::replace(&mut self.modal.auxiliary.spindle, spindle);
         if before != Spindle::Stopped && spindle != Spindle::Stopped {
             self.switch(Spindle::Stopped.code());

@@ -1,6 +1,7 @@
 //! The program as a whole: its end, messages, suspending, halting.
 
 use crate::action::{Action, Pause};
+use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
@@ -37,7 +38,7 @@ pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     })))
 }
 
-/// M6. A machine with extruders changes them by T alone.
+/// M6: nothing turns where somebody reaches in. A machine with extruders changes them by T alone.
 pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if let Some(tool) = words.get('T') {
@@ -45,6 +46,9 @@ pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) 
     }
     if program.tools.has_extruders() {
         return NOTHING;
+    }
+    if program.modal.auxiliary.spindle != Spindle::Stopped {
+        program.turn_spindle(Spindle::Stopped);
     }
     Ok(Meaning::Action(Action::ChangeTool(program.tools.change())))
 }
