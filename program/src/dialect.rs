@@ -113,6 +113,11 @@ impl Dialect {
         !matches!(self, Self::Smoothie)
     }
 
+    /// Whether an F on a line of G0 is the rate of G0; else it is that of G1, as everywhere.
+    pub(crate) const fn seeks_by_f(self) -> bool {
+        !matches!(self, Self::Grbl)
+    }
+
     /// Whether the words of G38 follow G90 and G91; else they are distances.
     pub(crate) const fn probes_by_distance_mode(self) -> bool {
         matches!(self, Self::Grbl)

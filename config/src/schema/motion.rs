@@ -68,7 +68,7 @@ pub const MOTION_CONTROL: Section = Section {
             "4000",
             POSITIVE,
             |c, _, v| c.motion.default_seek_rate = MmPerSecond::from_per_minute(v),
-            "Speed of G0 until an F word on a G0 sets it.",
+            "Speed of G0 until an F word on a G0 sets it, which in GRBL's dialect none does.",
         )
         .unit("mm/min").typical(120.0, 200_000.0)
         .v1("default_seek_rate"),

@@ -42,7 +42,7 @@ pub(crate) fn by_motion_code<'b>(program: &mut Interpreter, context: &Context<'b
     match program.modal.motion {
         _ if context.words.is_bare() => NOTHING,
         MotionMode::Cycle => drill(program, context, program.modal.cycle),
-        _ => moves::motion_block(program, &context.words),
+        _ => moves::motion_block(program, context),
     }
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn cancel<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     let Series { initial, plane, .. } = *program.cycles.series();
     program.end_cycles();
     program.modal.motion = MotionMode::Cancelled;
-    moves::take_rates(program, words)?;
+    moves::take_rates(program, context)?;
     if let Some(letter) = "XYZABCE".chars().find(|letter| words.has(*letter)) {
         return Err(Problem::NoMotionCode.refused(words.column_of(letter)));
     }
@@ -82,7 +82,7 @@ fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> 
     enter(program, cycle, by_words);
     may_drill(program, words)?;
     may_turn(program, words, cycle)?;
-    moves::take_rates(program, words)?;
+    moves::take_rates(program, context)?;
     if !"XYZ@^".chars().any(|letter| words.has(letter)) {
         // Alone it says what the lines mean that follow.
         let word = "RQPL".chars().find(|letter| words.has(*letter));

@@ -26,15 +26,15 @@ pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
 /// A move where F is not length a minute. It is drawn as if F were that, and then takes as long as F says;
 /// what F was before G93 and G95 holds again after G94.
 #[cold]
-pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
-    let rate = rate(program, words)?;
+pub(crate) fn motion_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let rate = rate(program, &context.words)?;
     let (mode, feed_rate, seek_rate) = (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate);
     program.modal.feed_mode = FeedMode::PerMinute;
     if let Some(Rate::PerRevolution(_)) = rate {
         // Some rate is in force, whatever G94 had.
         program.modal.feed_rate = MmPerSecond(1.0);
     }
-    let mut done = moves::motion_block(program, words);
+    let mut done = moves::motion_block(program, context);
     (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate) = (mode, feed_rate, seek_rate);
     if let Ok(Meaning::Action(Action::Move(request))) = &mut done {
         request.rate = rate.unwrap_or(Rate::Rapid(seek_rate));

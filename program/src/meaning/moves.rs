@@ -19,21 +19,22 @@ pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     if let Some(mode) = MotionMode::from_g(code.number, code.subcode) {
         program.modal.motion = mode;
     }
-    motion_block(program, &context.words)
+    motion_block(program, context)
 }
 
 /// A move by the motion code in force. Machine coordinates end with it.
-pub(crate) fn motion_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
+pub(crate) fn motion_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if program.modal.feed_mode != FeedMode::PerMinute {
-        return feed_modes::motion_block(program, words);
+        return feed_modes::motion_block(program, context);
     }
-    let done = draw_block(program, words);
+    let done = draw_block(program, context);
     program.modal.machine_next = false;
     done
 }
 
-fn draw_block<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
-    take_rates(program, words)?;
+fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    take_rates(program, context)?;
+    let words = &context.words;
     let mode = program.modal.motion;
     splines::begin_motion(program, mode, words.column())?;
     if mode == MotionMode::Nurbs {
@@ -104,17 +105,19 @@ pub(crate) fn take_power(program: &mut Interpreter, words: &Words<'_>) {
 
 /// F and S words.
 #[inline]
-pub(crate) fn take_rates(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
-    take_power(program, words);
-    if words.has('F') { take_feed(program, words) } else { Ok(()) }
+pub(crate) fn take_rates(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
+    take_power(program, &context.words);
+    if context.words.has('F') { take_feed(program, context) } else { Ok(()) }
 }
 
-fn take_feed(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
+fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
+    let words = &context.words;
     let Some(rate) = words.feed('F') else { return Ok(()) };
     if rate < 0.0 {
         return Err(Problem::NegativeFeedRate.alarm(words.column_of('F')));
     }
-    if program.modal.motion == MotionMode::Rapid && !program.compliant_seek_rate {
+    let is_seek = program.modal.motion == MotionMode::Rapid && context.dialect.seeks_by_f();
+    if is_seek && !program.compliant_seek_rate {
         program.modal.seek_rate = MmPerSecond(rate);
     } else {
         program.modal.feed_rate = MmPerSecond(rate);
@@ -199,5 +202,5 @@ pub(crate) fn machine_coordinates<'b>(program: &mut Interpreter, context: &Conte
     if context.words.is_bare() {
         return NOTHING;
     }
-    motion_block(program, &context.words)
+    motion_block(program, context)
 }
