@@ -125,6 +125,7 @@ impl Run {
                 bail!("more than {MOST_LINES} lines: a loop without an end?");
             }
             let (number, path) = (source.at, source.path.clone());
+            self.program.at_line(number as u32);
             let carried_out = self.line(&line, place(number - 1), place(number));
             carried_out.with_context(|| format!("{}, line {number}", path.display()))?;
         }

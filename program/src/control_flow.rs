@@ -150,5 +150,6 @@ impl Interpreter {
         self.flow.reset();
         self.frames.clear();
         self.memory.end();
+        self.line = 0;
     }
 }

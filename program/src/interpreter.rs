@@ -51,6 +51,8 @@ pub struct Interpreter {
     pub(crate) input_result: f64,
     /// `#5599`: `(DEBUG, ...)` is said.
     pub(crate) debugs: bool,
+    /// `#<_line>`: the line of the file that is played; 0 without one.
+    pub(crate) line: u32,
     pub(crate) setup: Setup,
     pub(crate) left_out: Option<LeftOut>,
     effects: Deque<Effect, MOST_EFFECTS>,
@@ -93,6 +95,7 @@ impl Interpreter {
             frames: SavedFrames::default(),
             input_result: 0.0,
             debugs: true,
+            line: 0,
             setup,
             left_out: None,
             effects: Deque::new(),
@@ -441,6 +444,12 @@ impl Interpreter {
     /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
     pub const fn set_input_result(&mut self, value: f64) {
         self.input_result = value;
+    }
+
+    /// The line of the file that is played, counted from 1: `#<_line>`.
+    #[inline]
+    pub const fn at_line(&mut self, line: u32) {
+        self.line = line;
     }
 
     /// Whether `(DEBUG, ...)` is said (`#5599`).

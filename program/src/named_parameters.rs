@@ -81,6 +81,7 @@ pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
         "selected_tool" => f64::from(program.tools.selected),
         "current_pocket" => program.tools.pocket(program.tools.in_spindle),
         "selected_pocket" => program.tools.pocket(program.tools.selected),
+        "line" => f64::from(program.line),
         "call_level" => program.flow.depth() as f64,
         "remap_level" => 0.0,
         "task" => truth(!program.setup.is_preview),

@@ -114,10 +114,12 @@ pub(crate) const fn offsets_changed(program: &mut Interpreter) {
     }
 }
 
-/// The park position: X, Y, and Z where it takes part.
+/// The park position of G28: X, Y, and Z where it takes part.
 const PARK: u16 = 5_161;
-/// Further offsets that outlast a power cycle: the park position, and X Y Z of each system.
-const KEPT_OFFSETS: usize = 3 + 3 * crate::COORDINATE_SYSTEMS;
+/// That of G30.
+const SECOND_PARK: u16 = 5_181;
+/// Further offsets that outlast a power cycle: the park positions, and X Y Z of each system.
+const KEPT_OFFSETS: usize = 6 + 3 * crate::COORDINATE_SYSTEMS;
 
 /// Of the parameters that outlast a power cycle and are not 0, the one at this place.
 pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)> {
@@ -125,14 +127,20 @@ pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)>
     if own.is_some() || !program.setup.keeps_offsets {
         return own;
     }
-    let offset = |place: usize| match place.checked_sub(3) {
-        None => PARK + place as u16,
-        Some(place) => FIRST_SYSTEM + SYSTEM_STRIDE * (place / 3) as u16 + (place % 3) as u16,
+    let offset = |place: usize| match (place, place.checked_sub(6)) {
+        (_, Some(place)) => FIRST_SYSTEM + SYSTEM_STRIDE * (place / 3) as u16 + (place % 3) as u16,
+        (0..3, None) => PARK + place as u16,
+        (_, None) => SECOND_PARK + place as u16 - 3,
     };
     let offsets = (0..KEPT_OFFSETS).filter_map(|place| {
         let number = offset(place);
-        // A Z of 0 that takes part is another thing than none.
-        let value = if number == PARK + 2 { program.park.z } else { system(program, number).filter(|mm| *mm != 0.0) };
+        let value = match (of_axis(PARK, number), of_axis(SECOND_PARK, number)) {
+            // A Z of 0 that takes part is another thing than none, and so is a place of G30 at the origin.
+            (Some(2), _) => program.park.z,
+            (_, Some(2)) => program.second_park?.z,
+            (_, Some(0)) => Some(program.second_park?.x),
+            _ => system(program, number).filter(|mm| *mm != 0.0),
+        };
         Some((number, value?))
     });
     let mut rest = offsets.skip(place - program.memory.kept());
@@ -148,11 +156,15 @@ pub(crate) fn restore(program: &mut Interpreter, number: u16, value: f64) -> boo
         // Another machine's, or from before the dialect was changed.
         return true;
     }
-    match of_axis(PARK, number) {
-        Some(0) => program.park.x = value,
-        Some(1) => program.park.y = value,
-        Some(_) => program.park.z = Some(value),
-        None => return set_offset(program, number, value),
+    let (park, axis) = match (of_axis(PARK, number), of_axis(SECOND_PARK, number)) {
+        (Some(axis), _) => (&mut program.park, axis),
+        (None, Some(axis)) => (program.second_park.get_or_insert_default(), axis),
+        (None, None) => return set_offset(program, number, value),
+    };
+    match axis {
+        0 => park.x = value,
+        1 => park.y = value,
+        _ => park.z = Some(value),
     }
     true
 }

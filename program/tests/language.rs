@@ -138,6 +138,7 @@ impl Session {
         while let Some(line) = lines.get(at) {
             let (here, after) = (place(at), place(at + 1));
             at += 1;
+            self.interpreter.at_line(at as u32);
             if let Some(words) = line.strip_prefix("@ ") {
                 self.told(words);
                 continue;

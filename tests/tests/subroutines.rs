@@ -148,6 +148,21 @@ fn a_halt_ends_what_was_called_and_opened() {
 }
 
 #[test]
+fn a_program_knows_its_line() {
+    let files = Plan::new(CARTESIAN).file("f.ngc", "o<f> sub\n\n(PRINT, f #<_line>)\no<f> endsub\n");
+    let job = "(PRINT, a #<_line>)\nO1 repeat [2]\n#31=#<_line>\nO1 endrepeat\n(PRINT, b #31 #<_line>)\nO<f> call\n\
+               (PRINT, c #<_line>)\n";
+    let mut bench = files.file("a.g", job).start();
+    bench.type_in("M32 a.g\n");
+    let heard = bench.hear_until("Done printing file", 10.0);
+    for said in ["a 1.000000", "b 3.000000 5.000000", "f 3.000000", "c 7.000000"] {
+        assert!(heard.contains(said), "{said}: {heard}");
+    }
+    let at_the_console = bench.say("(PRINT, d #<_line>)");
+    assert!(at_the_console.contains("d 0.000000"), "{at_the_console}");
+}
+
+#[test]
 fn parameters_outlast_a_power_cycle() {
     let (bench, _) = one("#5=1 #31=[1/3] #4000=-7 #32=1\n#32=0\nM2\n");
     let kept = bench.read_card("parameters.var").unwrap();

@@ -111,6 +111,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
             machine.tag = machine.jobs.begin_line();
+            machine.program.at_line(machine.jobs.line());
             if to != Recipient::Nobody {
                 echo(machine, &line, to);
             }

@@ -319,6 +319,12 @@ impl Jobs {
 
     // --- subroutines and loops ---
 
+    /// The number of the line that was read last, from 1; 0 without a job.
+    #[must_use]
+    pub fn line(&self) -> u32 {
+        self.job.as_ref().map_or(0, |job| job.lines.number())
+    }
+
     /// Where the line that was read last begins, and where the next one does.
     #[must_use]
     pub fn places(&self) -> (Place, Place) {

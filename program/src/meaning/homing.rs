@@ -3,7 +3,7 @@
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::action::Action;
-use crate::context::{Context, Meaning, NOTHING};
+use crate::context::{Context, Meaning};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
@@ -54,7 +54,7 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
     if words.has('Z') && z.is_none() {
         return Ok(Meaning::Action(Action::Note("warning:cannot save Z as the z axis cannot be homed")));
     }
-    NOTHING
+    Ok(program.next_action().map_or(Meaning::Nothing, Meaning::Action))
 }
 
 /// Where parameters keep the park position, it is written behind this line.
