@@ -17,7 +17,7 @@ const RATES: u32 = bits("FS");
 /// Rank of tool offsets.
 const TOOL_OFFSETS: u8 = 14;
 /// Ranks of codes that set a mode, and nothing else.
-const MODES: [u8; 7] = [2, 11, 12, 13, 15, 17, 18];
+const MODES: [u8; 6] = [2, 11, 12, 15, 17, 18];
 /// Rank of codes that use the axes without being motion codes.
 const PLACES: u8 = 19;
 /// Rank of G53, which says how a move reads its words.
@@ -52,7 +52,7 @@ fn rank(code: Code) -> Option<u8> {
         (Letter::G, 98 | 99) => 18,
         (Letter::G, 10 | 28 | 30 | 52 | 92) => PLACES,
         (Letter::G, 53) => MACHINE_COORDINATES,
-        (Letter::G, 0..=3 | 5 | 33 | 38 | 73 | 74 | 76 | 81..=89) => MOTION,
+        (Letter::G, 0..=3 | 5 | 33 | 38 | 70..=74 | 76 | 81..=89) => MOTION,
         (Letter::G, 80) => CANCEL,
         (Letter::M, 0 | 1 | 2 | 30 | 60) => STOPS,
         _ => return None,

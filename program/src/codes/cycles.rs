@@ -45,7 +45,24 @@ const BY_CODE: &[WordInfo] = &[
 
 const FORCE: &str = "as in the motion code in force";
 
+/// Of the cycles that turn a contour.
+const CONTOUR: &[WordInfo] = &[
+    word('X', Unit::Length, "where it begins"),
+    word('Z', Unit::Length, "where it begins"),
+    word('Q', Unit::Number, "the subroutine that is the contour"),
+    word('D', Unit::Length, "distance left from the contour, or the first one"),
+    word('E', Unit::Length, "the last one"),
+    word('I', Unit::Length, "depth of a cut"),
+    word('R', Unit::Length, "how far it draws back"),
+    word('P', Unit::Number, "passes"),
+    word('F', Unit::Feed, "speed from now on"),
+    word('S', Unit::Number, "laser or spindle power from now on"),
+];
+
 pub const ROWS: &[CodeInfo] = &[
+    contour(70, "finish a turned contour; refused: let the CAM program turn it"),
+    contour(71, "rough a contour along Z; refused: let the CAM program turn it"),
+    contour(72, "rough a contour along X; refused: let the CAM program turn it"),
     cycle(73, "drill peck by peck, drawn back 0.254 mm after each: Z R Q").differs("not known"),
     cycle(74, "tap a left-hand thread, as G84 with M4 for M3: Z R").differs("not known"),
     CodeInfo::means(Code::g(76), threads::cycle, "cut a thread pass by pass, in G18; refused: no spindle encoder")
@@ -100,6 +117,14 @@ const fn cycle(number: u16, help: &'static str) -> CodeInfo {
         .group(Group::Motion)
         .waits(Waits::Path)
         .part(Part::DrillingCycles)
+}
+
+const fn contour(number: u16, help: &'static str) -> CodeInfo {
+    CodeInfo::means(Code::g(number), cycles::missing, help)
+        .any_subcode()
+        .takes(CONTOUR)
+        .group(Group::Motion)
+        .differs("not known")
 }
 
 const fn retract(number: u16, help: &'static str) -> CodeInfo {

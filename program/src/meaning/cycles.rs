@@ -66,13 +66,14 @@ pub(crate) fn cancel<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
-/// G87: the machine lacks something for it.
+/// G87, and G70 to G72: the machine lacks something for them.
 pub(crate) fn missing<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     // Words on the next lines are meant for it, and for no cycle before it.
     program.end_cycles();
     program.modal.motion = MotionMode::Cancelled;
     let code = context.words.code();
-    Err(Problem::Needs(code, "an oriented spindle stop").refused(context.words.column()))
+    let what = if code.number == 87 { "an oriented spindle stop" } else { "a contour that is read ahead" };
+    Err(Problem::Needs(code, what).refused(context.words.column()))
 }
 
 /// A block of a cycle.
