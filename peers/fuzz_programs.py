@@ -156,9 +156,14 @@ class Maker:
         if self.inverse:
             return
         out = self.random.choice(["G98", "G99", "G99"])
-        code = self.random.choice(["G81", "G82", "G83", "G73", "G85", "G89"])
-        more = {"G82": " P0.2", "G89": " P0.1", "G83": " Q1.5", "G73": " Q2.25"}.get(code, "")
-        repeat = f" L{self.random.randint(1, 3)}" if self.random.random() < 0.25 else ""
+        # G88 wants an operator, and rs274 refuses L of G74.
+        code = self.random.choice(["G81", "G82", "G83", "G73", "G85", "G89", "G84", "G74", "G86"])
+        more = {"G82": " P0.2", "G89": " P0.1", "G83": " Q1.5", "G73": " Q2.25", "G86": " P0.3"}.get(code, "")
+        if code in ("G84", "G74"):
+            more = self.random.choice(["", " P0.4"])
+        repeat = f" L{self.random.randint(1, 3)}" if code != "G74" and self.random.random() < 0.25 else ""
+        if code in ("G84", "G74", "G86") and self.random.random() < 0.9:
+            self.add({"G84": "M3", "G74": "M4"}.get(code, self.random.choice(["M3", "M4"])) + self.random.choice([" S100", ""]))
         if self.random.random() < 0.6:
             self.add("G90 G17")
             self.add(f"G0 Z{self.random.randint(6, 20)}")

@@ -5,8 +5,8 @@
 
 Each program is made from a number, the same every time. A program on which both differ is cut down to the fewest lines
 and words that still differ in the same way, and kept in OUT, one for each kind of difference. What is known, and why,
-stands in fuzz_rs274.known. Not generated, since rs274 prints nothing to compare: spindles, coolant, path modes' effect,
-the shape of splines.
+stands in fuzz_rs274.known. Not compared, since rs274 prints nothing of them: coolant, path modes' effect, the shape of
+splines.
 """
 
 import json

@@ -13,12 +13,14 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOLERANCE = 2e-3  # rs274 prints four decimals, of inches too
+TIMEOUT = 20
 ATTEMPTS = 3  # several rs274 at a time: now and then one ends without a word
 RELATIVE = 1e-5  # and ours of times, from which rates are worked out
 
@@ -49,9 +51,7 @@ def linuxcnc(path):
         # It shares its tools through a file in the home directory: another one beside it would read them.
         home = {**os.environ, "HOME": folder}
         for _ in range(ATTEMPTS):
-            done = subprocess.run(
-                command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20, env=home
-            )
+            done = run_to_end(command, home)
             if done.returncode == 0 or refusal(done):
                 break
     unit, g5x, g92, tool = 1.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
@@ -125,13 +125,25 @@ def linuxcnc(path):
     return actions, done.returncode == 0, " at: ".join(refusal(done)[-2:])
 
 
+def run_to_end(command, environment):
+    """Runs a program; one that takes too long is killed with what it has started."""
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, env=environment, start_new_session=True, **pipes) as process:
+        try:
+            out, error = process.communicate(timeout=TIMEOUT)
+        except BaseException:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
+    return subprocess.CompletedProcess(command, process.returncode, out, error)
+
+
 def refusal(done):
     """What a run said is wrong."""
     return [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
 
 
 def velvet(program, path):
-    done = subprocess.run([program, "actions", "--tools", TABLE, path], capture_output=True, text=True, timeout=20)
+    done = subprocess.run([program, "actions", "--tools", TABLE, path], capture_output=True, text=True, timeout=TIMEOUT)
     actions, here = [], [0.0] * 3
     for line in done.stdout.splitlines():
         words = line.split()

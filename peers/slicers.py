@@ -21,6 +21,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(HERE)
 PRINTER = os.path.join(ROOT, "config/samples/cartesian.ini")
 MILL = os.path.join(HERE, "senders/mill.ini")
+TABLE = os.path.join(HERE, "tool.tbl")
 PRUSA = ["reprap", "reprapfirmware", "repetier", "teacup", "makerware", "marlin", "marlin2", "sailfish", "mach3", "machinekit", "smoothie",
          "no-extrusion"]
 SLIC3R = ["reprap", "repetier", "teacup", "makerware", "sailfish", "mach3", "machinekit", "smoothie", "no-extrusion"]
@@ -196,6 +197,10 @@ def run(velvet, name, path, configuration, out):
     """One row of the table."""
     folder = os.path.join(out, name)
     shutil.rmtree(folder, ignore_errors=True)
+    # What the machine has on its card before the job comes.
+    os.makedirs(os.path.join(folder, "card"))
+    if configuration == MILL:
+        shutil.copy(TABLE, os.path.join(folder, "card", "tool.tbl"))
     done = quietly([velvet, "run", "--config", configuration, "--gcode", path, "--out", folder, "--until", "3000"])
     row = {"file": name, "dialect": "console's", "lines": sum(1 for _ in open(path, errors="replace")), "moves": extent(path)[2], "left_out": "", "end": ""}
     try:
