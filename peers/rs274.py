@@ -55,10 +55,12 @@ def linuxcnc(path):
             if done.returncode == 0 or refusal(done):
                 break
     unit, g5x, g92, tool = 1.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
-    feed, plane, per_turn, pitch, actions = 0.0, "XY", False, None, []
+    feed, plane, per_turn, pitch, actions, turned = 0.0, "XY", False, None, [], 0.0
 
     def place(x, y, z):
-        return [(value + g5x[axis] + g92[axis] + tool[axis]) * unit for axis, value in enumerate((x, y, z))]
+        x, y, z = (value + offset for value, offset in zip((x, y, z), g92))
+        x, y = x * math.cos(turned) - y * math.sin(turned), x * math.sin(turned) + y * math.cos(turned)
+        return [(value + g5x[axis] + tool[axis]) * unit for axis, value in enumerate((x, y, z))]
 
     for line in done.stdout.splitlines():
         found = re.match(r"\s*\d+ \S+\s+(\w+)\((.*)\)\s*$", line)
@@ -73,6 +75,8 @@ def linuxcnc(path):
             unit = new
         elif name == "SET_G5X_OFFSET":
             g5x = values[1:4]
+        elif name == "SET_XY_ROTATION":
+            turned = math.radians(values[0])
         elif name == "SET_G92_OFFSET":
             g92 = values[:3]
         elif name == "USE_TOOL_LENGTH_OFFSET":
@@ -117,12 +121,17 @@ def linuxcnc(path):
         elif name == "DWELL":
             actions.append(["dwell", values[0]])
         elif name == "MESSAGE":
-            actions.append(["message", rest[1:-1].strip()])
+            actions.append(["message", said(rest[1:-1])])
         elif name in ("PROGRAM_STOP", "OPTIONAL_PROGRAM_STOP"):
             actions.append(["pause"])
         elif name == "CHANGE_TOOL":
             actions.append(["tool"])
     return actions, done.returncode == 0, " at: ".join(refusal(done)[-2:])
+
+
+def said(text):
+    """A message; what is nothing but rounding has no sign."""
+    return re.sub(r"-(0\.0+)(?!\d)", r"\1", text.strip())
 
 
 def run_to_end(command, environment):
@@ -178,7 +187,7 @@ def velvet(program, path):
         elif words[0] == "dwell":
             actions.append(["dwell", number(words[1])])
         elif words[0] == "message":
-            actions.append(["message", line[len("message "):].strip()])
+            actions.append(["message", said(line[len("message "):])])
         elif words[0] == "tap":
             actions.append(["tap", *(number(word) for word in words[1:4]), number(words[4][1:])])
         elif words[0] in ("output", "value"):

@@ -131,9 +131,14 @@ fn write_offsets(text: &mut Text, program: &Interpreter, config: &MachineConfig)
         write_system_name(text, modal.system)?;
         writeln!(text)?;
         for (index, [x, y, z]) in modal.systems.into_iter().enumerate() {
-            if [x, y, z] != [0.0; 3] {
+            let turned = modal.rotations.of(index);
+            if [x, y, z] != [0.0; 3] || turned != 0.0 {
                 let [x, y, z] = [x, y, z].map(|mm| Value(mm, 6));
-                write!(text, "G10 L2 P{} X{x} Y{y} Z{z} ; ", index + 1)?;
+                write!(text, "G10 L2 P{} X{x} Y{y} Z{z}", index + 1)?;
+                if turned != 0.0 {
+                    write!(text, " R{}", Value(turned, 6))?;
+                }
+                write!(text, " ; ")?;
                 write_system_name(text, index)?;
                 writeln!(text)?;
             }

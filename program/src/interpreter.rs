@@ -15,6 +15,7 @@ use crate::left_out::LeftOut;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;
+use crate::rotation::Rotations;
 use crate::saved_modes::SavedFrames;
 use crate::setup::{HeaterSetup, Setup};
 use crate::splines::Splines;
@@ -328,14 +329,15 @@ impl Interpreter {
     pub fn reset(&mut self) {
         self.halt();
         self.saved.clear();
-        let systems = self.modal.systems;
+        let (systems, rotations) = (self.modal.systems, self.modal.rotations);
         self.modal = Modal::new(self.setup.feed_rate, self.modal.seek_rate);
-        self.modal.systems = systems;
+        (self.modal.systems, self.modal.rotations) = (systems, rotations);
     }
 
     /// Coordinate systems, G92 and the park position are as at first.
     pub fn clear_offsets(&mut self) {
         self.modal.systems = Default::default();
+        self.modal.rotations = Rotations::NONE;
         self.modal.g92 = self.setup.g92;
         self.park = ParkPosition::default();
         self.second_park = None;
@@ -432,7 +434,9 @@ impl Interpreter {
 
     /// G30 Z: a contact at this height of the machine reads as given, both in mm.
     pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
-        self.modal.set_g92(Axis::Z, reads, machine_z);
+        let mut contact = self.position;
+        contact[Axis::Z] = machine_z;
+        self.modal.set_g92(Axis::Z, reads, &contact);
     }
 
     /// The operator's overrides count, whatever the program has said of them.

@@ -38,6 +38,7 @@ mod parameters;
 mod park;
 mod passes;
 mod remark;
+mod rotation;
 mod saved_modes;
 mod setup;
 mod splines;

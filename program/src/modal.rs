@@ -1,7 +1,8 @@
 //! What a program's words mean at this moment: units, plane, distance mode, offsets, rates.
 //!
-//! Order of offsets: machine = work + coordinate system - G92 + tool offset. Everything here is in mm and
-//! mm/s; inches and minutes end where a word is read.
+//! Order of offsets: machine = work + coordinate system - G92 + tool offset. A coordinate system may be
+//! turned: then work and G92 are in its own directions, X and Y of the others in the machine's. Everything
+//! here is in mm and mm/s; inches and minutes end where a word is read.
 
 use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
@@ -9,6 +10,7 @@ use units::{Axis, MmPerSecond, PerAxis, Plane};
 use crate::action::Corner;
 use crate::auxiliary::Auxiliary;
 use crate::cycle::{Cycle, Retract};
+use crate::rotation::{Rotations, Turn};
 use crate::words::{Lengths, MM_PER_INCH};
 
 /// Coordinate systems G54 to G59.3.
@@ -143,6 +145,8 @@ pub struct Modal {
     pub system: usize,
     /// Offsets of the coordinate systems, X Y Z in mm.
     pub systems: [[f64; 3]; COORDINATE_SYSTEMS],
+    /// How they are turned.
+    pub rotations: Rotations<COORDINATE_SYSTEMS>,
     /// G92 offset, X Y Z in mm.
     pub g92: [f64; 3],
     /// What G92.2 has taken away, and G92.3 brings back.
@@ -183,6 +187,7 @@ impl Modal {
             power: 0.0,
             system: 0,
             systems: [[0.0; 3]; COORDINATE_SYSTEMS],
+            rotations: Rotations::NONE,
             g92: [0.0; 3],
             g92_kept: [0.0; 3],
             tool_offset: [0.0; 3],
@@ -224,7 +229,7 @@ impl Modal {
         if self.inches { mm / MM_PER_INCH } else { mm }
     }
 
-    /// Sum of all offsets of one of X Y Z, in mm: machine = work + this.
+    /// Sum of all offsets of one of X Y Z, in mm: machine = work + this, where the system is not turned.
     #[must_use]
     pub fn offset(&self, axis: Axis) -> f64 {
         let index = axis as usize;
@@ -255,6 +260,11 @@ impl Modal {
         }
     }
 
+    /// The turn of the coordinate system in force; none: it is not turned.
+    pub(crate) fn turn(&self) -> Option<Turn> {
+        if self.rotations.any() { self.rotations.turn(self.system) } else { None }
+    }
+
     /// Work position, in mm, of a machine position.
     #[must_use]
     pub fn work(&self, machine: &PerAxis<f64>) -> PerAxis<f64> {
@@ -262,12 +272,65 @@ impl Modal {
         for axis in Axis::PRIMARY {
             work[axis] -= self.offset(axis);
         }
+        if let Some(turn) = self.turn() {
+            let [g92_x, g92_y, _] = self.g92;
+            let [x, y] = turn.back([work[Axis::X] - g92_x, work[Axis::Y] - g92_y]);
+            (work[Axis::X], work[Axis::Y]) = (x + g92_x, y + g92_y);
+        }
         work
     }
 
-    /// Machine coordinate of a word on X Y Z, in mm, from where the axis is now.
+    /// X and Y of the machine, in mm, of a place in work coordinates.
     #[must_use]
-    pub fn machine(&self, axis: Axis, mm: f64, now: f64) -> f64 {
+    pub fn machine_xy(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let offsets = [self.offset(Axis::X), self.offset(Axis::Y)];
+        let [g92_x, g92_y, _] = self.g92;
+        let [x, y] = match self.turn() {
+            Some(turn) => {
+                let [x, y] = turn.forward([x - g92_x, y - g92_y]);
+                [x + g92_x, y + g92_y]
+            }
+            None => [x, y],
+        };
+        [x + offsets[0], y + offsets[1]]
+    }
+
+    /// A way along X and Y, as it lies in the machine.
+    #[must_use]
+    pub fn way_xy(&self, way: [f64; 2]) -> [f64; 2] {
+        self.turn().filter(|_| !self.machine_next).map_or(way, |turn| turn.forward(way))
+    }
+
+    /// X and Y of the machine that words lead to, in mm, from a place of it. Without a word the coordinate
+    /// stays, in the directions of the words.
+    #[must_use]
+    pub fn target_xy(&self, [x, y]: [Option<f64>; 2], now: [f64; 2]) -> [f64; 2] {
+        if self.machine_next {
+            return [x.unwrap_or(now[0]), y.unwrap_or(now[1])];
+        }
+        if !self.absolute {
+            let [x, y] = self.way_xy([x.unwrap_or(0.0), y.unwrap_or(0.0)]);
+            return [now[0] + x, now[1] + y];
+        }
+        self.place_xy([x, y], now)
+    }
+
+    /// The same of words that are places whatever the distance mode.
+    #[must_use]
+    pub fn place_xy(&self, [x, y]: [Option<f64>; 2], now: [f64; 2]) -> [f64; 2] {
+        let mut place = PerAxis([0.0; units::MAX_AXES]);
+        (place[Axis::X], place[Axis::Y]) = (now[0], now[1]);
+        let work = self.work(&place);
+        let to = self.machine_xy([x.unwrap_or(work[Axis::X]), y.unwrap_or(work[Axis::Y])]);
+        // What has no word stays exactly where it is, where a word does not move both.
+        let stays = self.turn().is_none();
+        [if stays && x.is_none() { now[0] } else { to[0] }, if stays && y.is_none() { now[1] } else { to[1] }]
+    }
+
+    /// Machine coordinate of a word on X Y Z, in mm, from where the axis is now; of X and Y where the system
+    /// is not turned.
+    #[must_use]
+    pub(crate) fn machine(&self, axis: Axis, mm: f64, now: f64) -> f64 {
         match (self.machine_next, self.absolute) {
             (true, _) => mm,
             (false, true) => mm + self.offset(axis),
@@ -275,26 +338,44 @@ impl Modal {
         }
     }
 
-    /// Machine coordinate of a word on X Y Z that is a place whatever the distance mode, in mm.
+    /// Machine coordinate of a word on X Y Z that is a place whatever the distance mode, in mm; of X and Y
+    /// where the system is not turned.
     #[must_use]
-    pub fn place(&self, axis: Axis, mm: f64) -> f64 {
+    pub(crate) fn place(&self, axis: Axis, mm: f64) -> f64 {
         if self.machine_next { mm } else { mm + self.offset(axis) }
     }
 
     /// G92: makes the work coordinate of an axis read `mm` where the machine is now.
-    pub fn set_g92(&mut self, axis: Axis, mm: f64, machine: f64) {
-        let work = machine - self.offset(axis);
+    pub fn set_g92(&mut self, axis: Axis, mm: f64, machine: &PerAxis<f64>) {
+        let work = self.work(machine)[axis];
         if let Some(g92) = self.g92.get_mut(axis as usize) {
             *g92 += mm - work;
         }
     }
 
-    /// G10 L20: moves coordinate system `system` so that the work coordinate of an axis reads `mm` in it.
-    pub fn set_system_here(&mut self, system: usize, axis: Axis, mm: f64, machine: f64) {
-        let index = axis as usize;
-        let others = self.tool_offset.get(index).copied().unwrap_or(0.0) - self.g92.get(index).copied().unwrap_or(0.0);
-        if let Some(offset) = self.systems.get_mut(system).and_then(|offsets| offsets.get_mut(index)) {
-            *offset = machine - others - mm;
+    /// G10 L20: moves coordinate system `system` so that the work coordinates of the axes that have a word
+    /// read as it says, and the others as they did.
+    pub fn set_system_here(&mut self, system: usize, words: [Option<f64>; 3], machine: &PerAxis<f64>) {
+        let in_force = core::mem::replace(&mut self.system, system);
+        let work = self.work(machine);
+        let turn = self.turn();
+        self.system = in_force;
+        let [mut x, mut y, z] = Axis::PRIMARY.map(|axis| {
+            let index = axis as usize;
+            let reads = words.get(index).copied().flatten().unwrap_or(work[axis]);
+            reads - self.g92.get(index).copied().unwrap_or(0.0)
+        });
+        if let Some(turn) = turn {
+            [x, y] = turn.forward([x, y]);
+        }
+        for (axis, from_origin) in Axis::PRIMARY.into_iter().zip([x, y, z]) {
+            let index = axis as usize;
+            let has_moved = words.get(index).is_some_and(Option::is_some) || turn.is_some();
+            let tool = self.tool_offset.get(index).copied().unwrap_or(0.0);
+            let offset = self.systems.get_mut(system).and_then(|offsets| offsets.get_mut(index));
+            if let Some(offset) = offset.filter(|_| has_moved) {
+                *offset = machine[axis] - tool - from_origin;
+            }
         }
     }
 
@@ -328,71 +409,4 @@ pub fn write_system_name(out: &mut impl core::fmt::Write, system: usize) -> core
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn modal() -> Modal {
-        Modal::new(MmPerSecond(50.0), MmPerSecond(100.0))
-    }
-
-    proptest! {
-        /// Whatever the offsets, a work coordinate goes to the machine and comes back.
-        #[test]
-        fn work_and_machine_coordinates_are_inverse(
-            offsets in proptest::array::uniform3(-500.0..500.0_f64), word in -500.0..500.0_f64,
-        ) {
-            let mut modal = modal();
-            modal.systems[0][0] = offsets[0];
-            modal.g92[0] = offsets[1];
-            modal.tool_offset[0] = offsets[2];
-            let mut machine = PerAxis([0.0; 6]);
-            machine[Axis::X] = modal.machine(Axis::X, word, 12.0);
-            let back = modal.work(&machine)[Axis::X];
-            prop_assert!((back - word).abs() < 1e-9, "{word} came back as {back}");
-        }
-
-        /// After G92 and after G10 L20 the position reads as given, wherever the machine is.
-        #[test]
-        fn g92_and_g10_l20_make_the_position_read_as_given(
-            place in -500.0..500.0_f64, reading in -500.0..500.0_f64, before in -500.0..500.0_f64,
-        ) {
-            for use_g92 in [true, false] {
-                let mut modal = modal();
-                modal.system = 3;
-                modal.systems[3][1] = before;
-                modal.g92[1] = before / 2.0;
-                if use_g92 {
-                    modal.set_g92(Axis::Y, reading, place);
-                } else {
-                    modal.set_system_here(3, Axis::Y, reading, place);
-                }
-                let work = modal.work(&PerAxis([0.0, place, 0.0, 0.0, 0.0, 0.0]))[Axis::Y];
-                prop_assert!((work - reading).abs() < 1e-9, "{reading} reads {work}");
-            }
-        }
-    }
-
-    #[test]
-    fn relative_words_add_to_the_machine_position_and_g53_ignores_offsets() {
-        let mut modal = modal();
-        modal.systems[0][0] = 10.0;
-        assert_eq!(modal.machine(Axis::X, 5.0, 100.0), 15.0);
-        modal.absolute = false;
-        assert_eq!(modal.machine(Axis::X, 5.0, 100.0), 105.0);
-        modal.machine_next = true;
-        assert_eq!(modal.machine(Axis::X, 5.0, 100.0), 5.0);
-    }
-
-    #[test]
-    fn coordinate_systems_are_named_as_programs_name_them() {
-        let names: Vec<String> = (0..COORDINATE_SYSTEMS)
-            .map(|system| {
-                let mut name = String::new();
-                write_system_name(&mut name, system).unwrap();
-                name
-            })
-            .collect();
-        assert_eq!(names, ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]);
-    }
-}
+mod tests;

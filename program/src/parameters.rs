@@ -13,6 +13,8 @@ use crate::named_parameters::predefined;
 const SYSTEM_STRIDE: u16 = 20;
 /// X of G54.
 const FIRST_SYSTEM: u16 = 5_221;
+/// From X of a system to its rotation.
+const ROTATION: u16 = 9;
 
 /// A parameter that is a field of the program's state, and can be written.
 enum Field {
@@ -32,6 +34,13 @@ fn system_and_axis(number: u16) -> Option<(usize, usize)> {
     (axis < 3).then_some((usize::from(system), usize::from(axis)))
 }
 
+/// The coordinate system that this is the rotation of: `#5230` of G54.
+fn turned_system(number: u16) -> Option<usize> {
+    let from = number.checked_sub(FIRST_SYSTEM + ROTATION)?;
+    let system = usize::from(from / SYSTEM_STRIDE);
+    (from % SYSTEM_STRIDE == 0 && system < crate::COORDINATE_SYSTEMS).then_some(system)
+}
+
 fn field(modal: &Modal, number: u16) -> Option<Field> {
     if number == 5_220 {
         return Some(Field::System);
@@ -42,7 +51,8 @@ fn field(modal: &Modal, number: u16) -> Option<Field> {
         let (system, axis) = system_and_axis(number)?;
         modal.systems.get(system)?.get(axis).copied()
     };
-    g92.or_else(system).map(Field::Value)
+    let rotation = || turned_system(number).map(|system| modal.rotations.of(system));
+    g92.or_else(system).or_else(rotation).map(Field::Value)
 }
 
 /// The nine axes of a table of parameters, as far as the machine has them.
@@ -99,6 +109,11 @@ pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
 
 /// The offset of a coordinate system; false when the number is none's.
 fn set_offset(program: &mut Interpreter, number: u16, value: f64) -> bool {
+    if let Some(system) = turned_system(number) {
+        program.modal.rotations.set(system, value);
+        offsets_changed(program);
+        return true;
+    }
     let place = system_and_axis(number)
         .and_then(|(system, axis)| program.modal.systems.get_mut(system).and_then(|offsets| offsets.get_mut(axis)));
     let Some(place) = place else { return false };
@@ -118,8 +133,8 @@ pub(crate) const fn offsets_changed(program: &mut Interpreter) {
 const PARK: u16 = 5_161;
 /// That of G30.
 const SECOND_PARK: u16 = 5_181;
-/// Further offsets that outlast a power cycle: the park positions, and X Y Z of each system.
-const KEPT_OFFSETS: usize = 6 + 3 * crate::COORDINATE_SYSTEMS;
+/// Further offsets that outlast a power cycle: the park positions, and X Y Z and rotation of each system.
+const KEPT_OFFSETS: usize = 6 + 4 * crate::COORDINATE_SYSTEMS;
 
 /// Of the parameters that outlast a power cycle and are not 0, the one at this place.
 pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)> {
@@ -128,7 +143,10 @@ pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)>
         return own;
     }
     let offset = |place: usize| match (place, place.checked_sub(6)) {
-        (_, Some(place)) => FIRST_SYSTEM + SYSTEM_STRIDE * (place / 3) as u16 + (place % 3) as u16,
+        (_, Some(place)) => {
+            let of = [0, 1, 2, ROTATION][place % 4];
+            FIRST_SYSTEM + SYSTEM_STRIDE * (place / 4) as u16 + of
+        }
         (0..3, None) => PARK + place as u16,
         (_, None) => SECOND_PARK + place as u16 - 3,
     };
@@ -174,8 +192,9 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
     let written = |mm: f64| modal.in_program_units(mm);
     let (probe, found) = program.last_probe;
     if let Some(axis) = of_axis(5_061, number).and_then(|axis| Axis::PRIMARY.get(axis)) {
-        let mm = probe.get(*axis as usize).copied().unwrap_or(0.0);
-        return Some(written(mm - modal.offset(*axis)));
+        let mut contact = program.position;
+        contact.0.iter_mut().zip(probe).for_each(|(place, mm)| *place = mm);
+        return Some(written(modal.work(&contact)[*axis]));
     }
     if let Some(axis) = of_axis(5_081, number) {
         return modal.tool_offset.get(axis).copied().map(written);

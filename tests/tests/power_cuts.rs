@@ -146,8 +146,8 @@ fn old_or_new(begun: &RamCard, save: impl Fn(&mut Card) -> Result<(), StorageErr
 fn a_power_cut_at_any_block_write_leaves_the_old_parameters_and_offsets_or_the_new() {
     let disk = formatted();
     let set = |program: &mut Interpreter, sign: f64| {
-        // Some hundred parameters, every coordinate system, the park positions.
-        for number in (31..140).chain([5_161, 5_162, 5_163, 5_181, 5_182, 5_183, 5_221, 5_243, 5_382]) {
+        // Some hundred parameters, offsets and rotations of coordinate systems, the park positions.
+        for number in (31..140).chain([5_161, 5_162, 5_163, 5_181, 5_182, 5_183, 5_230, 5_390, 5_221, 5_243, 5_382]) {
             assert!(program.restore_parameter(number, sign * (f64::from(number) + 0.123_456)));
         }
     };
@@ -155,7 +155,7 @@ fn a_power_cut_at_any_block_write_leaves_the_old_parameters_and_offsets_or_the_n
     set(&mut old, 1.0);
     set(&mut new, -1.0);
     save_parameters(&mut insert(disk.clone()), &mut old).unwrap();
-    assert_eq!(boot(&disk).0.len(), 118);
+    assert_eq!(boot(&disk).0.len(), 120);
     old_or_new(&disk, |card| save_parameters(card, &mut new.clone()));
     // And where there was no file.
     old_or_new(&formatted(), |card| save_parameters(card, &mut new.clone()));

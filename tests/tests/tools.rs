@@ -63,7 +63,7 @@ fn a_job_writes_the_table_at_its_end() {
 #[test]
 fn offsets_of_grbl_s_dialect_outlast_a_power_cycle() {
     let mut bench = mill(TABLE).start();
-    bench.run(&["G10 L2 P2 X10 Y-5", "G10 L20 P1 Z7", "G28.1 X3 Y4", "G30.1 X0 Y0"]);
+    bench.run(&["G10 L2 P2 X10 Y-5", "G10 L20 P1 Z7", "G28.1 X3 Y4", "G30.1 X0 Y0", "G10 L2 P3 R30"]);
     let kept = bench.read_card("parameters.var").unwrap();
     let mut again = mill(TABLE).file("parameters.var", &kept).start();
     let offsets = again.say("$#");
@@ -71,6 +71,10 @@ fn offsets_of_grbl_s_dialect_outlast_a_power_cycle() {
     assert!(offsets.contains("[G28:3.000,4.000,"), "{offsets}");
     // A place of G30 at the origin is one, not none.
     assert!(kept.contains("\n5181\t0\n"), "{kept}");
+    again.run(&["G28.3 X0 Y0 Z0", "$10=2", "G56", "G1 X10 F3000", "M400"]);
+    assert!(again.status().contains("|WPos:10.000,0.000,"), "{}", again.status());
+    again.run(&["$10=3"]);
+    assert!(again.status().contains("|MPos:8.660,5.000,"), "{}", again.status());
     // Smoothieware's keeps them by M500.
     let mut other = Plan::new(CARTESIAN).file("parameters.var", &kept).start();
     let offsets = other.say("$#");

@@ -81,13 +81,20 @@ impl Jog {
         let mut target = *from;
         for axis in Axis::ALL {
             let Some(word) = self.words[axis] else { continue };
-            target[axis] = match (self.machine, self.absolute) {
-                (true, _) => word,
-                (false, true) if axis.is_primary() => word + modal.offset(axis),
-                (false, true) => word,
-                (false, false) => from[axis] + word,
-            };
+            target[axis] = if self.machine || self.absolute { word } else { from[axis] + word };
         }
+        if self.machine {
+            return target;
+        }
+        let (xy, now) = ([self.words[Axis::X], self.words[Axis::Y]], [from[Axis::X], from[Axis::Y]]);
+        let [x, y] = if self.absolute {
+            target[Axis::Z] = self.words[Axis::Z].map_or(from[Axis::Z], |z| z + modal.offset(Axis::Z));
+            modal.place_xy(xy, now)
+        } else {
+            let [x, y] = modal.way_xy(xy.map(Option::unwrap_or_default));
+            [now[0] + x, now[1] + y]
+        };
+        (target[Axis::X], target[Axis::Y]) = (x, y);
         target
     }
 }

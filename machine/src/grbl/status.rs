@@ -86,7 +86,7 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
     if told.wants_all {
         (told.offsets_in, told.overrides_in) = (0, 0);
     }
-    add_seldom(&mut line, of, overrides, told);
+    add_seldom(&mut line, of, &place, overrides, told);
     if of.config.general.grblhal {
         let [homed, can_home] = of.homed;
         hal::add_fields(&mut line, hal::extra(of.program, homed), can_home, of.job, told);
@@ -132,9 +132,14 @@ fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
     }
 }
 
-fn add_seldom(line: &mut Line, of: &Report<'_>, overrides: Overrides, told: &mut Told) {
+fn add_seldom(line: &mut Line, of: &Report<'_>, here: &PerAxis<f64>, overrides: Overrides, told: &mut Told) {
     let modal = of.program.modal();
-    let offsets = Axis::PRIMARY.map(|axis| modal.offset(axis));
+    let mut offsets = Axis::PRIMARY.map(|axis| modal.offset(axis));
+    if modal.rotations.any() {
+        // In a turned coordinate system they are others at every place.
+        let work = modal.work(here);
+        offsets = Axis::PRIMARY.map(|axis| here[axis] - work[axis]);
+    }
     if told.offsets != offsets {
         told.offsets_in = 0;
     }

@@ -41,7 +41,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('A', Unit::Number, "by axis, degrees: of a tool"),
             word('B', Unit::Number, "by axis, degrees: of a tool"),
             word('C', Unit::Number, "by axis, degrees: of a tool"),
-            word('R', Unit::Number, "radius of a tool (length)"),
+            word('R', Unit::Number, "radius of a tool (length); with L2 how far the system is turned about its origin, degrees"),
             word('I', Unit::Number, "front angle of a lathe's tool, degrees"),
             word('J', Unit::Number, "back angle"),
             word('Q', Unit::Number, "orientation of a lathe's tool, 0 to 9"),

@@ -24,6 +24,23 @@ pub(crate) fn is_drawn_by(words: &Words<'_>) -> bool {
     words.other_than("FS").is_some()
 }
 
+/// The centre where coordinate systems are turned. Other planes than that of X and Y are refused.
+#[cold]
+fn turned(program: &Interpreter, words: &Words<'_>, centre: Centre) -> Centre {
+    let (Centre::At(i, j), modal) = (centre, &program.modal) else { return centre };
+    if modal.machine_next {
+        return centre;
+    }
+    let [x, y] = if modal.arc_absolute {
+        let place = [words.length('I').unwrap_or(0.0), words.length('J').unwrap_or(0.0)];
+        let [x, y] = modal.machine_xy(place);
+        [x - program.position[Axis::X], y - program.position[Axis::Y]]
+    } else {
+        modal.way_xy([i, j])
+    };
+    Centre::At(x, y)
+}
+
 /// I J K (from the start, or places after G90.1) or R, and P.
 pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> Result<Shape, Fault> {
     let plane = program.modal.plane;
@@ -40,9 +57,13 @@ pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> 
             } else {
                 Centre::At(along(first).unwrap_or(0.0), along(second).unwrap_or(0.0))
             };
+            let centre = if program.modal.rotations.any() { turned(program, words, centre) } else { centre };
             (centre, centre_word(first))
         }
     };
+    if plane != Plane::Xy && program.modal.turn().is_some() {
+        return Err(Problem::TurnedPlane.alarm(words.column()));
+    }
     let turns = words.number('P').unwrap_or(1.0);
     if !(1.0..=MOST_TURNS).contains(&turns) || libm::floor(turns) != turns {
         return Err(Problem::Turns.alarm(words.column_of('P')));

@@ -213,6 +213,13 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
         first[axis] = modal.machine(axis, mm, here[axis]);
         step[axis] = if modal.absolute { 0.0 } else { mm };
     }
+    if modal.turn().is_some() {
+        if along != Axis::Z {
+            return Err(Problem::TurnedPlane.refused(words.column()));
+        }
+        moves::turned(program, words, &mut first);
+        [step[Axis::X], step[Axis::Y]] = modal.way_xy([step[Axis::X], step[Axis::Y]]);
+    }
     let mut turn = None;
     if words.has_rare_coordinate() {
         moves::polar(program, words, &mut first)?;
@@ -254,7 +261,7 @@ fn about(program: &Interpreter, words: &Words<'_>, first: &PerAxis<f64>) -> Resu
     if count > MOST_ABOUT {
         return Err(Problem::TooMuch(words.code(), 'L', MOST_ABOUT).refused(words.column_of('L')));
     }
-    let centre = [modal.offset(Axis::X), modal.offset(Axis::Y)];
+    let centre = modal.machine_xy([0.0; 2]);
     let (x, y) = (first[Axis::X] - centre[0], first[Axis::Y] - centre[1]);
     let step = [words.length('@').unwrap_or(0.0), words.as_written('^').unwrap_or(0.0).to_radians()];
     Ok(Some(Turn { centre, first: [libm::hypot(x, y), libm::atan2(y, x)], step }))

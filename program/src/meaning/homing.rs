@@ -7,6 +7,7 @@ use crate::context::{Context, Meaning};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::meaning::moves;
 use crate::meaning::probing;
 use crate::park::ParkPosition;
 
@@ -80,6 +81,9 @@ fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkP
         let Some(mm) = words.axis(axis) else { continue };
         let there = program.modal.machine(axis, mm, program.position[axis]);
         by[axis] = if context.dialect.parks_by_a_place() { there } else { by[axis] + mm };
+    }
+    if context.dialect.parks_by_a_place() && program.modal.rotations.any() {
+        moves::turned(program, words, &mut by);
     }
     let bare = words.is_bare();
     let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {

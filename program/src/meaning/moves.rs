@@ -44,7 +44,7 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
     let shape = match mode {
         MotionMode::Rapid | MotionMode::Linear => Shape::Line { names_xy: words.has('X') || words.has('Y') },
         MotionMode::Cubic => splines::cubic(program, words)?,
-        MotionMode::Quadratic => splines::quadratic(words)?,
+        MotionMode::Quadratic => splines::quadratic(program, words)?,
         // A rate alone draws nothing.
         MotionMode::ArcClockwise | MotionMode::ArcCounterClockwise if !arcs::is_drawn_by(words) => return NOTHING,
         MotionMode::ArcClockwise => arcs::arc(program, words, true)?,
@@ -134,6 +134,9 @@ pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(Per
             target[axis] = program.modal.machine(axis, mm, program.position[axis]);
         }
     }
+    if program.modal.rotations.any() {
+        turned(program, words, &mut target);
+    }
     if words.has_rare_coordinate() {
         rare_coordinates(program, words, &mut target)?;
     }
@@ -145,6 +148,16 @@ pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(Per
     let to = if program.modal.e_absolute { word } else { tool.e + word };
     target[tool.settings.axis] += (to - tool.e) * tool.scale();
     Ok((target, Some(to)))
+}
+
+/// X and Y where coordinate systems are turned: a word alone moves both.
+#[cold]
+pub(crate) fn turned(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) {
+    let now = [program.position[Axis::X], program.position[Axis::Y]];
+    let xy = [Axis::X, Axis::Y].map(|axis| words.axis(axis));
+    if xy != [None; 2] {
+        [target[Axis::X], target[Axis::Y]] = program.modal.target_xy(xy, now);
+    }
 }
 
 /// A, B, C and polar coordinates.
@@ -167,9 +180,8 @@ pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     if let Some(letter) = ['X', 'Y'].into_iter().find(|letter| words.has(*letter)) {
         return Err(Problem::PolarAndCartesian.refused(words.column_of(letter)));
     }
-    let origin = |axis| if modal.machine_next { 0.0 } else { modal.offset(axis) };
-    let (ox, oy) = (origin(Axis::X), origin(Axis::Y));
-    let (x, y) = (program.position[Axis::X] - ox, program.position[Axis::Y] - oy);
+    let here = if modal.machine_next { program.position } else { modal.work(&program.position) };
+    let (x, y) = (here[Axis::X], here[Axis::Y]);
     let (distance, angle) = (words.length('@'), words.number('^').map(f64::to_radians));
     let is_relative = !modal.absolute && !modal.machine_next;
     let (now, direction) = (libm::hypot(x, y), libm::atan2(y, x));
@@ -179,8 +191,8 @@ pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     }
     let of = |word: Option<f64>, now: f64| word.map_or(now, |word| if is_relative { now + word } else { word });
     let (distance, angle) = (of(distance, now), of(angle, direction));
-    target[Axis::X] = ox + distance * libm::cos(angle);
-    target[Axis::Y] = oy + distance * libm::sin(angle);
+    let place = [distance * libm::cos(angle), distance * libm::sin(angle)];
+    [target[Axis::X], target[Axis::Y]] = if modal.machine_next { place } else { modal.machine_xy(place) };
     Ok(())
 }
 

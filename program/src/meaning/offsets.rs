@@ -116,11 +116,18 @@ pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) 
         _ => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
     };
     let replaces = program.modal.absolute || context.dialect.replaces_offsets();
-    for axis in Axis::PRIMARY {
-        let Some(mm) = words.axis(axis) else { continue };
+    if let Some(degrees) = words.as_written('R') {
         if here {
-            program.modal.set_system_here(system, axis, mm, program.position[axis]);
-        } else if let Some(offset) = program.modal.systems.get_mut(system).and_then(|all| all.get_mut(axis as usize)) {
+            return Err(Problem::RotationHere.refused(words.column_of('R')));
+        }
+        program.modal.rotations.set(system, degrees);
+    }
+    if here {
+        program.modal.set_system_here(system, Axis::PRIMARY.map(|axis| words.axis(axis)), &program.position);
+    }
+    for axis in Axis::PRIMARY.into_iter().filter(|_| !here) {
+        let Some(mm) = words.axis(axis) else { continue };
+        if let Some(offset) = program.modal.systems.get_mut(system).and_then(|all| all.get_mut(axis as usize)) {
             *offset = if replaces { mm } else { *offset + mm };
         }
     }
@@ -155,7 +162,7 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     program.modal.g92_kept = [0.0; 3];
     for axis in Axis::PRIMARY {
         if let Some(mm) = words.axis(axis) {
-            program.modal.set_g92(axis, mm, program.position[axis]);
+            program.modal.set_g92(axis, mm, &program.position);
         }
     }
     let auxiliary = PerAxis(Axis::ALL.map(|axis| words.axis(axis).filter(|_| !axis.is_primary())));

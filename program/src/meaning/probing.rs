@@ -7,6 +7,7 @@ use crate::context::{Context, Meaning};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::meaning::moves;
 use crate::modal::FeedMode;
 use crate::words::Words;
 
@@ -49,6 +50,9 @@ fn probing_target(program: &Interpreter, words: &Words<'_>, dialect: Dialect) ->
             let now = program.position[axis];
             target[axis] = if by_mode { program.modal.machine(axis, mm, now) } else { now + mm };
         }
+    }
+    if by_mode && program.modal.rotations.any() {
+        moves::turned(program, words, &mut target);
     }
     let has = |letter: char| words.has(letter);
     if let Some(letter) = "ABCE".chars().find(|letter| has(*letter)) {

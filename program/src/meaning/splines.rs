@@ -53,15 +53,21 @@ pub(crate) fn cubic(program: &mut Interpreter, words: &Words<'_>) -> Result<Shap
     let first = pair(words, 'I', 'J')?.or(onward).ok_or(Problem::CubicStart.alarm(words.column()))?;
     let (p, q) = pair(words, 'P', 'Q')?.ok_or(Problem::CubicEnd.alarm(words.column()))?;
     program.splines.onward = Some((0.0 - p, 0.0 - q));
-    Ok(Shape::Cubic([first, (p, q)]))
+    Ok(Shape::Cubic([turned(program, first), turned(program, (p, q))]))
 }
 
 /// G5.1: I J from the start to the control point.
-pub(crate) fn quadratic(words: &Words<'_>) -> Result<Shape, Fault> {
+pub(crate) fn quadratic(program: &Interpreter, words: &Words<'_>) -> Result<Shape, Fault> {
     if !(words.has('I') || words.has('J')) {
         return Err(Problem::QuadraticPoint.alarm(words.column()));
     }
-    Ok(Shape::Quadratic((words.get('I').unwrap_or(0.0), words.get('J').unwrap_or(0.0))))
+    Ok(Shape::Quadratic(turned(program, (words.get('I').unwrap_or(0.0), words.get('J').unwrap_or(0.0)))))
+}
+
+/// A way to a control point, as it lies in the machine.
+fn turned(program: &Interpreter, (x, y): (f64, f64)) -> (f64, f64) {
+    let [x, y] = program.modal.way_xy([x, y]);
+    (x, y)
 }
 
 /// G5.2 and the lines that follow it: a control point X Y with its weight P. The first one is where the
@@ -84,9 +90,9 @@ pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) ->
         let _ = program.splines.points.push(ControlPoint { x, y, weight: own });
     }
     if has_place {
-        let last = program.splines.points.last().map_or((x, y), |last| (last.x, last.y));
-        let place = |axis: Axis, now: f64| words.axis(axis).map_or(now, |mm| program.modal.machine(axis, mm, now));
-        let point = ControlPoint { x: place(Axis::X, last.0), y: place(Axis::Y, last.1), weight };
+        let last = program.splines.points.last().map_or([x, y], |last| [last.x, last.y]);
+        let [x, y] = program.modal.target_xy([words.axis(Axis::X), words.axis(Axis::Y)], last);
+        let point = ControlPoint { x, y, weight };
         if program.splines.points.push(point).is_err() {
             program.splines.open = None;
             return Err(Problem::ControlPoints.alarm(words.column()));

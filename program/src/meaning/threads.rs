@@ -68,6 +68,9 @@ pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
     if let Some(letter) = "XYABCE@^".chars().find(|letter| words.has(*letter) && *letter != 'E') {
         return Err(Problem::NotInCycle(letter).refused(words.column_of(letter)));
     }
+    if program.modal.turn().is_some() {
+        return Err(Problem::TurnedPlane.refused(words.column()));
+    }
     let thread = thread(program, words)?;
     if f64::from(thread.passes()) > MOST_PASSES {
         return Err(Problem::TooManyPasses.refused(words.column_of('J')));
