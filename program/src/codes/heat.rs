@@ -86,6 +86,7 @@ pub const ROWS: &[CodeInfo] = &[
         .needed()
         .differs("not known"),
     CodeInfo::means(Code::m(5), spindle::power, "spindle or laser off, where [switch] says so; S is 0")
+        .group(Group::Spindle)
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::means(Code::m(7), spindle::coolant, "mist on, where [switch] says so").waits(Waits::Path),
