@@ -143,6 +143,11 @@ impl<'b> Words<'b> {
         self.block.is_bare()
     }
 
+    /// Whether nothing is written but rates, which need no move: the code is the one in force.
+    pub(crate) fn are_rates_alone(&self) -> bool {
+        self.block.code.is_none() && !self.is_bare() && self.other_than("FS").is_none()
+    }
+
     /// How many words there are.
     #[must_use]
     pub fn count(&self) -> usize {

@@ -17,6 +17,9 @@ const MOST_PASSES: f64 = 1_000.0;
 /// G33 and G33.1.
 pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
+    if words.are_rates_alone() {
+        return moves::take_rates(program, context).map(|()| Meaning::Nothing);
+    }
     let taps = words.code().subcode != 0;
     begin(program, context, MotionMode::Synchronised)?;
     let pitch = words.length('K').filter(|_| words.has('K')).ok_or(Problem::MustSupply('K').refused(words.column()))?;
@@ -60,8 +63,11 @@ fn begin(program: &mut Interpreter, context: &Context<'_>, mode: MotionMode) -> 
 
 /// G76.
 pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    begin(program, context, MotionMode::Threading)?;
     let words = &context.words;
+    if words.are_rates_alone() {
+        return moves::take_rates(program, context).map(|()| Meaning::Nothing);
+    }
+    begin(program, context, MotionMode::Threading)?;
     if program.modal.plane != Plane::Xz {
         return Err(Problem::ThreadPlane.refused(words.column()));
     }
