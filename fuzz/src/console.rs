@@ -238,7 +238,13 @@ impl Bench {
     /// M112, whatever is under way: within a millisecond the machine is halted and nothing is on.
     fn emergency_stop(&mut self) {
         // What is typed already may release the halt at once: then the next one holds, for that line is gone.
-        for _ in 0..4_096 {
+        for attempt in 1..=4_096 {
+            if attempt % 256 == 0 {
+                // This console has begun to receive by YModem, and its words are the file's: two of Ctrl-X
+                // end it, behind a block that is given up.
+                self.pass(BLOCK_NS);
+                let _ = self.runner.send_on(CONSOLE, b"\x18\x18\x18");
+            }
             let _ = self.runner.send_on(CONSOLE, HALT);
             for _ in 0..2 {
                 self.pass(LINE_NS);
