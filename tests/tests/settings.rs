@@ -112,9 +112,10 @@ fn work_offsets_are_saved_when_the_configuration_says_so() {
             .with("config-override = false", "config-override = true")
     };
     let mut bench = config(Plan::new(CARTESIAN)).start();
-    for line in ["G10 L2 P2 X10 Y20 Z-3", "G55", "G92.3 X1.5", "M500"] {
+    for line in ["G10 L2 P2 X10 Y20 Z-3 R30", "G55", "G92.3 X1.5", "M500"] {
         bench.say(line);
     }
+    assert!(bench.read_card(SAVED).unwrap().contains("G10 L2 P2 X10.000000 Y20.000000 Z-3.000000 R30.000000 ; G55\n"));
     let mut next = config(Plan::new(CARTESIAN)).file(SAVED, &bench.read_card(SAVED).unwrap()).start();
     assert_eq!(next.say("$#"), bench.say("$#"));
     assert_eq!(next.say("M114"), bench.say("M114"));
