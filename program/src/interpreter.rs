@@ -381,6 +381,11 @@ impl Interpreter {
         self.second_park.as_ref()
     }
 
+    /// Z of the park position of G28 or G30, where it takes part.
+    pub(crate) fn parked_z(&self, number: u16) -> Option<f64> {
+        if number == 30 { self.second_park.and_then(|place| place.z) } else { self.park.z }
+    }
+
     /// Stores the park position of G28 or G30.
     pub(crate) const fn store_park(&mut self, number: u16, place: ParkPosition) {
         match number {

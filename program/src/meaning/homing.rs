@@ -49,7 +49,8 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
     }
     let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
     let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
-    let z = words.axis(Axis::Z).filter(|_| homes_z);
+    // Without a word Z stays as it was stored: who moves the place aside does not mean to park lower.
+    let z = words.axis(Axis::Z).or(program.parked_z(words.code().number)).filter(|_| homes_z);
     program.store_park(words.code().number, ParkPosition { x, y, z });
     keep_park(program);
     if words.has('Z') && z.is_none() {
