@@ -242,7 +242,21 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
         {
             Ok(Answer::Ok)
         }
-        Meaning::Action(action) => actions::carry_out_all(machine, action, to).await,
+        Meaning::Action(action) => match actions::carry_out_all(machine, action, to).await {
+            Ok(Answer::Unknown) => without_its_part(machine, block.code, to),
+            outcome => outcome,
+        },
+    }
+}
+
+/// A code whose part of the machine is not configured: a sender for mills counts on what it sends.
+#[cold]
+fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
+    match code {
+        Some(code) if is_grbl(machine, to) => {
+            Err(Failure::Refused(message(format_args!("{code}: what it needs is not configured here"))))
+        }
+        _ => Ok(Answer::Unknown),
     }
 }
 

@@ -73,9 +73,11 @@ fn unknown(line: &str, word: &str) -> Failure {
     }
 }
 
-/// Whether a line is a command as GRBL has it. `$P` and `$S` it has none.
+/// Whether a line is a command as GRBL has it. `$P` and `$S` it has none, and its jog is `$J=`: with a blank
+/// it is that of Smoothieware, whose pendants go on working.
 fn is_grbls<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
-    let is_ours = matches!(split(line).0, "$P" | "$S");
+    let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
+    let is_ours = is_jog || matches!(split(line).0, "$P" | "$S");
     line.starts_with('$') && !is_ours && machine.sessions.dialect_of(to) == Dialect::Grbl
 }
 

@@ -17,6 +17,7 @@ use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::Files;
 use crate::files::logs::Logs;
 use crate::grbl::Grbl;
+use crate::grbl::numbers::Error;
 use crate::jobs::Jobs;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::Outputs;
@@ -244,11 +245,15 @@ impl<'c, P: Ports> Machine<'c, P> {
             match self.ports.motion(|motion| motion.submit(request)) {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) => self.pause().await?,
-                Err(Refusal::NoFeedRate) => return Err(Failure::alarm("Undefined feed rate")),
-                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
-                    return Err(Failure::Refused(message(format_args!("{refusal}"))));
+                Err(Refusal::NoFeedRate) => {
+                    return Err(Failure::Alarm(message(format_args!("Undefined feed rate")).numbered(Error::FeedRate)));
                 }
-                Err(refusal) => return Err(Failure::Alarm(message(format_args!("{refusal}")))),
+                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
+                    return Err(Failure::Refused(message(format_args!("{refusal}")).numbered(Error::Target)));
+                }
+                Err(refusal) => {
+                    return Err(Failure::Alarm(message(format_args!("{refusal}")).numbered(Error::Target)));
+                }
             }
         }
         self.safety.apply(Event::Started);

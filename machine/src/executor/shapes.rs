@@ -14,6 +14,7 @@ use units::{MmPerSecond, PerAxis, Plane};
 
 use super::Machine;
 use crate::failure::{Failure, message};
+use crate::grbl::numbers::Error;
 use crate::motion_config::arc_settings;
 use crate::ports::Ports;
 use crate::safety::Event;
@@ -177,7 +178,7 @@ async fn draw_arc<P: Ports>(
 }
 
 fn bad_arc(column: u16, error: &ArcError) -> Failure {
-    Failure::Alarm(message(format_args!("{error}, column {column}")))
+    Failure::Alarm(message(format_args!("{error}, column {column}")).numbered(Error::Target))
 }
 
 async fn draw<P: Ports>(

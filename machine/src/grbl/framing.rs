@@ -86,7 +86,7 @@ impl Framing {
         let (place, rest) = if words == "ok" {
             (Place::Ok, "")
         } else if let Some(rest) = words.strip_prefix("ok ") {
-            (Place::Remark, rest)
+            (Place::Remark, rest.trim_start_matches("- "))
         } else if let Some(rest) = words.strip_prefix("error:") {
             (Place::Refusal, rest.trim_start())
         } else if is_grbls(words) {

@@ -40,7 +40,8 @@ fn what_is_no_jog_is_refused_and_moves_nothing() {
         ("$J=X1 F100 M3", 16),
         ("$J=X9999 F100", 15),
         ("$J=X1 F100 $", 1),
-        ("$J X1 F100", 3),
+        ("$J", 3),
+        ("$JX1 F100", 3),
     ] {
         refused(&mut bench, line, number);
     }
@@ -49,6 +50,26 @@ fn what_is_no_jog_is_refused_and_moves_nothing() {
     refused(&mut bench, "$J=G91 X1 F100", 8);
     bench.hear_until_idle();
     assert!((bench.carriage(Alpha) - 30.0).abs() < 0.02);
+}
+
+/// Pendants made for Smoothieware's `grbl_mode` go on working.
+#[test]
+fn a_jog_with_a_blank_is_that_of_smoothieware() {
+    let mut bench = start();
+    bench.run(&["$H", "G1 X10 F6000", "G4 P0", "$J X5 F3000"]);
+    bench.hear_until_idle();
+    assert!((bench.carriage(Alpha) - 15.0).abs() < 0.02, "a distance: {}", bench.carriage(Alpha));
+    refused(&mut bench, "$J Q1", 20);
+    bench.type_in("$J -c X-1 F3000\n");
+    assert_eq!(bench.hear(0.2), "", "it goes on");
+    bench.send(b"\x19");
+    assert_eq!(bench.hear(0.5), "ok\n");
+    assert!(bench.carriage(Alpha) < 14.0 && bench.status().starts_with("<Idle|"), "{}", bench.carriage(Alpha));
+    bench.send(b"\x18");
+    bench.hear(0.2);
+    bench.type_in("M112\n");
+    bench.hear(0.2);
+    refused(&mut bench, "$J X1", 9);
 }
 
 #[test]

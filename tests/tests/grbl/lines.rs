@@ -64,6 +64,7 @@ fn what_is_refused_has_grbls_number_and_our_reason() {
         ("&", 1),
         ("G1.x", 23),
         ("G999", 20),
+        ("G30", 20),
         ("G999 G21", 20),
         ("G0 G1 X1 F100", 21),
         ("G1 X1 X2 F100", 25),
@@ -93,6 +94,17 @@ fn a_line_that_is_too_long_is_answered_in_its_turn() {
 }
 
 // --- alarms ---
+
+#[test]
+fn what_halts_has_a_number_of_its_own_too() {
+    let mut bench = start();
+    for (line, number) in [("G1 X1 F0", 22), ("G1 X1 F-1", 4), ("G2 X5 R1 F100", 33)] {
+        let said = bench.say(line);
+        assert!(said.contains("\nALARM:3\n") && said.ends_with(&format!("\nerror:{number}\n")), "{line}: {said}");
+        assert!(bench.say("$X").ends_with("ok\n"));
+    }
+    refused(&mut bench, "G28", 10);
+}
 
 #[test]
 fn an_alarm_has_its_number_and_locks_until_it_is_cleared() {
