@@ -44,6 +44,9 @@ pub fn mask(input: &str, lines: &[String]) -> Vec<String> {
 
 fn one(line: &str) -> String {
     let line = line.trim_end();
+    if let Some(said) = line.strip_prefix("[MSG:").and_then(|rest| rest.strip_suffix(']')) {
+        return format!("[MSG:{}]", one(said));
+    }
     if line.starts_with(';') {
         // A comment of a file of saved settings.
         return ";#".to_owned();

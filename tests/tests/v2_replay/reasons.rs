@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::record::{Exchange, differences};
+use super::rules::matches;
 
 /// The topics, each with the inputs it explains.
 pub struct Reasons(Vec<(String, Vec<String>)>);
@@ -38,17 +39,6 @@ impl Reasons {
             _ => matches(pattern, exchange.input()),
         };
         self.0.iter().find(|(_, patterns)| patterns.iter().any(fits)).map(|(topic, _)| topic.as_str())
-    }
-}
-
-/// `*` stands for any text.
-fn matches(pattern: &str, text: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == text,
-        Some((start, "")) => text.starts_with(start),
-        Some((start, rest)) => text.strip_prefix(start).is_some_and(|text| {
-            (0..=text.len()).filter(|at| text.is_char_boundary(*at)).any(|at| matches(rest, &text[at..]))
-        }),
     }
 }
 
