@@ -2,8 +2,8 @@
 //! that is a line.
 //!
 //! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
-//! which has a checksum over all its bytes, nor the text of a code that takes one (M117): there `!` is a
-//! letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
+//! which has a checksum over all its bytes, the text of a code that takes one (M117), nor what stands behind
+//! the word of a console's command (`config-set "switch" fan.output_pin PE1!`): there `!` is a letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
 //! part of some letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a
 //! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write
 //! their bytes as text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is
@@ -35,6 +35,10 @@ enum Place {
     LineNumber,
     /// In the digits of the first code, an M.
     Code,
+    /// Behind the first letter, a small one.
+    SmallLetter,
+    /// In the word of a command: small letters, and more than one.
+    Command,
     /// Behind the checksum's star.
     Checksum,
     /// Somewhere else.
@@ -193,10 +197,20 @@ impl Receiver {
                 self.number = 0;
                 Place::Code
             }
+            (Place::Start, b'a'..=b'z') if !self.numbered => Place::SmallLetter,
+            (Place::SmallLetter, b'a'..=b'z') => Place::Command,
+            (Place::Command, b' ' | b'\t') => {
+                self.text = true;
+                Place::Rest
+            }
+            (Place::Command, _) => Place::Command,
             (Place::LineNumber, b'0'..=b'9') => {
                 self.numbered = true;
                 Place::LineNumber
             }
+            // `net` and `mv` begin like a number and a code.
+            (Place::LineNumber, b'a'..=b'z') if !self.numbered => Place::Command,
+            (Place::Code, b'a'..=b'z') if self.number == 0 => Place::Command,
             (Place::LineNumber, b' ' | b'\t') if self.numbered => Place::Start,
             (Place::LineNumber, b' ' | b'\t') => Place::LineNumber,
             (Place::LineNumber, b'M' | b'm') if self.numbered => {
@@ -300,6 +314,18 @@ mod tests {
         assert_eq!(requests(b"M117 Done? Yes!\nm23 what?.g\n"), []);
         assert_eq!(requests(b"M1170?\n"), [Realtime::Status]);
         assert_eq!(requests(b"M118?\n"), [Realtime::Status]);
+    }
+
+    #[test]
+    fn what_stands_behind_a_command_keeps_its_signs() {
+        let line = b"config-set \"switch\" fan.output_pin PE1!o\n";
+        let (requests_of_it, lines) = heard(line, false);
+        assert!(requests_of_it.is_empty() && lines[0].ends_with("PE1!o"), "{requests_of_it:?} {lines:?}");
+        assert_eq!(requests(b"play Ready?.g\nmv a! b!\nnet x!\nrm ~a\n  gpio PJ1! out on\n"), []);
+        assert_eq!(requests(b"ls?\n"), [Realtime::Status], "in the word itself it acts");
+        assert_eq!(requests(b"g1 x1?\nm3 s5!\nG1 X1?\n"), [Realtime::Status, Realtime::Hold, Realtime::Status]);
+        assert_eq!(requests(b"echo \x18\n"), [Realtime::Abort], "no letter, and the operator's last resort");
+        assert_eq!(requests(b"m112\n"), [Realtime::Emergency]);
     }
 
     #[test]
