@@ -18,9 +18,10 @@ const RESERVED: &[(&str, &[(char, u8)])] = &[
     ("the board's lamps", &[('H', 9), ('H', 10), ('H', 11), ('H', 12)]),
 ];
 
-/// What a pad is reserved for.
-pub(crate) fn reserved_for(pad: Pad) -> Option<&'static str> {
-    named(RESERVED, pad)
+/// What the board has a pin for, whatever a configuration says.
+#[must_use]
+pub fn reserved_for(pin: Pin) -> Option<&'static str> {
+    named(RESERVED, (pin.port, pin.number))
 }
 
 /// Whether a pad has this name.
@@ -86,9 +87,10 @@ const DRIVEN: &[(&str, &[(char, u8)])] = &[
     ("a motor driver's stallGuard line", &[('K', 4), ('K', 5), ('J', 15), ('G', 9)]),
 ];
 
-/// What on the board drives a pad.
-pub(crate) fn driven_by(pad: Pad) -> Option<&'static str> {
-    named(DRIVEN, pad)
+/// What on the board drives a pin, so that it cannot be an output.
+#[must_use]
+pub fn driven_by(pin: Pin) -> Option<&'static str> {
+    named(DRIVEN, (pin.port, pin.number))
 }
 
 fn named(table: &[(&'static str, &[(char, u8)])], pad: Pad) -> Option<&'static str> {

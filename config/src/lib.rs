@@ -26,6 +26,7 @@ mod suggest;
 mod text;
 mod value;
 
+pub use board::{driven_by, reserved_for};
 pub use diagnostic::{Diagnostic, Severity, Sink};
 pub use machine::*;
 pub use module::{MAX_OFF, OffModule, Scope};

@@ -1,19 +1,21 @@
 //! The board as the machine sees it: every port of `machine`, each a few lines onto the board package or an
 //! RTIC lock.
 
-use bsp_prime::pins::{Input, Output, Pins};
+use core::fmt::Write;
+
+use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::MotorBus;
 use bsp_prime::uart::{Frame, Parity, UartPort};
-use bsp_prime::{adc, memory, thread_stack, time};
-use config::{MachineConfig, OutputPin};
+use bsp_prime::{adc, memory, thread_stack, time, wait};
+use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage,
-    StorageError,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
+    Storage, StorageError,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -261,6 +263,40 @@ where
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
         let port = Console::of(session).and_then(|console| self.port(console));
         port.map_or(bytes.len(), |port| port.write(bytes))
+    }
+}
+
+/// The owner of a pin that somebody tries out.
+const BORROWER: &str = "the command gpio";
+
+impl<M, H, S, T> PinPort for BoardPorts<M, H, S, T> {
+    fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
+        let pins = &mut self.owned.pins;
+        let level = match drive {
+            None => pins.input(wiring::spec(pin), BORROWER).map(|input| {
+                // Its resistor needs its time: 40 kOhm on some 100 pF.
+                wait::pause(50);
+                input.is_on()
+            }),
+            Some(on) => pins.output(wiring::spec(pin), BORROWER).map(|mut output| {
+                output.set(on);
+                output.is_on()
+            }),
+        };
+        level.map_err(|error| {
+            let mut why = PinTaken::new();
+            // What does not fit is cut.
+            let _cut = match error {
+                PinError::Taken { pin, owner, .. } => write!(why, "{pin} is used by {owner}"),
+                PinError::Reserved { pin, usage, .. } => write!(why, "{pin} belongs to {usage}"),
+                PinError::TableFull => write!(why, "{error}"),
+            };
+            why
+        })
+    }
+
+    fn return_pin(&mut self, pin: Pin) {
+        self.owned.pins.give_back(wiring::spec(pin).pin, BORROWER);
     }
 }
 

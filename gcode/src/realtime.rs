@@ -3,11 +3,12 @@
 //!
 //! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
 //! which has a checksum over all its bytes, the text of a code that takes one (M117), nor what stands behind
-//! the word of a console's command (`config-set "switch" fan.output_pin PE1!`): there `!` is a letter. Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is
-//! part of some letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a
-//! command of GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write
-//! their bytes as text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is
-//! the command too, outside comments and texts.
+//! the word of a console's command (`config-set "switch" fan.output_pin PE1!`): there `!` is a letter. Ctrl-X
+//! and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is part of some
+//! letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a command of
+//! GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write their bytes as
+//! text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is the command too,
+//! outside comments and texts.
 
 mod request;
 

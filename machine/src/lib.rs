@@ -17,6 +17,7 @@ mod bed;
 mod executor;
 mod failure;
 mod files;
+mod gpio;
 mod grbl;
 pub mod heat;
 mod heat_codes;

@@ -18,7 +18,7 @@ use units::Micros;
 
 use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
-pub use board::{Board, BoardInfo, MemoryReport, StepTimes, SupplyVoltages, WiringError};
+pub use board::{Board, BoardInfo, MemoryReport, PinPort, PinTaken, StepTimes, SupplyVoltages, WiringError};
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use drivers::{Description, DriverFault, DriverStatus, MotorDrivers};
@@ -77,6 +77,12 @@ pub trait Inputs {
 }
 
 /// The world of one machine.
-pub trait Ports: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board + Calendar {}
+pub trait Ports:
+    Clock + MotionPort + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+{
+}
 
-impl<P: Clock + MotionPort + HeatPort + DriversPort + Inputs + Storage + Consoles + Board + Calendar> Ports for P {}
+impl<P> Ports for P where
+    P: Clock + MotionPort + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+{
+}

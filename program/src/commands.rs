@@ -76,6 +76,13 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("thermistors", "", "sensors that are known by name").question(),
     command("calc_thermistor", "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
     command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
+    command(
+        "test",
+        "jog axis distance times | square size times | circle radius times [feed] | raw axis steps rate | acc axis mm rate",
+        "move back and forth, squares or circles, or so many steps of one motor; Ctrl-Y ends it",
+    )
+    .working(),
+    command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),
     command("break", "", "stop for a debugger, if one is attached"),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
@@ -92,19 +99,20 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("$SLP", "", "sleep: everything off until Ctrl-X or a reset"),
 ];
 
-/// Commands of Smoothieware v2 whose part of the machine is not there yet, and that part.
+/// Commands of Smoothieware v2 whose part of the machine is not there yet, that part, and what serves
+/// meanwhile.
 const LATER: &[(&str, &str)] = &[
-    ("dfu", "USB"),
-    ("dl", "USB"),
-    ("fire", "the laser"),
-    ("flash", "updates from the card"),
-    ("msc", "USB"),
-    ("net", "the network"),
-    ("ntp", "the network"),
-    ("qspi", "the QSPI flash"),
-    ("rpm", "a spindle's encoder"),
-    ("update", "the network"),
-    ("wget", "the network"),
+    ("dfu", "USB (not there yet); hold BOOT0 while you press reset"),
+    ("dl", "USB (not there yet)"),
+    ("fire", "the laser (not there yet)"),
+    ("flash", "updates from the card (not there yet); hold BOOT0 while you press reset"),
+    ("msc", "USB (not there yet)"),
+    ("net", "the network (not there yet)"),
+    ("ntp", "the network (not there yet)"),
+    ("qspi", "the QSPI flash (not there yet)"),
+    ("rpm", "a spindle's encoder (not there yet)"),
+    ("update", "the network (not there yet)"),
+    ("wget", "the network (not there yet)"),
 ];
 
 /// What a command that is not carried out yet waits for.

@@ -10,6 +10,7 @@
 mod bank;
 pub mod curves;
 mod job;
+mod pins;
 mod ports;
 mod storage;
 mod tasks;

@@ -99,7 +99,7 @@ fn an_upload_belongs_to_the_console_it_began_on() {
 
 #[test]
 fn g28_that_parks_never_homes() {
-    let unhomed = "[MSG:cannot move to predefined position as axis are not homed and MCS is unknown]\nerror:20\n";
+    let unhomed = "[MSG:cannot move to predefined position as axis are not homed and MCS is unknown]\nerror:10\n";
     let mut bench = grbl(Plan::new(CARTESIAN)).start();
     for line in ["G28", "G28 Z0", "G91 G28 Z0", "G28 X0 Y0"] {
         assert_eq!(bench.say(line), unhomed, "{line}");

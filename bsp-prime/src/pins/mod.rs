@@ -137,6 +137,15 @@ impl Pins {
         Ok(FastPin::off(spec))
     }
 
+    /// Gives a pin back that was claimed for a while: it is as after a reset, an analog input without a
+    /// resistor (RM0399 section 12.4.1, reset value of GPIOx_MODER).
+    pub fn give_back(&mut self, pin: PinName, owner: &str) {
+        if self.owner(pin) == Some(owner) {
+            configure(pin, Mode::Analog, Pull::Floating, false);
+            self.claims.retain(|(claimed, _)| *claimed != pin);
+        }
+    }
+
     /// Claims a pin as an analog input.
     ///
     /// # Errors

@@ -134,7 +134,7 @@ fn claim(checks: &mut Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>, path:
     let key = path.text(checks.config);
     let at = span(checks, path);
     let pin = name.without_modifiers();
-    if let Some(purpose) = board::reserved_for(pad) {
+    if let Some(purpose) = name.digital().and_then(board::reserved_for) {
         let reason = format_args!("{pin} belongs to {purpose}");
         let at = At::new(at, &key, path.module(checks.config));
         checks.reporter.report(Severity::Error, at, reason, format_args!("use another pin"));
@@ -193,7 +193,7 @@ fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
     if is_output && pad == board::NEEDS_OPEN_DRAIN && !pin.open_drain {
         say(Severity::Error, "its pull-up goes to 5 V, so it must be open drain", "write PF14!o");
     }
-    if let Some(driver) = board::driven_by(pad).filter(|_| is_output) {
+    if let Some(driver) = board::driven_by(pin).filter(|_| is_output) {
         let reason = format_args!("{pin}: {driver} drives it, so it cannot be an output");
         checks.reporter.report(Severity::Error, at, reason, format_args!("use another pin"));
     }

@@ -1,7 +1,8 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
+use gcode::Blocks;
 use motion::Refusal;
-use program::{Action, Effect, Fault, Move, Part};
+use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
@@ -41,6 +42,23 @@ pub(super) async fn carry_out_all<P: Ports>(
         }
     }
     Ok(answer)
+}
+
+/// Runs a code that the machine itself has written.
+pub(super) async fn run_text<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    text: &str,
+    dialect: Dialect,
+    to: Recipient,
+) -> Outcome {
+    let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else { return Err(Failure::refused(text)) };
+    let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
+    let facts = machine.facts();
+    match machine.program.run(&block, row, facts, dialect) {
+        Ok(Meaning::Action(action)) => carry_out_all(machine, &action, to).await,
+        Ok(_) => Ok(Answer::Ok),
+        Err(fault) => Err(failed_by(machine, &fault)),
+    }
 }
 
 /// What comes back at the end of a subroutine (M73).

@@ -1,12 +1,14 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
-use gcode::{Block, Blocks};
+use gcode::Blocks;
 use program::commands::{CommandInfo, asks_for_help, find};
-use program::{Dialect, Meaning, Part, State};
+use program::{Dialect, Part, State};
 
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
-use super::{Hands, Machine, actions, answers, functions, grbl, log, objects, passed_over, program_io, suspend};
+use super::{
+    Hands, Machine, actions, answers, functions, grbl, log, motion_tests, objects, passed_over, program_io, suspend,
+};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
 use crate::jog;
@@ -67,7 +69,7 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
 
 fn unknown(line: &str, word: &str) -> Failure {
     match program::commands::waits_for(word) {
-        Some(part) => Failure::Refused(message(format_args!("{word} needs {part} (not there yet)"))),
+        Some(part) => Failure::Refused(message(format_args!("{word} needs {part}"))),
         None if line.starts_with('$') => Failure::refused("Invalid statement"),
         None => Failure::Refused(message(format_args!("Unsupported command - {line}"))),
     }
@@ -319,7 +321,7 @@ fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
 /// What takes time.
 async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     // Read, and not carried out, as the codes for it.
-    if machine.safety.state() == State::Check && matches!(word, "suspend" | "resume" | "$H") {
+    if machine.safety.state() == State::Check && matches!(word, "suspend" | "resume" | "$H" | "test" | "gpio") {
         return Ok(Answer::Ok);
     }
     match word {
@@ -343,6 +345,8 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             done
         }
         "$P" => probe(machine, arguments, to).await,
+        "test" => motion_tests::run(machine, arguments, to).await,
+        "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();
             let hands = &mut Hands::new(machine, to);
@@ -405,15 +409,9 @@ async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipien
     }
     let text = message(format_args!("G30 P1 {words}"));
     let mut blocks = Blocks::new(text.as_bytes());
-    let block: Block<'_> = match (blocks.next(), blocks.next()) {
-        (Some(Ok(block)), None) => block,
-        _ => return Err(Failure::refused("$P takes the words of G30")),
-    };
-    let (facts, dialect) = (machine.facts(), machine.sessions.dialect_of(to));
-    let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
-    match machine.program.run(&block, row, facts, dialect) {
-        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, &action, to).await,
-        Ok(_) => Ok(Answer::Ok),
-        Err(fault) => Err(actions::failed_by(machine, &fault)),
+    if !matches!((blocks.next(), blocks.next()), (Some(Ok(_)), None)) {
+        return Err(Failure::refused("$P takes the words of G30"));
     }
+    let dialect = machine.sessions.dialect_of(to);
+    actions::run_text(machine, &text, dialect, to).await
 }

@@ -2,7 +2,7 @@
 
 use gcode::realtime::Realtime;
 use gcode::{Blocks, Refusal};
-use program::{Dialect, Meaning, State};
+use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
@@ -177,18 +177,10 @@ fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
 
 /// Runs the code that a setting is changed by. Its numbers are in mm.
 async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
-    let block = Blocks::new(code.as_bytes()).next().and_then(Result::ok);
-    let block = block.ok_or_else(|| Failure::numbered(Error::Number, code))?;
-    let Some(row) = machine.program.row(&block, Dialect::Grbl) else { return Ok(Answer::Unknown) };
     let inches = machine.program.count_in_mm();
-    let facts = machine.facts();
-    let meaning = machine.program.run(&block, row, facts, Dialect::Grbl);
+    let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody).await;
     machine.program.count_in_inches(inches);
-    match meaning {
-        Ok(Meaning::Action(action)) => actions::carry_out_all(machine, &action, Recipient::Nobody).await,
-        Ok(_) => Ok(Answer::Ok),
-        Err(fault) => Err(actions::failed_by(machine, &fault)),
-    }
+    outcome
 }
 
 /// Saves what M500 saves.

@@ -23,6 +23,7 @@ mod line_numbers;
 mod lines;
 mod log;
 mod machine;
+mod motion_tests;
 mod named;
 mod objects;
 mod operator;

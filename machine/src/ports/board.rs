@@ -1,10 +1,13 @@
 //! The board itself.
 
-use config::MachineConfig;
+use config::{MachineConfig, Pin};
 use units::{Celsius, Ticks, Volts};
 
 /// Why the board could not be wired as the configuration asks. One line, naming pin or setting.
 pub type WiringError = heapless::String<128>;
+
+/// Why a pin is not to be had: who has it.
+pub type PinTaken = heapless::String<80, u8>;
 
 /// What a board says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +56,18 @@ pub struct SupplyVoltages {
     pub motor: Option<Volts>,
     /// MOSFET (heater) supply, after its divider.
     pub fets: Option<Volts>,
+}
+
+/// Pins that nothing uses, for whoever tries out what is wired where.
+pub trait PinPort {
+    /// Takes a pin, as an input, or as an output with this level; its level in the sense of the pin's `!`.
+    ///
+    /// # Errors
+    /// When something has the pin: who.
+    fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken>;
+
+    /// Gives it back: it is as after a reset.
+    fn return_pin(&mut self, pin: Pin);
 }
 
 /// The board.

@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use config::{BoardId, MachineConfig};
+use config::{BoardId, MachineConfig, Pin, Pull};
 use machine::heat::HeatControl;
 use machine::ports::{
     Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, SessionProfile, StepTimes, Storage,
-    StorageError,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
+    Storage, StorageError,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -17,7 +17,7 @@ use units::{Celsius, Micros, Volts};
 
 use super::bank::{self, Bank};
 use super::storage::Card;
-use super::{Flag, Setup, Turns, tasks};
+use super::{Flag, Setup, Turns, pins, tasks};
 use crate::world::World;
 
 /// Consoles of the host: the debug UART and UART 0.
@@ -185,6 +185,24 @@ impl Consoles for HostPorts {
         }
         let mut sent = self.shared.sent.borrow_mut();
         sent.get_mut(usize::from(session.0)).map_or(bytes.len(), |sent| sent.take(bytes))
+    }
+}
+
+impl PinPort for HostPorts {
+    fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
+        let wired = self.shared.wired.borrow();
+        let user = wired.as_ref().and_then(|config| pins::user_of(config, pin));
+        if let Some(user) = user {
+            let name = Pin { inverted: false, open_drain: false, pull: Pull::Default, ..pin };
+            let text = format!("{name} is used by {user}");
+            return Err(text.as_str().try_into().unwrap_or_default());
+        }
+        // Nothing is wired to it: an input is what its resistor makes of it.
+        Ok(drive.unwrap_or((pin.pull != Pull::Down) != pin.inverted))
+    }
+
+    fn return_pin(&mut self, _pin: Pin) {
+        // Nothing looks at it.
     }
 }
 

@@ -1,0 +1,276 @@
+//! `test`: moves back and forth, squares and circles, to see a machine run; and so many steps of one motor,
+//! to count them.
+//!
+//! Figures are lines of codes, so they go the way of every program. What they take is looked at before the
+//! first of them.
+
+use core::fmt::Write;
+
+use heapless::String;
+use motion::{Kinematics, Mode};
+use units::{Actuator, Axis, MmPerSecond, PerAxis};
+
+use super::{Hands, Machine, actions};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// A line of a figure.
+type Line = String<64>;
+
+/// What is drawn, in the program's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Figure {
+    shape: Shape,
+    size: f64,
+    times: u32,
+    /// A minute; the modal one where none is said.
+    feed: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    /// Back and forth along this axis.
+    Line(char),
+    Square,
+    Circle,
+}
+
+/// So many steps of one motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Steps {
+    axis: Axis,
+    /// Steps, or with `acc` mm.
+    count: f64,
+    /// Of these in a second.
+    rate: f64,
+    are_mm: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Test {
+    Figure(Figure),
+    Steps(Steps),
+}
+
+fn parse(arguments: &str) -> Result<Test, Failure> {
+    let mut words = arguments.split_ascii_whitespace();
+    let what = words.next().unwrap_or("");
+    let usage = || {
+        Failure::refused(match what {
+            "jog" => "usage: test jog axis distance times [feed]",
+            "square" => "usage: test square size times [feed]",
+            "circle" => "usage: test circle radius times [feed]",
+            "raw" => "usage: test raw axis steps steps/s",
+            "acc" => "usage: test acc axis mm mm/s",
+            _ => "usage: test jog|square|circle|raw|acc: each says what it takes",
+        })
+    };
+    let letter = match what {
+        "jog" | "raw" | "acc" => words.next().and_then(|word| word.chars().next()).ok_or_else(usage)?,
+        "square" | "circle" => ' ',
+        "pulse" => {
+            return Err(Failure::refused("test pulse: step pins are the step interrupt's; test raw makes steps"));
+        }
+        _ => return Err(usage()),
+    };
+    let letter = letter.to_ascii_uppercase();
+    let mut number = || words.next().map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(usage));
+    let (size, count) = (number().ok_or_else(usage)??, number().ok_or_else(usage)??);
+    let feed = number().transpose()?;
+    if count <= 0.0 || feed.is_some_and(|feed| feed <= 0.0) {
+        return Err(Failure::refused("test: times and rates are above zero"));
+    }
+    if matches!(what, "raw" | "acc") {
+        let axis = Axis::from_letter(letter).ok_or_else(|| Failure::refused("axis must be x, y, z, a, b, c"))?;
+        return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm: what == "acc" }));
+    }
+    let shape = match what {
+        "jog" if letter == 'E' || Axis::from_letter(letter).is_some() => Shape::Line(letter),
+        "jog" => return Err(Failure::refused("axis must be x, y, z, a, b, c, e")),
+        "square" => Shape::Square,
+        _ => Shape::Circle,
+    };
+    Ok(Test::Figure(Figure { shape, size, times: count as u32, feed }))
+}
+
+impl Figure {
+    /// Its line of this number; none behind its end.
+    fn line(&self, number: u32) -> Option<Line> {
+        let (size, lap) = (self.size, number / 4);
+        let mut line = Line::new();
+        // They fit.
+        let _ = match self.shape {
+            Shape::Line(_) if number >= self.times => return None,
+            Shape::Line(axis) => write!(line, "G1 {axis}{}", if number.is_multiple_of(2) { size } else { -size }),
+            Shape::Square if lap >= self.times => return None,
+            Shape::Square => {
+                let side = if number % 4 < 2 { size } else { -size };
+                write!(line, "G1 {}{side}", if number.is_multiple_of(2) { 'X' } else { 'Y' })
+            }
+            Shape::Circle if number == 0 => write!(line, "G1 X{}", -size),
+            Shape::Circle if number <= self.times => write!(line, "G2 I{size} J0"),
+            Shape::Circle if number == self.times + 1 => write!(line, "G1 X{size}"),
+            Shape::Circle => return None,
+        };
+        if let Some(feed) = self.feed {
+            let _ = write!(line, " F{feed}");
+        }
+        Some(line)
+    }
+
+    /// How far it goes along the axes: where its greatest coordinates are, and its least.
+    fn reach(&self, mm: f64) -> [PerAxis<f64>; 2] {
+        let mut reach = [PerAxis([0.0; units::MAX_AXES]); 2];
+        let size = self.size * mm;
+        match self.shape {
+            Shape::Line(letter) => {
+                if let Some(axis) = Axis::from_letter(letter) {
+                    reach[0][axis] = size;
+                }
+            }
+            Shape::Square => {
+                (reach[0][Axis::X], reach[0][Axis::Y]) = (size, size);
+            }
+            Shape::Circle => {
+                for (end, far) in reach.iter_mut().zip([size, -size]) {
+                    (end[Axis::X], end[Axis::Y]) = (far, far);
+                }
+            }
+        }
+        reach
+    }
+}
+
+/// `test ...`
+///
+/// # Errors
+/// What is not understood, leaves the travel or is refused as the codes are; while a file is played.
+pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let test = parse(arguments)?;
+    if machine.jobs.is_playing() {
+        return Err(Failure::refused("a file is being played: abort it first"));
+    }
+    machine.standstill().await?;
+    match test {
+        Test::Figure(figure) => {
+            let kept = machine.program.keep();
+            let drawn = draw(machine, &figure, to).await;
+            machine.program.come_back_to(kept);
+            drawn?;
+        }
+        Test::Steps(steps) => step(machine, &steps, to).await?,
+    }
+    Ok(Answer::Ok)
+}
+
+/// Draws it; Ctrl-Y brakes and ends it.
+async fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
+    let mm = 1.0 / machine.program.modal().in_program_units(1.0);
+    let from = machine.ports.motion(|motion| motion.commanded_position());
+    for reach in figure.reach(mm) {
+        machine.stays_within(&from, &PerAxis(Axis::ALL.map(|axis| from[axis] + reach[axis])))?;
+    }
+    for mode in ["G94", "G91", "M83", "G17"] {
+        run_code(machine, mode, to).await?;
+    }
+    let mut number = 0;
+    while let Some(line) = figure.line(number) {
+        run_code(machine, &line, to).await?;
+        number += 1;
+        if is_stopped(machine, to).await? {
+            return Ok(());
+        }
+    }
+    // What is queued may be stopped too.
+    machine.ports.motion(motion::Motion::flush);
+    while !machine.ports.motion(|motion| motion.is_idle()) {
+        machine.pause().await?;
+        if is_stopped(machine, to).await? {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+/// Whether Ctrl-Y has ended it; the machine stands then.
+async fn is_stopped<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<bool, Failure> {
+    if !Hands::new(machine, to).stop_requested() {
+        return Ok(false);
+    }
+    machine.ports.motion(motion::Motion::stop);
+    machine.standstill().await?;
+    machine.resynchronise();
+    Ok(true)
+}
+
+async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str, to: Recipient) -> Result<(), Failure> {
+    let dialect = machine.sessions.dialect_of(to);
+    actions::run_text(machine, code, dialect, to).await.map(drop)
+}
+
+/// One motor's steps, as a move of its axis.
+async fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
+    let config = machine.ports.motion(|motion| motion.config().copied());
+    let config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
+    let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
+    let per_mm = motor.ok_or_else(|| Failure::refused("axis is out of range"))?.steps_per_mm;
+    if config.kinematics != Kinematics::Cartesian && steps.axis as usize <= Axis::Z as usize {
+        return Err(Failure::refused("test raw: on this machine no motor moves one axis alone"));
+    }
+    let (count, rate) = match steps.are_mm {
+        true => (steps.count * per_mm, steps.rate * per_mm),
+        false => (steps.count, steps.rate),
+    };
+    let (count, letter) = (libm::round(count), steps.axis.letter());
+    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut target = from;
+    target[steps.axis] += count / per_mm;
+    machine.stays_within(&from, &target)?;
+    let (shown, shown_rate) = (libm::fabs(count), libm::round(rate));
+    machine.say(to, format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
+    let went = Hands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid).await;
+    let stood = machine.standstill().await;
+    machine.resynchronise();
+    went.and(stood)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(arguments: &str) -> Vec<std::string::String> {
+        let Ok(Test::Figure(figure)) = parse(arguments) else { panic!("{arguments} is no figure") };
+        (0..).map_while(|number| figure.line(number)).map(|line| line.as_str().into()).collect()
+    }
+
+    #[test]
+    fn figures_end_where_they_began() {
+        assert_eq!(lines("jog x 5 3"), ["G1 X5", "G1 X-5", "G1 X5"]);
+        assert_eq!(lines("square 2 1 600"), ["G1 X2 F600", "G1 Y2 F600", "G1 X-2 F600", "G1 Y-2 F600"]);
+        assert_eq!(lines("circle 2 2"), ["G1 X-2", "G2 I2 J0", "G2 I2 J0", "G1 X2"]);
+        assert_eq!(lines("square 2 3").len(), 12);
+    }
+
+    #[test]
+    fn steps_are_read_and_mistakes_are_said() {
+        let raw = Steps { axis: Axis::X, count: -100.0, rate: 1_000.0, are_mm: false };
+        assert_eq!(parse("raw x -100 1000"), Ok(Test::Steps(raw)));
+        for (arguments, part) in [
+            ("", "test jog|square"),
+            ("nosuch", "test jog|square"),
+            ("jog", "test jog axis"),
+            ("square 2", "test square size"),
+            ("jog x 5", "test jog axis"),
+            ("jog x 5 y", "test jog axis"),
+            ("jog q 5 5", "axis must be"),
+            ("jog x 5 0", "above zero"),
+            ("square 2 1 -5", "above zero"),
+            ("raw q 10 10", "axis must be"),
+            ("pulse x", "test raw"),
+        ] {
+            let Err(Failure::Refused(text)) = parse(arguments) else { panic!("{arguments} is taken") };
+            assert!(text.contains(part), "{arguments}: {}", text.as_str());
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! `gpio`: a pin that nothing uses, looked at or driven for a while, to find out what is wired where.
+
+use config::{Pin, PinName, Pull, parse_pin};
+use units::Micros;
+
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::Ports;
+
+/// How long a pin is driven when nothing is said.
+const DRIVEN_MS: u32 = 2_000;
+/// And at most: whoever needs it longer has a `[switch]`.
+const MOST_MS: u32 = 60_000;
+
+/// What is asked of a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Request {
+    Read,
+    /// On or off, for so many milliseconds.
+    Drive(bool, u32),
+}
+
+/// Reads `PJ1^ in` and `PJ1! out on 500`.
+fn parse(arguments: &str) -> Result<(Pin, Request), Failure> {
+    let mut words = arguments.split_ascii_whitespace();
+    let name = words.next().ok_or_else(usage)?;
+    let pin = match parse_pin(name) {
+        Ok(Some(PinName::Digital(pin))) => pin,
+        Ok(_) => return Err(illegal(name)),
+        Err(flaw) => return Err(Failure::Refused(message(format_args!("Illegal pin name: {name} {flaw}")))),
+    };
+    let request = match words.next() {
+        None | Some("in" | "i") => return Ok((pulled(pin), ended(words, Request::Read)?)),
+        Some("out" | "o") => {
+            let on = match words.next() {
+                Some("on" | "1") => true,
+                Some("off" | "0") => false,
+                _ => return Err(Failure::refused("on|off required")),
+            };
+            Request::Drive(on, duration(words.next())?)
+        }
+        Some(_) => return Err(usage()),
+    };
+    Ok((pin, ended(words, request)?))
+}
+
+/// Nothing may stand behind it.
+fn ended<'t>(mut words: impl Iterator<Item = &'t str>, request: Request) -> Result<Request, Failure> {
+    if words.next().is_none() { Ok(request) } else { Err(usage()) }
+}
+
+/// An input has a pull-up where nothing else is said, as in `config.ini`.
+fn pulled(pin: Pin) -> Pin {
+    if pin.pull == Pull::Default { Pin { pull: Pull::Up, ..pin } } else { pin }
+}
+
+fn usage() -> Failure {
+    Failure::refused("incorrect usage: gpio PA6 [in | out on|off [milliseconds]]")
+}
+
+fn illegal(name: &str) -> Failure {
+    Failure::Refused(message(format_args!("Illegal pin name: {name} is no pin that is on or off")))
+}
+
+fn duration(word: Option<&str>) -> Result<u32, Failure> {
+    let Some(word) = word else { return Ok(DRIVEN_MS) };
+    let ms = word.parse().ok().filter(|ms| (1..=MOST_MS).contains(ms));
+    ms.ok_or_else(|| Failure::Refused(message(format_args!("a pin is driven for 1 to {MOST_MS} milliseconds"))))
+}
+
+/// `gpio pin [in | out on|off [ms]]`. A pin that was driven is as after a reset when this ends, whatever ends
+/// it: its time, Ctrl-Y or a halt.
+///
+/// # Errors
+/// When the pin is used, or driven by the board itself, and for what is not understood.
+pub(crate) async fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+    let (pin, request) = parse(arguments)?;
+    let drives = match request {
+        Request::Read => None,
+        Request::Drive(on, _) => Some(on),
+    };
+    if let Some(purpose) = config::reserved_for(pin) {
+        return Err(Failure::Refused(message(format_args!("{} belongs to {purpose}", bare(pin)))));
+    }
+    if drives.is_some()
+        && let Some(driver) = config::driven_by(pin)
+    {
+        return Err(Failure::Refused(message(format_args!(
+            "{}: {driver} drives it, so it cannot be an output",
+            bare(pin)
+        ))));
+    }
+    let level =
+        hands.storage().borrow_pin(pin, drives).map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
+    match request {
+        Request::Read => {
+            hands.storage().return_pin(pin);
+            hands.say(format_args!("{pin}:{}\n", u8::from(level)));
+        }
+        Request::Drive(on, ms) => {
+            hands.say(format_args!("{pin}:{}: was set to {}\n", u8::from(level), if on { "on" } else { "off" }));
+            let ended = wait(hands, Micros(u64::from(ms) * 1_000)).await;
+            hands.storage().return_pin(pin);
+            ended?;
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+/// The pin itself, whatever it is used for.
+fn bare(pin: Pin) -> Pin {
+    Pin { inverted: false, open_drain: false, pull: Pull::Default, ..pin }
+}
+
+/// Until its time has passed, or Ctrl-Y.
+async fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
+    let ends = hands.now().plus(time);
+    while hands.now() < ends && !hands.stop_requested() {
+        hands.pause().await?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pins_levels_and_times_are_read() {
+        let pin = Pin::new('J', 1);
+        assert_eq!(parse("PJ1"), Ok((Pin { pull: Pull::Up, ..pin }, Request::Read)));
+        assert_eq!(parse("pj_1v in"), Ok((Pin { pull: Pull::Down, ..pin }, Request::Read)));
+        assert_eq!(parse("PJ1 out on"), Ok((pin, Request::Drive(true, DRIVEN_MS))));
+        assert_eq!(parse("PJ1! o 0 100"), Ok((Pin { inverted: true, ..pin }, Request::Drive(false, 100))));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (arguments, part) in [
+            ("", "incorrect usage"),
+            ("PJ1 sideways", "incorrect usage"),
+            ("PJ1 in 5", "incorrect usage"),
+            ("PJ1 out on 5 5", "incorrect usage"),
+            ("PJ1 out", "on|off required"),
+            ("PJ1 out on 0", "1 to 60000"),
+            ("PJ1 out on x", "1 to 60000"),
+            ("XX", "Illegal pin name: XX"),
+            ("nc", "Illegal pin name: nc"),
+            ("ADC1_1", "Illegal pin name: ADC1_1"),
+        ] {
+            let Err(Failure::Refused(text)) = parse(arguments) else { panic!("{arguments} is taken") };
+            assert!(text.contains(part), "{arguments}: {}", text.as_str());
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Which pins the machine on the host has: what a configuration names, as the board's table of claims.
+
+use config::{MachineConfig, OutputPin, Pin};
+
+/// What uses a pin.
+pub fn user_of(config: &MachineConfig, pin: Pin) -> Option<String> {
+    let users = motors(config).chain(inputs(config)).chain(outputs(config));
+    users.into_iter().find(|(used, _)| used.is_some_and(|used| used.is_same_pad(pin))).map(|(_, user)| user)
+}
+
+type Used = (Option<Pin>, String);
+
+fn motors(config: &MachineConfig) -> impl Iterator<Item = Used> {
+    let motors = config.actuators().flat_map(|(actuator, motor)| {
+        let select = config.driver(actuator).and_then(|driver| driver.spi_cs_pin);
+        [motor.step_pin, motor.dir_pin, motor.en_pin, select].map(|pin| (pin, format!("actuator.{}", actuator.name())))
+    });
+    motors.chain([(config.motors.motors_enable_pin, "actuator.motors_enable_pin".to_owned())])
+}
+
+fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
+    let stops = config.endstops.iter().filter(|stop| stop.enable);
+    let stops = stops.map(|stop| (stop.pin, format!("endstops.{}", stop.name)));
+    let probe = config.probe.pin.filter(|_| config.probe.enable);
+    let kill = config.kill_button.pin.filter(|_| config.kill_button.enable);
+    let switches = config.switches.iter().map(|switch| (switch.input_pin, format!("switch.{}", switch.name)));
+    stops.chain(switches).chain([(probe, "zprobe".to_owned()), (kill, "kill button".to_owned())])
+}
+
+fn outputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
+    let heaters = config.temperatures.iter().filter(|heater| heater.enable);
+    let heaters = heaters.map(|heater| (heater.heater_pin, format!("temperature control.{}", heater.name)));
+    let switches = config.switches.iter().map(|switch| {
+        let pin = switch.output_pin.and_then(|pin| match pin {
+            OutputPin::Digital(pin) => Some(pin),
+            OutputPin::Pwm(_) => None,
+        });
+        (pin, format!("switch.{}", switch.name))
+    });
+    let fets = [config.system.fets_enable_pin, config.system.fets_power_enable_pin];
+    heaters.chain(switches).chain(fets.map(|pin| (pin, "system".to_owned())))
+}
