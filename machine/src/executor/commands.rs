@@ -7,7 +7,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, functions, grbl, log, motion_tests, objects, passed_over, program_io, suspend,
+    Hands, Machine, actions, answers, editing, functions, grbl, log, motion_tests, objects, passed_over, program_io,
+    suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -138,6 +139,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             return Some(Ok(Answer::Ok));
         }
         "date" => return Some(date(machine, arguments, to)),
+        "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
         "break" => return Some(stop_for_debugger(machine, to)),
         "reset" => {

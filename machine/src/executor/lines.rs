@@ -11,7 +11,7 @@ use super::blocks::Start;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, actions, blocks, commands, flow, grbl, kept, log, named, objects, passed_over, stack};
+use super::{Machine, actions, blocks, commands, editing, flow, grbl, kept, log, named, objects, passed_over, stack};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
 use crate::jobs::Next;
@@ -58,7 +58,7 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     let Some((session, line)) = machine.sessions.get(id).and_then(|session| Some((session, session.waiting()?))) else {
         return false;
     };
-    if machine.files.uploads_from(id) {
+    if machine.files.takes_lines_of(id) {
         return false;
     }
     // A copy: the line is not read yet.
@@ -72,6 +72,9 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
 
 async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
+    if machine.files.edits_from(id) {
+        return pin!(editing::run_line(machine, id, line)).await;
+    }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
     match session.decoder.decode(line) {

@@ -10,6 +10,7 @@ mod answers;
 mod blocks;
 mod boot;
 mod commands;
+mod editing;
 mod flow;
 mod frames;
 mod functions;

@@ -77,6 +77,7 @@ impl<P: Ports> Machine<'_, P> {
             }
             listings::close(&listing, ports);
         }
+        ports.inbox(id).set_text(false);
         files.session_ended(id, ports);
         jobs.session_ended(id);
     }
@@ -207,7 +208,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         // `$X` is answered as fast as a question, and is none.
-        if self.files.uploads_from(id) || !may_operate && line.starts_with(b"$X") {
+        if self.files.takes_lines_of(id) || !may_operate && line.starts_with(b"$X") {
             return;
         }
         let line = line.clone();

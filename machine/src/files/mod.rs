@@ -4,6 +4,9 @@
 pub mod commands;
 pub mod config_edit;
 pub(crate) mod copying;
+pub(crate) mod editing;
+pub(crate) mod editor;
+pub(crate) mod editor_commands;
 pub mod kept;
 pub mod listings;
 pub mod logs;
@@ -19,6 +22,7 @@ pub(crate) mod bench;
 use heapless::Vec;
 
 use crate::ports::{Storage, StorageError};
+use crate::sessions::SessionId;
 pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
 pub(crate) use transfer::Transfers;
 use upload::Upload;
@@ -30,6 +34,8 @@ pub struct Files {
     directory: Path,
     /// The file being uploaded (M28).
     upload: Option<Upload>,
+    /// The file being edited (`ed`).
+    pub(crate) editing: Option<editing::Editing>,
     /// What a console sends as bytes.
     pub(crate) transfers: Transfers,
 }
@@ -37,7 +43,12 @@ pub struct Files {
 impl Default for Files {
     fn default() -> Self {
         // The card's name fits.
-        Self { directory: Path::try_from(CARD).unwrap_or_default(), upload: None, transfers: Transfers::default() }
+        Self {
+            directory: Path::try_from(CARD).unwrap_or_default(),
+            upload: None,
+            editing: None,
+            transfers: Transfers::default(),
+        }
     }
 }
 
@@ -46,6 +57,18 @@ impl Files {
     #[must_use]
     pub const fn directory(&self) -> &Path {
         &self.directory
+    }
+
+    /// Whether what this session sends is text for a file, or for the editor.
+    #[must_use]
+    pub fn takes_lines_of(&self, session: SessionId) -> bool {
+        self.uploads_from(session) || self.edits_from(session)
+    }
+
+    /// Whether this session edits a file.
+    #[must_use]
+    pub fn edits_from(&self, session: SessionId) -> bool {
+        self.editing.as_ref().is_some_and(|editing| editing.from == session)
     }
 
     /// A name relative to the current directory, made absolute. One that does not fit becomes empty, which no

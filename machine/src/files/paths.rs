@@ -66,7 +66,7 @@ pub fn override_path(set: Option<&str>) -> Result<Path, Failure> {
 }
 
 /// The words of a command, divided by blanks. What stands in quotes is one word: names may have blanks.
-pub(super) fn words(arguments: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn words(arguments: &str) -> impl Iterator<Item = &str> {
     let mut rest = arguments;
     core::iter::from_fn(move || {
         rest = rest.trim_ascii_start();

@@ -61,6 +61,10 @@ impl Files {
 
     /// Nobody is at the other end of this session any more: what comes next is not of its file.
     pub fn session_ended(&mut self, session: SessionId, storage: &mut impl Storage) {
+        if let Some(editing) = self.editing.take_if(|editing| editing.from == session) {
+            // Its answer is nobody's.
+            let _ = editing.close(storage, Err(StorageError::NotResponding));
+        }
         if self.uploads_from(session) {
             self.spoil_upload(storage);
             self.upload = None;

@@ -81,6 +81,8 @@ pub struct Inbox {
     extended: AtomicBool,
     /// Every byte belongs to a file: none acts. Written by the executor.
     raw: AtomicBool,
+    /// Lines are text: nothing in them acts but Ctrl-X and Ctrl-Y. Written by the executor.
+    text: AtomicBool,
     /// How often somebody came or went: even while somebody is there. Written by the transport.
     visits: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
@@ -108,6 +110,7 @@ impl Inbox {
             queries: AtomicU32::new(0),
             extended: AtomicBool::new(false),
             raw: AtomicBool::new(false),
+            text: AtomicBool::new(false),
             visits: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
@@ -127,6 +130,10 @@ impl Inbox {
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
         if self.raw.load(Ordering::Relaxed) {
             return self.receive_raw(intake, byte);
+        }
+        if self.text.load(Ordering::Relaxed) && !matches!(byte, 0x18 | 0x19) {
+            intake.receiver = Receiver::new();
+            return self.keep(intake, byte);
         }
         let extended = self.extended.load(Ordering::Relaxed);
         match intake.receiver.hear(byte, extended) {
@@ -196,6 +203,11 @@ impl Inbox {
     /// Whether bytes belong to a file, and none acts.
     pub fn set_raw(&self, raw: bool) {
         self.raw.store(raw, Ordering::Relaxed);
+    }
+
+    /// Whether lines are text, in which nothing acts but Ctrl-X and Ctrl-Y.
+    pub fn set_text(&self, text: bool) {
+        self.text.store(text, Ordering::Relaxed);
     }
 
     /// Somebody has come to the other end, or gone. For the transport.
