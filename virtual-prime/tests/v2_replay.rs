@@ -1,22 +1,30 @@
 //! Recorded console sessions of Smoothieware v2, played to the image on the board: it answers as the same
 //! machine does on a desk, where `tests/tests/v2_replay` holds each reply against v2's.
 
+use std::sync::{Mutex, PoisonError};
+
 use sim::world::TimedFault;
 
 mod common;
 #[path = "../../tests/tests/v2_replay/mask.rs"]
 mod mask;
+#[path = "../../tests/tests/v2_replay/page.rs"]
+mod page;
 #[path = "../../tests/tests/v2_replay/play.rs"]
 mod play;
 #[path = "../../tests/tests/v2_replay/record.rs"]
 mod record;
 
 use common::velvet::{Plan, Velvet};
+use page::Counts;
 use play::Desk;
 use record::{Record, differences};
 
 /// Inputs about the board itself, or about moments that a faster or slower board has elsewhere.
 const OWN: &[&str] = &["version", "version ;x", "mem", "M115", "get volts", "get steps", "?", "\\x18", "\\x19", "$I"];
+
+/// Where the page has the numbers of the board.
+const HEADING: &str = "## On the virtual board\n";
 
 /// What a machine says when it is ready.
 const GREETINGS: &[&str] = &["Welcome to Smoothie\nok\n", "['$' for help]"];
@@ -53,7 +61,7 @@ fn replay(name: &str, text: &str) {
         record.exchanges.truncate(reset);
     }
     let answers = play::play(&mut velvet, &record);
-    let (mut equal, mut own, mut complaints) = (0, 0, String::new());
+    let (mut counts, mut complaints) = (Counts::default(), String::new());
     for (exchange, answer) in record.exchanges.iter().zip(answers) {
         let input = exchange.input();
         let mut answer = mask::mask(input, &answer);
@@ -64,10 +72,10 @@ fn replay(name: &str, text: &str) {
         }
         // A text of help is the same on both, and its record says only that there is one.
         let is_help = ours.first().is_some_and(|line| line == "<help>");
-        if is_help || answer == ours || input.starts_with("M114") && are_nearly_equal(&ours, &answer) {
-            equal += 1;
-        } else if OWN.contains(&input) {
-            own += 1;
+        if OWN.contains(&input) {
+            counts.other += 1;
+        } else if is_help || answer == ours || input.starts_with("M114") && are_nearly_equal(&ours, &answer) {
+            counts.count(&mask::mask(input, &exchange.theirs), &mask::mask(input, &exchange.ours));
         } else {
             complaints += &format!("{name}: {input}\n");
             for (sign, line) in differences(&ours, &answer) {
@@ -75,8 +83,38 @@ fn replay(name: &str, text: &str) {
             }
         }
     }
-    println!("{name}: {equal} equal, {own} about the board itself");
+    println!("{}", counts.row(name).trim_end());
     assert!(complaints.is_empty(), "{complaints}");
+    hold_row(name, &counts);
+}
+
+/// A table with this row for a session, and the sum.
+fn with_row(table: &str, name: &str, counts: &Counts) -> String {
+    let name_of = |line: &str| line.split(' ').nth(1).unwrap_or("").to_owned();
+    let mut rows: Vec<String> = table.lines().skip(2).filter(|line| !line.is_empty()).map(str::to_owned).collect();
+    rows.retain(|row| name_of(row) != name && name_of(row) != "all");
+    rows.push(counts.row(name).trim_end().to_owned());
+    rows.sort_by_key(|row| name_of(row));
+    let mut sum = [0; 5];
+    for row in &rows {
+        let numbers = row.split('|').skip(2).filter_map(|cell| cell.trim().parse::<usize>().ok());
+        sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+    }
+    let [replies, equal, live, explained, other] = sum;
+    rows.push(format!("| all | {replies} | {equal} | {live} | {explained} | {other} |\n\n"));
+    let head: Vec<_> = table.lines().take(2).collect();
+    head.join("\n") + "\n" + &rows.join("\n")
+}
+
+/// The page has these numbers for a session, or gets them. Sessions are played at the same time.
+fn hold_row(name: &str, counts: &Counts) {
+    static PAGE: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = PAGE.lock().unwrap_or_else(PoisonError::into_inner);
+    let page = page::read();
+    let intro_and_table = page::part(&page, HEADING);
+    let table = intro_and_table.find("\n|").expect("a table");
+    let (intro, table) = intro_and_table.split_at(table + 1);
+    page::hold(HEADING, &(intro.to_owned() + &with_row(table, name, counts))).expect("the same counts");
 }
 
 /// The same, but for a place where something was stopped on its way.
@@ -122,6 +160,6 @@ mod all {
         };
     }
 
-    long_sessions! { delta drill ext faults gcodes gcodes2 grbl grid halt laser laser_cnc malformed malformed2 malformed_grbl
-    misc misc2 over probe probe2 temps three }
+    long_sessions! { delta drill ext faults files gcodes gcodes2 grbl grid h2 halt laser laser_cnc malformed malformed2
+    malformed_grbl misc misc2 names over probe probe2 shell temps three upload }
 }

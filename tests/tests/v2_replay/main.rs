@@ -10,11 +10,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 mod mask;
+mod page;
 mod play;
 mod reasons;
 mod record;
 mod rules;
 
+use page::Counts;
 use play::Desk;
 use reasons::Reasons;
 use record::{Exchange, Record, Step, differences};
@@ -41,15 +43,6 @@ fn start(record: &Record) -> Bench {
     let (base, settings) = play::machine(record);
     let plan = settings.into_iter().fold(Plan::new(base), Plan::set).folder("sub");
     play::card().iter().fold(plan, |plan, (name, text)| plan.file(name, text)).start()
-}
-
-/// How a session compares.
-#[derive(Default)]
-struct Counts {
-    equal: usize,
-    live: usize,
-    explained: usize,
-    unexplained: usize,
 }
 
 fn folder() -> PathBuf {
@@ -105,34 +98,36 @@ fn replies_are_those_of_v2_or_listed() {
         let answers = play::play(&mut start(&record), &record);
         for (exchange, answer) in record.exchanges.iter_mut().zip(answers) {
             let answer = reasons::help(mask::mask(exchange.input(), &answer), &exchange.theirs);
-            if answer != exchange.ours && std::env::var_os("WRITE_V2").is_none() {
+            if answer != exchange.ours && !page::writes() {
                 complaints += &format!("{name}: {} answers otherwise than before:\n", exchange.input());
                 complaints += &shown(&exchange.ours, &answer);
             }
             exchange.ours = answer;
             if exchange.ours == exchange.theirs {
-                let live = exchange.theirs.iter().any(|line| line.contains('#'));
-                *(if live { &mut counts.live } else { &mut counts.equal }) += 1;
+                counts.count(&exchange.theirs, &exchange.ours);
             } else if let Some(topics) = why.of(&name, &record.head, exchange) {
-                counts.explained += 1;
+                counts.count(&exchange.theirs, &exchange.ours);
                 topics.into_iter().for_each(|topic| *per_reason.entry(topic).or_default() += 1);
             } else {
-                counts.unexplained += 1;
+                counts.other += 1;
                 complaints += &format!("{name}: {}\n", exchange.input());
                 complaints += &shown(&exchange.theirs, &exchange.ours);
             }
         }
-        if std::env::var_os("WRITE_V2").is_some() {
+        if page::writes() {
             fs::write(&path, printed(&record)).expect("the record");
         }
         tables.push((name, counts));
     }
-    println!("{}", table(&tables));
-    for (reason, count) in per_reason {
-        println!("{count:5} {reason}");
-    }
+    let table = table(&tables);
+    println!("{table}");
+    let mut reasons = "\n| replies | reason |\n|---|---|\n".to_owned();
+    per_reason.iter().for_each(|(reason, count)| reasons += &format!("| {count} | {reason} |\n"));
     if std::env::var_os("V2").is_none() {
         why.rules.unused().for_each(|rule| complaints += &format!("rules.grbl: nothing needs `{rule}`\n"));
+        for (heading, text) in [("## On the host\n", table + "\n"), ("## Reasons\n", reasons)] {
+            complaints += &page::hold(heading, &text).err().unwrap_or_default();
+        }
     }
     assert!(complaints.is_empty(), "{complaints}");
 }
@@ -169,18 +164,12 @@ fn shown(before: &[String], after: &[String]) -> String {
 }
 
 fn table(sessions: &[(String, Counts)]) -> String {
-    let mut text =
-        format!("{:16}{:>8}{:>14}{:>14}{:>14}\n", "session", "equal", "live numbers", "for a reason", "unexplained");
+    let mut text = "\n| session | replies | equal | live numbers | for a reason | unexplained |\n".to_owned();
+    text += "|---|---|---|---|---|---|\n";
     let mut sum = Counts::default();
-    let row = |name: &str, of: &Counts| {
-        format!("{name:16}{:8}{:14}{:14}{:14}\n", of.equal, of.live, of.explained, of.unexplained)
-    };
     for (name, counts) in sessions {
-        text += &row(name, counts);
-        sum.equal += counts.equal;
-        sum.live += counts.live;
-        sum.explained += counts.explained;
-        sum.unexplained += counts.unexplained;
+        text += &counts.row(name);
+        sum.add(counts);
     }
-    text + &row("all", &sum)
+    text + &sum.row("all")
 }
