@@ -75,8 +75,11 @@ fn begin(velvet: &mut Velvet, line: &str) {
     velvet.hear(300);
 }
 
+/// Brings an idle machine into a state.
+type Way = fn(&mut Velvet);
+
 /// A state by the name `get mode` has for it, and what brings an idle machine there.
-const STATES: [(&str, fn(&mut Velvet)); 11] = [
+const STATES: [(&str, Way); 11] = [
     ("idle", |_| {}),
     ("run", |velvet| begin(velvet, "G1 X8 F600")),
     ("hold", |velvet| {
