@@ -132,7 +132,7 @@ fn a_file_is_edited_into_another_one() {
     assert_eq!(bench.say("f/PE1/s/PE1!/"), "pin = PE1!^\nok\n", "no sign of the text acts");
     assert_eq!(bench.say("m"), "^speed = 5\nok\n");
     assert_eq!(bench.say("f/nosuch/"), "error:there is none\n");
-    assert_eq!(bench.say("x"), "error:what is x? %h lists commands\n");
+    assert_eq!(bench.say("x"), "error:that is no command: %h lists them\n");
     assert_eq!(bench.say("k"), "^\nok\n");
     assert_eq!(bench.say("g2"), "ok\n");
     bench.run(&["M112", "? ! ~ # G1 X5"]);

@@ -1,5 +1,7 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
+use core::pin::{Pin, pin};
+
 use gcode::Blocks;
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
@@ -347,7 +349,10 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             done
         }
         "$P" => probe(machine, arguments, to).await,
-        "test" => motion_tests::run(machine, arguments, to).await,
+        "test" => {
+            let tests: Pin<&mut dyn Future<Output = Outcome>> = pin!(motion_tests::run(machine, arguments, to));
+            tests.await
+        }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();

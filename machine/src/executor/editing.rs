@@ -5,7 +5,7 @@
 
 use super::answers::answered;
 use super::{Hands, Machine};
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::editing::Editing;
 use crate::files::editor::{Step, shown};
 use crate::files::editor_commands::{Command, HELP, What, parse};
@@ -16,6 +16,7 @@ use crate::sessions::{Recipient, SessionId};
 
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
+const TOO_LONG: Trouble = "the line is too long to be edited";
 
 /// `ed in out`
 ///
@@ -48,60 +49,65 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     Ok(Answer::Ok)
 }
 
+/// Why a command of the editor was not carried out.
+type Trouble = &'static str;
+
 /// A line of the console that edits.
 pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
     let to = Recipient::Session(id);
-    let outcome = match core::str::from_utf8(line) {
+    let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8");
+    let outcome = match text {
+        Ok(text) if text == "%c" && wanted(machine) == 0 => end(machine, to).await,
         Ok(text) => edit(machine, text, to).await,
-        Err(_) => Err(Failure::refused("text that is not UTF-8")),
+        Err(why) => Err(why),
     };
     match outcome {
-        Ok(_) => machine.say(to, format_args!("ok\n")),
-        Err(Failure::Refused(why) | Failure::Alarm(why)) => {
-            machine.sessions.refuse(to, why.error, format_args!("{why}"));
-        }
-        Err(Failure::Halted) => machine.sessions.refuse(to, Error::Locked, format_args!("halted")),
+        Ok(()) => machine.say(to, format_args!("ok\n")),
+        Err(why) => machine.sessions.refuse(to, Error::default(), format_args!("{why}")),
     }
     answered(machine, id);
 }
 
-async fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+/// What the editor itself is told; false for what the file is to go through.
+fn is_told<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
+    let Some(editing) = machine.files.editing.as_mut() else { return true };
+    match line {
+        "%h" => machine.say(to, format_args!("{HELP}")),
+        "%q" | "%m" | "%f" => (editing.says_line, editing.says_each) = (line != "%q", line == "%f"),
+        _ => return false,
+    }
+    true
+}
+
+async fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Result<(), Trouble> {
     if wanted(machine) > 0 {
-        return take_line(machine, line, to).await;
+        return take_line(machine, line);
     }
-    let Some(editing) = machine.files.editing.as_mut() else { return Ok(Answer::Ok) };
-    match line.trim() {
-        "%h" => {
-            machine.say(to, format_args!("{HELP}"));
-            return Ok(Answer::Ok);
-        }
-        "%c" => return end(machine, to).await,
-        mode @ ("%q" | "%m" | "%f") => {
-            (editing.says_line, editing.says_each) = (mode != "%q", mode == "%f");
-            return Ok(Answer::Ok);
-        }
-        _ => {}
+    if is_told(machine, line, to) {
+        return Ok(());
     }
-    let (mut rest, mut has_said) = (line.trim(), false);
+    let (mut rest, mut last) = (line.trim(), None);
     while !rest.is_empty() {
-        let (command, behind) = parse(rest)
-            .map_err(|wrong| Failure::Refused(message(format_args!("what is {wrong}? %h lists commands"))))?;
-        (rest, has_said) = (behind, command.what == What::Print);
+        let (command, behind) = parse(rest).map_err(|_| "that is no command: %h lists them")?;
         repeat(machine, &command, to).await?;
+        (rest, last) = (behind, Some(command.what));
         if command.what == What::Get {
-            return Ok(Answer::Ok);
+            return Ok(());
         }
         if machine.files.editing.as_ref().is_some_and(|editing| editing.says_each) && !rest.is_empty() {
             say_line(machine, to);
         }
     }
-    if !has_said && machine.files.editing.as_ref().is_some_and(|editing| editing.says_line) {
+    if last != Some(What::Print) && machine.files.editing.as_ref().is_some_and(|editing| editing.says_line) {
         // The line may still have to be read.
-        let _ = look(machine, to).await;
+        once(machine, &LOOK, to).await?;
         say_line(machine, to);
     }
-    Ok(Answer::Ok)
+    Ok(())
 }
+
+/// Has the line read where commands act, and does nothing.
+const LOOK: Command<'_> = Command { what: What::Print, lines: 1, text: "", times: 1 };
 
 /// Lines that G still takes.
 fn wanted<P: Ports>(machine: &Machine<'_, P>) -> u32 {
@@ -109,110 +115,95 @@ fn wanted<P: Ports>(machine: &Machine<'_, P>) -> u32 {
 }
 
 /// One of the lines that G takes.
-async fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), Trouble> {
     loop {
-        let Some(editing) = machine.files.editing.as_mut() else { return Ok(Answer::Ok) };
+        let Some(editing) = machine.files.editing.as_mut() else { return Ok(()) };
         if line == ":" {
             editing.lines_to_get = 0;
-            return Ok(Answer::Ok);
+            return Ok(());
         }
         if editing.editor.insert_line(line.as_bytes()) == Step::Done {
             editing.lines_to_get -= 1;
-            return Ok(Answer::Ok);
+            return Ok(());
         }
         make_room(machine)?;
-        Hands::new(machine, to).pause_anyway().await;
     }
 }
 
 /// Carries a command out as often as it says; as often as it goes ends well.
-async fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Failure> {
+async fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Trouble> {
     if command.what == What::Get {
         if let Some(editing) = machine.files.editing.as_mut() {
             editing.lines_to_get = if command.times == 0 { u32::MAX } else { command.times };
         }
         return Ok(());
     }
+    let prints = command.what == What::Print;
+    let next = Command { what: What::Next, ..LOOK };
     let mut done = 0;
     while command.times == 0 || done < command.times {
-        let prints = command.what == What::Print;
-        let is_done = match command {
-            // Lines but the first are moved to.
-            _ if prints && done > 0 => {
-                once(machine, &Command { what: What::Next, ..*command }, to).await? && !is_at_end(machine)
-            }
-            _ => once(machine, command, to).await?,
-        };
-        if !is_done {
-            return if command.times == 0 { Ok(()) } else { Err(Failure::refused("there is none")) };
+        // Lines to be printed, but the first, are moved to.
+        let step = if prints && done > 0 { &next } else { command };
+        let goes = once(machine, step, to).await?;
+        if goes && prints {
+            once(machine, &LOOK, to).await?;
+        }
+        if !goes || prints && is_at_end(machine) {
+            return if command.times == 0 { Ok(()) } else { Err("there is none") };
         }
         if prints {
-            look(machine, to).await?;
             say_line(machine, to);
         }
         done += 1;
-        if Hands::new(machine, to).stop_requested() {
-            return Err(Failure::refused("stopped"));
-        }
     }
     Ok(())
 }
 
 fn is_at_end<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.files.editing.as_ref().is_none_or(|editing| editing.editor.has_line() && editing.editor.line().is_none())
-}
-
-/// Has the line read where commands act.
-async fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    let nothing = Command { what: What::Print, lines: 1, text: "", times: 1 };
-    once(machine, &nothing, to).await.map(drop)
+    machine.files.editing.as_ref().is_none_or(|editing| editing.editor.line().is_none())
 }
 
 /// Carries a command out once. False when it does not go.
-async fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Failure> {
+async fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Trouble> {
     loop {
         let Some(editing) = machine.files.editing.as_mut() else { return Ok(false) };
         match editing.editor.run(command) {
-            Step::Done => return Ok(true),
+            Step::Done => break,
             Step::Failed => return Ok(false),
             Step::Full => make_room(machine)?,
             Step::More if editing.editor.room() < BLOCK => make_room(machine)?,
             Step::More => read_more(machine)?,
         }
-        if Hands::new(machine, to).stop_requested() {
-            return Err(Failure::refused("stopped"));
-        }
         Hands::new(machine, to).pause_anyway().await;
     }
+    if Hands::new(machine, to).stop_requested() { Err("stopped") } else { Ok(true) }
 }
 
-fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     let Machine { files, ports, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(()) };
     let mut block = [0; BLOCK];
-    let count = ports.read(editing.input, &mut block).map_err(failed)?;
+    let count = ports.read(editing.input, &mut block).map_err(StorageError::text)?;
     let fits = editing.editor.append(block.get(..count).unwrap_or(&[]));
-    if fits { Ok(()) } else { Err(Failure::refused("the line is too long to be edited")) }
+    if fits { Ok(()) } else { Err(TOO_LONG) }
 }
 
 /// Writes the beginning of the piece, which cannot be gone back to any more.
-fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+#[inline(never)]
+fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     let Machine { files, ports, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(()) };
     let beginning = editing.editor.beginning();
     let count = beginning.len();
     if count == 0 {
-        return Err(Failure::refused("the line is too long to be edited"));
+        return Err(TOO_LONG);
     }
-    Storage::write(ports, editing.output, beginning).map_err(failed)?;
+    Storage::write(ports, editing.output, beginning).map_err(StorageError::text)?;
     editing.editor.forget(count);
     Ok(())
 }
 
-fn failed(error: StorageError) -> Failure {
-    Failure::Refused(message(format_args!("{}", error.text())))
-}
-
+#[inline(never)]
 fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if let Some(editing) = machine.files.editing.as_ref() {
         let line = shown(editing.editor.line());
@@ -221,25 +212,29 @@ fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
 }
 
 /// `%c`: the rest of the file follows, and the new one is complete.
-async fn end<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    let copied = copy_rest(machine, to).await;
-    let Some(editing) = machine.files.editing.take() else { return Ok(Answer::Ok) };
-    machine.ports.inbox(editing.from).set_text(false);
-    editing.close(&mut machine.ports, copied).map(|()| Answer::Ok).map_err(failed)
-}
-
-async fn copy_rest<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
-    let Machine { files, ports, .. } = machine;
-    let Some(editing) = files.editing.as_mut() else { return Ok(()) };
-    Storage::write(ports, editing.output, editing.editor.rest())?;
-    let (input, output) = (editing.input, editing.output);
-    loop {
-        let mut block = [0; BLOCK];
-        let count = machine.ports.read(input, &mut block)?;
-        if count == 0 {
-            return Ok(());
-        }
-        Storage::write(&mut machine.ports, output, block.get(..count).unwrap_or(&[]))?;
+async fn end<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Trouble> {
+    let mut copied = Ok(true);
+    while matches!(copied, Ok(true)) {
+        copied = copy_on(machine);
         Hands::new(machine, to).pause_anyway().await;
     }
+    let Machine { files, ports, .. } = machine;
+    let Some(editing) = files.editing.take() else { return Ok(()) };
+    ports.inbox(editing.from).set_text(false);
+    editing.close(ports, copied.map(drop)).map_err(StorageError::text)
+}
+
+/// Writes what the editor has, and has it read on. False at the end of the file.
+fn copy_on<P: Ports>(machine: &mut Machine<'_, P>) -> Result<bool, StorageError> {
+    let Machine { files, ports, .. } = machine;
+    let Some(editing) = files.editing.as_mut() else { return Ok(false) };
+    let text = editing.editor.rest();
+    let count = text.len();
+    Storage::write(ports, editing.output, text)?;
+    editing.editor.forget(count);
+    let mut block = [0; BLOCK];
+    let count = ports.read(editing.input, &mut block)?;
+    // There is room: nothing is left.
+    let _ = editing.editor.append(block.get(..count).unwrap_or(&[]));
+    Ok(count > 0)
 }

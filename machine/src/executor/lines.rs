@@ -1,6 +1,6 @@
 //! Lines: whose turn is it, is a line whole, and what is it: codes, a command of the console, an O word.
 
-use core::pin::pin;
+use core::pin::{Pin, pin};
 
 use gcode::{Line, Refusal};
 use motion::Tag;
@@ -73,7 +73,9 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
 async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
     if machine.files.edits_from(id) {
-        return pin!(editing::run_line(machine, id, line)).await;
+        // Out of what every line passes through.
+        let edits: Pin<&mut dyn Future<Output = ()>> = pin!(editing::run_line(machine, id, line));
+        return edits.await;
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;

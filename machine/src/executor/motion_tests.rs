@@ -18,6 +18,9 @@ use crate::sessions::Recipient;
 /// A line of a figure.
 type Line = String<64>;
 
+/// The modes that figures are drawn in: lengths a minute, distances, also of E, in X and Y.
+const MODES: [&str; 4] = ["G94", "G91", "M83", "G17"];
+
 /// What is drawn, in the program's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Figure {
@@ -53,41 +56,36 @@ enum Test {
     Steps(Steps),
 }
 
-fn parse(arguments: &str) -> Result<Test, Failure> {
+fn parse(arguments: &str) -> Result<Test, &'static str> {
     let mut words = arguments.split_ascii_whitespace();
     let what = words.next().unwrap_or("");
-    let usage = || {
-        Failure::refused(match what {
-            "jog" => "usage: test jog axis distance times [feed]",
-            "square" => "usage: test square size times [feed]",
-            "circle" => "usage: test circle radius times [feed]",
-            "raw" => "usage: test raw axis steps steps/s",
-            "acc" => "usage: test acc axis mm mm/s",
-            _ => "usage: test jog|square|circle|raw|acc: each says what it takes",
-        })
+    let usage = match what {
+        "jog" => "usage: test jog axis distance times [feed]",
+        "square" => "usage: test square size times [feed]",
+        "circle" => "usage: test circle radius times [feed]",
+        "raw" => "usage: test raw axis steps steps/s",
+        "acc" => "usage: test acc axis mm mm/s",
+        "pulse" => return Err("test pulse: step pins are the step interrupt's; test raw makes steps"),
+        _ => return Err("usage: test jog|square|circle|raw|acc: each says what it takes"),
     };
     let letter = match what {
-        "jog" | "raw" | "acc" => words.next().and_then(|word| word.chars().next()).ok_or_else(usage)?,
-        "square" | "circle" => ' ',
-        "pulse" => {
-            return Err(Failure::refused("test pulse: step pins are the step interrupt's; test raw makes steps"));
-        }
-        _ => return Err(usage()),
+        "jog" | "raw" | "acc" => words.next().and_then(|word| word.chars().next()).ok_or(usage)?,
+        _ => ' ',
     };
     let letter = letter.to_ascii_uppercase();
-    let mut number = || words.next().map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(usage));
-    let (size, count) = (number().ok_or_else(usage)??, number().ok_or_else(usage)??);
+    let mut number = || words.next().map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or(usage));
+    let (size, count) = (number().ok_or(usage)??, number().ok_or(usage)??);
     let feed = number().transpose()?;
     if count <= 0.0 || feed.is_some_and(|feed| feed <= 0.0) {
-        return Err(Failure::refused("test: times and rates are above zero"));
+        return Err("test: times and rates are above zero");
     }
     if matches!(what, "raw" | "acc") {
-        let axis = Axis::from_letter(letter).ok_or_else(|| Failure::refused("axis must be x, y, z, a, b, c"))?;
+        let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
         return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm: what == "acc" }));
     }
     let shape = match what {
         "jog" if letter == 'E' || Axis::from_letter(letter).is_some() => Shape::Line(letter),
-        "jog" => return Err(Failure::refused("axis must be x, y, z, a, b, c, e")),
+        "jog" => return Err("axis must be x, y, z, a, b, c, e"),
         "square" => Shape::Square,
         _ => Shape::Circle,
     };
@@ -95,15 +93,20 @@ fn parse(arguments: &str) -> Result<Test, Failure> {
 }
 
 impl Figure {
-    /// Its line of this number; none behind its end.
+    /// Its line of this number; none behind its end. The first ones set the modes that it is drawn in.
     fn line(&self, number: u32) -> Option<Line> {
-        let (size, lap) = (self.size, number / 4);
         let mut line = Line::new();
+        if let Some(mode) = MODES.get(number as usize) {
+            // They fit.
+            let _ = line.push_str(mode);
+            return Some(line);
+        }
+        let (size, number) = (self.size, number - MODES.len() as u32);
         // They fit.
         let _ = match self.shape {
             Shape::Line(_) if number >= self.times => return None,
             Shape::Line(axis) => write!(line, "G1 {axis}{}", if number.is_multiple_of(2) { size } else { -size }),
-            Shape::Square if lap >= self.times => return None,
+            Shape::Square if number / 4 >= self.times => return None,
             Shape::Square => {
                 let side = if number % 4 < 2 { size } else { -size };
                 write!(line, "G1 {}{side}", if number.is_multiple_of(2) { 'X' } else { 'Y' })
@@ -147,7 +150,7 @@ impl Figure {
 /// # Errors
 /// What is not understood, leaves the travel or is refused as the codes are; while a file is played.
 pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let test = parse(arguments)?;
+    let test = parse(arguments).map_err(Failure::refused)?;
     if machine.jobs.is_playing() {
         return Err(Failure::refused("a file is being played: abort it first"));
     }
@@ -171,42 +174,29 @@ async fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recip
     for reach in figure.reach(mm) {
         machine.stays_within(&from, &PerAxis(Axis::ALL.map(|axis| from[axis] + reach[axis])))?;
     }
-    for mode in ["G94", "G91", "M83", "G17"] {
-        run_code(machine, mode, to).await?;
-    }
-    let mut number = 0;
-    while let Some(line) = figure.line(number) {
-        run_code(machine, &line, to).await?;
-        number += 1;
-        if is_stopped(machine, to).await? {
-            return Ok(());
+    let dialect = machine.sessions.dialect_of(to);
+    let (mut number, mut stopped) = (0, false);
+    loop {
+        if Hands::new(machine, to).stop_requested() {
+            machine.ports.motion(motion::Motion::stop);
+            stopped = true;
+        }
+        match figure.line(number).filter(|_| !stopped) {
+            Some(line) => {
+                actions::run_text(machine, &line, dialect, to).await?;
+                number += 1;
+            }
+            None if machine.ports.motion(|motion| motion.is_idle()) => break,
+            None => {
+                machine.ports.motion(motion::Motion::flush);
+                machine.pause().await?;
+            }
         }
     }
-    // What is queued may be stopped too.
-    machine.ports.motion(motion::Motion::flush);
-    while !machine.ports.motion(|motion| motion.is_idle()) {
-        machine.pause().await?;
-        if is_stopped(machine, to).await? {
-            return Ok(());
-        }
+    if stopped {
+        machine.resynchronise();
     }
     Ok(())
-}
-
-/// Whether Ctrl-Y has ended it; the machine stands then.
-async fn is_stopped<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<bool, Failure> {
-    if !Hands::new(machine, to).stop_requested() {
-        return Ok(false);
-    }
-    machine.ports.motion(motion::Motion::stop);
-    machine.standstill().await?;
-    machine.resynchronise();
-    Ok(true)
-}
-
-async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str, to: Recipient) -> Result<(), Failure> {
-    let dialect = machine.sessions.dialect_of(to);
-    actions::run_text(machine, code, dialect, to).await.map(drop)
 }
 
 /// One motor's steps, as a move of its axis.
@@ -241,7 +231,7 @@ mod tests {
 
     fn lines(arguments: &str) -> Vec<std::string::String> {
         let Ok(Test::Figure(figure)) = parse(arguments) else { panic!("{arguments} is no figure") };
-        (0..).map_while(|number| figure.line(number)).map(|line| line.as_str().into()).collect()
+        (MODES.len() as u32..).map_while(|number| figure.line(number)).map(|line| line.as_str().into()).collect()
     }
 
     #[test]
@@ -269,8 +259,8 @@ mod tests {
             ("raw q 10 10", "axis must be"),
             ("pulse x", "test raw"),
         ] {
-            let Err(Failure::Refused(text)) = parse(arguments) else { panic!("{arguments} is taken") };
-            assert!(text.contains(part), "{arguments}: {}", text.as_str());
+            let text = parse(arguments).expect_err(arguments);
+            assert!(text.contains(part), "{arguments}: {text}");
         }
     }
 }
