@@ -124,6 +124,7 @@ fn replies_are_those_of_v2_or_listed() {
     let mut reasons = "\n| replies | reason |\n|---|---|\n".to_owned();
     per_reason.iter().for_each(|(reason, count)| reasons += &format!("| {count} | {reason} |\n"));
     if std::env::var_os("V2").is_none() {
+        why.reasons.unused().for_each(|pattern| complaints += &format!("reasons: nothing needs `{pattern}`\n"));
         why.rules.unused().for_each(|rule| complaints += &format!("rules.grbl: nothing needs `{rule}`\n"));
         for (heading, text) in [("## On the host\n", table + "\n"), ("## Reasons\n", reasons)] {
             complaints += &page::hold(heading, &text).err().unwrap_or_default();
