@@ -105,3 +105,32 @@ fn halted_every_signal_has_its_level() {
     velvet.hear(3 * SECOND);
     assert_levels(&mut velvet, |signal| signal.halted);
 }
+
+/// A pin that `gpio` drives is driven for its time, and as after a reset behind it; what has an owner is
+/// never touched.
+#[test]
+fn a_pin_that_is_tried_out_is_released_again() {
+    let mut velvet = everything().start();
+    velvet.hear(SECOND);
+    let drives = |velvet: &mut Velvet| -> BTreeMap<String, Drive> {
+        states(velvet).into_iter().map(|(pin, state)| (pin, state.drive)).collect()
+    };
+    let before = drives(&mut velvet);
+    for (word, driven) in [("on", Drive::High), ("off", Drive::Low)] {
+        velvet.type_in(&format!("gpio PJ1 out {word} 300"));
+        velvet.hear(100);
+        let mut now = drives(&mut velvet);
+        assert_eq!(now.insert("PJ1".into(), before["PJ1"]), Some(driven));
+        assert_eq!(now, before, "no other pin changes");
+        velvet.hear(400);
+        assert_eq!(drives(&mut velvet), before);
+    }
+    assert_eq!(velvet.ask("gpio PJ1", SECOND), "PJ1^:1\nok\n", "nothing is wired to it: its pull-up");
+    assert_eq!(velvet.ask("gpio PJ1v", SECOND), "PJ1v:0\nok\n");
+    // A heater's, a motor's, a driver's select, the drivers' bus, the card's, the console's, an end stop's.
+    for pin in ["PE0", "PD3", "PJ13", "PE12", "PC8", "PD5", "PD0"] {
+        let said = velvet.ask(&format!("gpio {pin} out on"), SECOND);
+        assert!(said.starts_with("error:"), "{pin}: {said}");
+    }
+    assert_eq!(drives(&mut velvet), before);
+}
