@@ -49,7 +49,9 @@ async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool)
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
     machine.tag = if line.first() == Some(&b'N') { tag_of(&line) } else { Tag::NONE };
-    pin!(run_session_line(machine, id, &line)).await;
+    // A function of its own: kept out of what every line of a file passes through.
+    let runs: Pin<&mut dyn Future<Output = ()>> = pin!(run_session_line(machine, id, &line));
+    runs.await;
     true
 }
 
@@ -73,9 +75,7 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
 async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
     if machine.files.edits_from(id) {
-        // Out of what every line passes through.
-        let edits: Pin<&mut dyn Future<Output = ()>> = pin!(editing::run_line(machine, id, line));
-        return edits.await;
+        return editing::run_line(machine, id, line).await;
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
