@@ -103,7 +103,8 @@ class Maker:
     def offsets(self):
         kind = self.random.randrange(9)
         if kind == 0:
-            self.add(f"G10 L2 P{self.random.randint(0, 9)} {self.axes()}")
+            turn = self.random.choice(["", "", f" R{self.random.choice(['0', '30', '90', '-45.5', '180'])}"])
+            self.add(f"G10 L2 P{self.random.randint(0, 9)} {self.axes()}{turn}")
         elif kind == 1:
             self.add(f"G10 L20 P{self.random.randint(0, 9)} {self.axes()}")
         elif kind == 2:
