@@ -56,6 +56,7 @@ def linuxcnc(path):
                 break
     unit, g5x, g92, tool = 1.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
     feed, plane, per_turn, pitch, actions, turned = 0.0, "XY", False, None, [], 0.0
+    count = {"FEED": True, "SPEED": True}
 
     def place(x, y, z):
         x, y, z = (value + offset for value, offset in zip((x, y, z), g92))
@@ -67,6 +68,7 @@ def linuxcnc(path):
         if not found:
             continue
         name, rest = found.groups()
+        switch = re.match(r"(DISABLE|ENABLE)_(FEED|SPEED)_OVERRIDE$", name)
         bits = re.match(r"(SET|CLEAR)_(MOTION|AUX)_OUTPUT_(BIT|VALUE)$", name)
         values = [number(word) for word in re.findall(r"(?<![\w.])-?\d+(?:\.\d*)?(?![\w.])", rest)]
         if name == "USE_LENGTH_UNITS":
@@ -102,6 +104,9 @@ def linuxcnc(path):
             when = "path" if bits[2] == "MOTION" else "now"
             state = [values[1]] if bits[3] == "VALUE" else ["on" if bits[1] == "SET" else "off"]
             actions.append([bits[3].lower(), values[0], *state, when])
+        elif switch:
+            count[switch[2]] = switch[1] == "ENABLE"
+            actions.append(["overrides", count["FEED"], count["SPEED"]])
         elif name in SPINDLE:
             actions.append(["spindle", SPINDLE[name]])
         elif name == "ORIENT_SPINDLE":
@@ -200,7 +205,9 @@ def velvet(program, path):
             pass
         elif words[0] == "surface_speed":
             actions.append(["surface", number(words[1])])
-        elif words[0] in ("overrides", "input"):
+        elif words[0] == "overrides":
+            actions.append(["overrides", *(word == "true" for word in words[1:3])])
+        elif words[0] == "input":
             pass
         elif words[0] in ("pause", "tool"):
             actions.append([words[0]])
@@ -245,8 +252,13 @@ def same(ours, theirs):
 
 def tidy(actions):
     """Moves to where the tool is already are none."""
-    kept, here, spindle = [], [0.0] * 3, "stop"
-    for action in actions:
+    kept, here, spindle, overrides = [], [0.0] * 3, "stop", ["overrides", True, True]
+    for action, behind in zip(actions, [*actions[1:], [None]]):
+        if action[0] == "overrides":
+            # LinuxCNC switches one behind the other.
+            if behind[0] == "overrides" or action == overrides:
+                continue
+            overrides = action
         if action == ["dwell", 0.0]:
             continue
         if action[0] == "spindle":
@@ -261,7 +273,8 @@ def tidy(actions):
         elif action[0] == "arc":
             here = action[4:7]
         kept.append(action)
-    return kept
+    # At its end a program lets them count again.
+    return kept[:-1] if kept and kept[-1][0] == "overrides" else kept
 
 
 def compare(program, path):

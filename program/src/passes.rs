@@ -5,6 +5,7 @@ use heapless::Vec;
 use units::{Axis, PerAxis};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
+use crate::auxiliary::Auxiliary;
 
 /// A thread. Places are machine positions in mm, depths are seen from the drive line along X.
 #[derive(Clone, Debug)]
@@ -36,6 +37,8 @@ pub(crate) struct Thread {
     pub taper_out: bool,
     pub rapid: Rate,
     pub power: f32,
+    /// Whether overrides count, behind every pass.
+    pub auxiliary: Auxiliary,
 }
 
 impl Thread {
@@ -80,6 +83,8 @@ impl Thread {
 enum Stage {
     /// Out of the thread, where it begins.
     Over,
+    /// Before the first cut: the operator's overrides do not count.
+    Secure,
     /// With a taper: to the crest, and down the taper; else down to the depth.
     ToCrest,
     In,
@@ -89,6 +94,15 @@ enum Stage {
     Out,
     /// Out of the thread.
     Clear,
+    /// Overrides are as before.
+    Release,
+}
+
+/// What a stage is.
+enum Step {
+    Go(PerAxis<f64>, Rate),
+    Do(Action<'static>),
+    Nothing,
 }
 
 /// The passes, and what of them is still to be done.
@@ -112,10 +126,11 @@ impl Passes {
     /// The next action. Moves of no length are left out.
     pub(crate) fn next(&mut self) -> Option<Action<'static>> {
         while !self.is_done {
-            let Some((target, rate)) = self.step() else { continue };
-            if target == self.at {
-                continue;
-            }
+            let (target, rate) = match self.step() {
+                Step::Go(target, rate) if target != self.at => (target, rate),
+                Step::Do(action) => return Some(action),
+                Step::Go(..) | Step::Nothing => continue,
+            };
             self.at = target;
             let (shape, power) = (Shape::Line { names_xy: true }, self.thread.power);
             return Some(Action::Move(Move { target, shape, rate, power, corner: Corner::Sharp }));
@@ -124,11 +139,11 @@ impl Passes {
     }
 
     /// What this stage is; then it is the next one.
-    fn step(&mut self) -> Option<(PerAxis<f64>, Rate)> {
+    fn step(&mut self) -> Step {
         let thread = &self.thread;
         if self.pass > thread.passes() {
             self.is_done = true;
-            return Some((thread.at(0.0, thread.end), thread.rapid));
+            return Step::Go(thread.at(0.0, thread.end), thread.rapid);
         }
         let depth = thread.depth(self.pass);
         let back = (depth - thread.crest) * thread.slope;
@@ -140,18 +155,27 @@ impl Passes {
         let on_taper = Rate::PerRevolution(thread.taper_pitch());
         let (taper_in, taper_out) = (thread.taper_in, thread.taper_out);
         let (next, step) = match self.stage {
-            Stage::Over => (Stage::ToCrest, Some((thread.at(clear, begin), thread.rapid))),
-            Stage::ToCrest if taper_in => (Stage::In, Some((thread.at(depth - thread.height, begin), on_taper))),
-            Stage::ToCrest => (Stage::In, Some((thread.at(depth, begin), thread.rapid))),
-            Stage::In => (Stage::Cut, taper_in.then(|| (thread.at(depth, begin + thread.taper), on_taper))),
+            Stage::Over => {
+                let next = if taper_in { Stage::Secure } else { Stage::ToCrest };
+                (next, Step::Go(thread.at(clear, begin), thread.rapid))
+            }
+            Stage::Secure => {
+                let off = Action::Overrides { feed: false, spindle: thread.auxiliary.spindle_override, hold: false };
+                (if taper_in { Stage::ToCrest } else { Stage::Cut }, Step::Do(off))
+            }
+            Stage::ToCrest if taper_in => (Stage::In, Step::Go(thread.at(depth - thread.height, begin), on_taper)),
+            Stage::ToCrest => (Stage::Secure, Step::Go(thread.at(depth, begin), thread.rapid)),
+            Stage::In => (Stage::Cut, Step::Go(thread.at(depth, begin + thread.taper), on_taper)),
             Stage::Cut => {
                 let z = if taper_out { end - thread.taper } else { end };
-                (Stage::Out, Some((thread.at(depth, z), along)))
+                (Stage::Out, Step::Go(thread.at(depth, z), along))
             }
-            Stage::Out => (Stage::Clear, taper_out.then(|| (thread.at(depth - thread.height, end), on_taper))),
-            Stage::Clear => (Stage::Over, Some((thread.at(clear, end), thread.rapid))),
+            Stage::Out if taper_out => (Stage::Clear, Step::Go(thread.at(depth - thread.height, end), on_taper)),
+            Stage::Out => (Stage::Clear, Step::Nothing),
+            Stage::Clear => (Stage::Release, Step::Go(thread.at(clear, end), thread.rapid)),
+            Stage::Release => (Stage::Over, Step::Do(thread.auxiliary.overrides())),
         };
-        if self.stage == Stage::Clear {
+        if self.stage == Stage::Release {
             self.pass += 1;
         }
         self.stage = next;
@@ -198,13 +222,17 @@ mod tests {
                 start, end: 5.0 + way * 15.0, side, pitch: 1.5, crest, first_cut: height * share, height, degression,
                 slope: -way * degrees.to_radians().tan(), last_passes, taper: way * taper,
                 taper_in: tapers & 1 != 0 && taper > 0.0, taper_out: tapers & 2 != 0 && taper > 0.0,
-                rapid: Rate::Rapid(units::MmPerSecond(50.0)), power: 0.0,
+                rapid: Rate::Rapid(units::MmPerSecond(50.0)), power: 0.0, auxiliary: Auxiliary::START,
             };
             let mut passes = Passes::new(thread.clone());
             let (mut depths, mut last) = (std::vec::Vec::new(), start);
             loop {
                 let reach = passes.reach();
-                let Some(Action::Move(request)) = passes.next() else { break };
+                let request = match passes.next() {
+                    Some(Action::Move(request)) => request,
+                    Some(_) => continue,
+                    None => break,
+                };
                 for axis in [Axis::X, Axis::Z] {
                     let within = |sign: f64| reach.iter().any(|place| sign * (place[axis] - request.target[axis]) >= -1e-9);
                     prop_assert!(within(1.0) && within(-1.0), "{:?} {request:?}", axis);

@@ -127,5 +127,6 @@ fn thread(program: &Interpreter, words: &Words<'_>) -> Result<Thread, Fault> {
         taper_out: tapers & 2 != 0,
         rapid: Rate::Rapid(modal.seek_rate),
         power: modal.power,
+        auxiliary: modal.auxiliary,
     })
 }
