@@ -170,7 +170,11 @@ fn table(sessions: &[(String, Counts)]) -> String {
     let mut sum = Counts::default();
     for (name, counts) in sessions {
         text += &counts.row(name);
-        sum.add(counts);
+        let Counts { equal, live, explained, other } = counts;
+        sum.equal += equal;
+        sum.live += live;
+        sum.explained += explained;
+        sum.other += other;
     }
     text + &sum.row("all")
 }

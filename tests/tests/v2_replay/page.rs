@@ -36,13 +36,6 @@ impl Counts {
         }
     }
 
-    pub fn add(&mut self, other: &Self) {
-        self.equal += other.equal;
-        self.live += other.live;
-        self.explained += other.explained;
-        self.other += other.other;
-    }
-
     /// The row of a session.
     pub fn row(&self, name: &str) -> String {
         let Self { equal, live, explained, other } = self;
