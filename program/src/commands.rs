@@ -87,7 +87,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("break", "", "stop for a debugger, if one is attached"),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
-    command("echo", "[-n] text", "say it; -n: without a line end").question(),
+    command("echo", "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
     command("$G", "", "the modal state").question(),
     command("$#", "[-v]", "offsets and the last probe").question(),
     command("$H", "", "home").working(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use machine::sessions::SessionId;
 use program::codes;
 use scenarios::{Bench, CARTESIAN, Plan};
 
@@ -83,7 +84,15 @@ fn settings_are_loaded_from_a_file_by_either_name_of_the_command() {
 
 #[test]
 fn echo_says_what_it_is_told() {
-    assert_eq!(Plan::new(CARTESIAN).start().say("echo a  b"), "a  b\nok\n");
+    let mut bench = Plan::new(CARTESIAN).start();
+    assert_eq!(bench.say("echo a  b"), "a  b\nok\n");
+    assert_eq!(bench.say("echo -n a"), "aok\n");
+    let mut silent = Plan::new(CARTESIAN).set("[uart console] enable = false").start();
+    assert_eq!(silent.say("echo -1 a"), "error:echo -1: [uart console] is not enabled\n");
+    let mut bench = Plan::new(CARTESIAN).set("[uart console] enable = true").set("[uart console] channel = 0").start();
+    bench.hear_on(SessionId(1), 0.1);
+    assert_eq!(bench.say("echo -n -1 open the vice"), "ok\n");
+    assert_eq!(bench.hear_on(SessionId(1), 0.1), "open the vice");
 }
 
 /// M203 is in mm/min to RepRapFirmware, in mm/s to Smoothieware.

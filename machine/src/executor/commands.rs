@@ -20,7 +20,7 @@ use crate::needs::needs;
 use crate::ports::{DateTime, Ports};
 use crate::reports::{self, Status};
 use crate::safety::Event;
-use crate::sessions::{LineBytes, Listing, Recipient, Reply};
+use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 
 /// A command word and what follows it.
 fn split(line: &str) -> (&str, &str) {
@@ -133,13 +133,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             jobs.progress_command(arguments, now, &mut Reply::new(sessions, to));
             return Some(Ok(Answer::Ok));
         }
-        "echo" => {
-            match arguments.strip_prefix("-n ") {
-                Some(text) => machine.say(to, format_args!("{text}")),
-                None => machine.say(to, format_args!("{arguments}\n")),
-            }
-            return Some(Ok(Answer::Ok));
-        }
+        "echo" => return Some(echo(machine, arguments, to)),
         "date" => return Some(date(machine, arguments, to)),
         "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
@@ -157,6 +151,29 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         _ => {}
     }
     report(machine, word, arguments, to).or_else(|| file_command(machine, word, arguments, to))
+}
+
+/// `echo [-n] [-1] text`: to whoever asks, or to what is at the auxiliary UART.
+fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let (mut text, mut end, mut heard_by) = (arguments, "\n", to);
+    loop {
+        text = if let Some(rest) = text.strip_prefix("-n ") {
+            end = "";
+            rest
+        } else if let Some(rest) = text.strip_prefix("-1 ") {
+            let uart = &machine.config.uart;
+            if !uart.enable {
+                return Err(Failure::refused("echo -1: [uart console] is not enabled"));
+            }
+            // The debug UART is 0, the others follow.
+            heard_by = Recipient::Session(SessionId(1 + uart.channel));
+            rest
+        } else {
+            break;
+        };
+    }
+    machine.say(heard_by, format_args!("{text}{end}"));
+    Ok(Answer::Ok)
 }
 
 /// `dialect [name]`
