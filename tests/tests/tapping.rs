@@ -154,6 +154,30 @@ fn a_bore_is_left_with_the_spindle_standing() {
     assert_eq!(turning(&bench), 40);
 }
 
+#[test]
+fn a_job_that_is_held_behind_a_tap_can_be_aborted_there() {
+    let part = "G28\nG90\nG0 X20 Y20 Z8 F6000\nM3 S40\nG99 G84 X30 Z2 R8 F300\nX40\nX50\nG80\n";
+    let mut bench = spindle(Plan::new(CARTESIAN).file("part.g", part)).start();
+    bench.say("play part.g");
+    while turning(&bench) != 40 || bench.carriage(Gamma) > 6.0 {
+        bench.hear(0.05);
+        assert!(bench.now_s() < 60.0, "it does not tap");
+    }
+    bench.send(b"!");
+    bench.hear(5.0);
+    assert!(bench.status().contains("<Hold"), "{}", bench.status());
+    assert!((bench.carriage(Gamma) - 8.0).abs() < 0.02);
+    let x = bench.carriage(Alpha);
+    bench.type_in("abort\n");
+    let heard = bench.hear(1.0);
+    assert!(heard.contains("Please wait for abort to complete"), "{heard}");
+    bench.send(b"~");
+    bench.hear(5.0);
+    assert!((bench.carriage(Alpha) - x).abs() < 0.02, "{} and then {}", x, bench.carriage(Alpha));
+    assert!(bench.status().contains("<Idle"), "{}", bench.status());
+    bench.run(&["G0 X5", "M400"]);
+}
+
 /// A file that bores two holes by hand, and drills one without a code.
 fn by_hand() -> Bench {
     let part = "G28\nG90\nG0 X20 Y20 Z20 F6000\nM3 S40\nG99 G88 X30 Z2 R8 F300 P0.2\nX40\nG80\nG0 X60\n";

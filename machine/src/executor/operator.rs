@@ -60,14 +60,7 @@ pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt
         return Ok(Answer::Ok);
     }
     machine.announce(format_args!("// {what}: ~ goes on\n"));
-    hold(machine).await.map(|()| Answer::Ok)
-}
-
-/// Holds a machine that stands as `!` does, so that everybody sees why nothing moves, until `~`.
-///
-/// # Errors
-/// When it halts.
-pub(super) async fn hold<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    // Held as by `!`, so that everybody sees why nothing moves, and `~` goes on.
     if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
         return Err(Failure::Halted);
     }
@@ -75,5 +68,5 @@ pub(super) async fn hold<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), F
         machine.serve();
         yield_once().await;
     }
-    if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
+    if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(Answer::Ok) }
 }

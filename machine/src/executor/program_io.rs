@@ -2,11 +2,12 @@
 
 use program::{AwaitInput, InputEvent};
 
+use super::Machine;
 use super::hold::Hold;
-use super::{Machine, operator};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
 use crate::ports::{Input, Ports};
+use crate::safety::Event;
 
 /// M48 to M51, and taps: whether the operator's overrides count and a feed hold acts, once nothing moves.
 /// What he has set stays known.
@@ -34,7 +35,11 @@ pub(super) async fn enable_overrides<P: Ports>(
     }
     machine.outputs.let_override_count(spindle);
     say_spindle(machine);
-    if machine.hold.let_act(hold) { operator::hold(machine).await } else { Ok(()) }
+    // From standstill, so that it holds before the next move; whoever aborts then is heard.
+    if machine.hold.let_act(hold) && machine.safety.apply(Event::Started) && machine.safety.apply(Event::Hold) {
+        machine.ports.motion(motion::Motion::hold);
+    }
+    Ok(())
 }
 
 /// The operator's factor of feed rates, whether it counts or not.
