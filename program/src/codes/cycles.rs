@@ -1,4 +1,4 @@
-//! G73 to G89, G98 and G99: canned cycles; G93 to G95: feed modes.
+//! G70 to G89, G98 and G99: canned cycles; G93 to G95: feed modes.
 
 use gcode::Code;
 
