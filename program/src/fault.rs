@@ -35,6 +35,7 @@ pub struct Fault {
 #[allow(missing_docs, reason = "their texts say it")]
 pub enum Problem {
     NegativeFeedRate,
+    NegativeSpeed,
     NoFeedRate,
     SameGroup(Code, Code),
     AxesTwice(Code, Code),
@@ -224,6 +225,7 @@ impl fmt::Display for Problem {
             Self::InverseTime => "G93: each such line needs F, 60 for a second, above zero",
             Self::CentreAbsolute => "after G90.1 an arc needs both words of its centre",
             Self::NegativeFeedRate => "feed rate < 0",
+            Self::NegativeSpeed => "S is 0 or more",
             Self::NoFeedRate => "Undefined feed rate: F is missing",
             Self::NoExtruder => "no extruder is configured for E",
             // The machine knows its configuration, and says more.

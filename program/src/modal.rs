@@ -151,6 +151,8 @@ pub struct Modal {
     pub g92: [f64; 3],
     /// What G92.2 has taken away, and G92.3 brings back.
     pub(crate) g92_kept: [f64; 3],
+    /// G92 or G92.3 is in force, though it may add nothing: `#5210`.
+    pub(crate) g92_is_on: bool,
     /// Tool offset and shift together, X Y Z in mm.
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
@@ -190,6 +192,7 @@ impl Modal {
             rotations: Rotations::NONE,
             g92: [0.0; 3],
             g92_kept: [0.0; 3],
+            g92_is_on: false,
             tool_offset: [0.0; 3],
             shift: [0.0; 3],
             has_tool_length: false,

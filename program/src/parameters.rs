@@ -216,7 +216,7 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
             let place = program.second_park.unwrap_or_default();
             Some([place.x, place.y, place.z.unwrap_or(0.0)].get(usize::from(number - 5_181)).copied().unwrap_or(0.0))
         }
-        (5_210, _) => Some(f64::from(u8::from(modal.g92 != [0.0; 3]))),
+        (5_210, _) => Some(f64::from(u8::from(modal.g92_is_on || modal.g92 != [0.0; 3]))),
         (5_599, _) => Some(f64::from(u8::from(program.debugs))),
         (5_399, _) => Some(program.input_result),
         (5_400, _) => Some(f64::from(program.tools.number())),

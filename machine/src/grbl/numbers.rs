@@ -140,6 +140,7 @@ impl Error {
         use Problem as P;
         match problem {
             P::NegativeFeedRate
+            | P::NegativeSpeed
             | P::TooLittle(..)
             | P::MustExceed(..)
             | P::CornerTolerance

@@ -97,16 +97,19 @@ fn draw_within_flow<'b>(
 
 /// The S word.
 #[inline]
-pub(crate) fn take_power(program: &mut Interpreter, words: &Words<'_>) {
-    if let Some(power) = words.number('S') {
-        program.modal.power = power as f32;
+fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
+    let Some(power) = words.number('S') else { return Ok(()) };
+    if power < 0.0 {
+        return Err(Problem::NegativeSpeed.refused(words.column_of('S')));
     }
+    program.modal.power = power as f32;
+    Ok(())
 }
 
 /// F and S words.
 #[inline]
 pub(crate) fn take_rates(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
-    take_power(program, &context.words);
+    take_power(program, &context.words)?;
     if context.words.has('F') { take_feed(program, context) } else { Ok(()) }
 }
 

@@ -147,6 +147,7 @@ pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
         program.modal.g92_kept = if subcode == 2 { program.modal.g92 } else { [0.0; 3] };
     }
     program.modal.g92 = [0.0; 3];
+    program.modal.g92_is_on = false;
     if let Some(tool) = program.tools.active_mut().filter(|_| subcode == 0) {
         tool.e = 0.0;
     }
@@ -160,6 +161,7 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
         tool.e = e;
     }
     program.modal.g92_kept = [0.0; 3];
+    program.modal.g92_is_on = true;
     for axis in Axis::PRIMARY {
         if let Some(mm) = words.axis(axis) {
             program.modal.set_g92(axis, mm, &program.position);
@@ -184,6 +186,7 @@ pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>)
 
 /// G92.3: the offset itself, mm; without words, what G92.2 has taken away, if it has.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    program.modal.g92_is_on = true;
     if context.words.is_bare() && program.modal.g92_kept != [0.0; 3] {
         program.modal.g92 = program.modal.g92_kept;
     }

@@ -11,6 +11,9 @@ use crate::interpreter::Interpreter;
 /// M3, M4 and M5: the S of moves that follow, and how the spindle turns.
 pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
+    if context.words.get('S').is_some_and(|speed| speed < 0.0) {
+        return Err(Problem::NegativeSpeed.refused(context.words.column_of('S')));
+    }
     match (code.number, context.words.get('S')) {
         (5, _) => program.modal.power = 0.0,
         (_, Some(power)) => program.modal.power = power as f32,
