@@ -13,7 +13,13 @@ type Used = (Option<Pin>, String);
 fn motors(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let motors = config.actuators().flat_map(|(actuator, motor)| {
         let select = config.driver(actuator).and_then(|driver| driver.spi_cs_pin);
-        [motor.step_pin, motor.dir_pin, motor.en_pin, select].map(|pin| (pin, format!("actuator.{}", actuator.name())))
+        let pins = [
+            ("step_pin", motor.step_pin),
+            ("dir_pin", motor.dir_pin),
+            ("en_pin", motor.en_pin),
+            ("spi_cs_pin", select),
+        ];
+        pins.map(|(key, pin)| (pin, format!("actuator.{}.{key}", actuator.name())))
     });
     motors.chain([(config.motors.motors_enable_pin, "actuator.motors_enable_pin".to_owned())])
 }
@@ -29,7 +35,7 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
 
 fn outputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let heaters = config.temperatures.iter().filter(|heater| heater.enable);
-    let heaters = heaters.map(|heater| (heater.heater_pin, format!("temperature control.{}", heater.name)));
+    let heaters = heaters.map(|heater| (heater.heater_pin, format!("temperature control.{}.heater_pin", heater.name)));
     let switches = config.switches.iter().map(|switch| {
         let pin = switch.output_pin.and_then(|pin| match pin {
             OutputPin::Digital(pin) => Some(pin),
