@@ -310,7 +310,8 @@ impl Bench {
 
     fn release(&mut self) {
         let mut said = String::new();
-        for attempt in 0..25 {
+        // Longer than the five seconds that `cat -d` waits before it begins.
+        for attempt in 0..40 {
             if attempt % 5 == 0 {
                 let _ = self.runner.send_on(CONSOLE, b"M999\nM105\n");
             }
