@@ -136,8 +136,8 @@ fn what_would_change_the_part_pauses_and_says_why() {
     for (line, why) in [
         ("G12 P1 S2", "G12 is not known here, and what follows counts on it"),
         ("M4 S100", "M4 is for a part that this machine has not"),
-        ("EXCLUDE_OBJECT NAME=a", "EXCLUDE_OBJECT is not carried out here: objects cannot be left out yet"),
-        ("M486 P1", "M486: objects cannot be left out yet"),
+        ("EXCLUDE_OBJECT NAME=a", "there is no object of this name: see EXCLUDE_OBJECT_DEFINE"),
+        ("M486 P1", "there is no object of this number: see M486"),
         ("SET_VELOCITY_LIMIT ACCEL=quick", "SET_VELOCITY_LIMIT needs a number for ACCEL="),
         ("X1 Y1 M9999 G12", "G12 is not known here"),
     ] {
