@@ -251,14 +251,9 @@ def same(ours, theirs):
 
 
 def tidy(actions):
-    """Moves to where the tool is already are none."""
-    kept, here, spindle, overrides = [], [0.0] * 3, "stop", ["overrides", True, True]
-    for action, behind in zip(actions, [*actions[1:], [None]]):
-        if action[0] == "overrides":
-            # LinuxCNC switches one behind the other.
-            if behind[0] == "overrides" or action == overrides:
-                continue
-            overrides = action
+    """Without what changes nothing: moves to where the tool is already, a spindle that is stopped when it stands."""
+    kept, here, spindle = [], [0.0] * 3, "stop"
+    for action in actions:
         if action == ["dwell", 0.0]:
             continue
         if action[0] == "spindle":
@@ -273,8 +268,20 @@ def tidy(actions):
         elif action[0] == "arc":
             here = action[4:7]
         kept.append(action)
-    # At its end a program lets them count again.
-    return kept[:-1] if kept and kept[-1][0] == "overrides" else kept
+    return with_overrides_once(kept)
+
+
+def with_overrides_once(actions):
+    """LinuxCNC switches feed and spindle one behind the other, and once more where nothing changes."""
+    kept, overrides = [], ["overrides", True, True]
+    for action, behind in zip(actions, [*actions[1:], [None]]):
+        if action[0] == "overrides":
+            # The end of a program lets them count again.
+            if behind[0] in ("overrides", None) or action == overrides:
+                continue
+            overrides = action
+        kept.append(action)
+    return kept
 
 
 def compare(program, path):
