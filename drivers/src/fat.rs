@@ -1,8 +1,8 @@
 //! Names on FAT16 and FAT32 volumes: directories are read and changed here, long file names included.
 //!
 //! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a
-//! damaged volume gives [`Error::Damaged`], never a hang or a panic. What a file contains is not read or
-//! written here.
+//! damaged volume gives [`Error::Damaged`], never a hang or a panic. What a file contains is not written
+//! here, and read only by a [`Reader`].
 //!
 //! Source: Microsoft Extensible Firmware Initiative FAT32 File System Specification, "FAT: General Overview
 //! of On-Disk Format", version 1.03 (below: FAT 1.03), which the SD Physical Layer Specification, Part 2 File
@@ -37,6 +37,7 @@ mod lookup;
 mod moving;
 mod name;
 mod placing;
+mod reading;
 mod record;
 mod short_name;
 mod table;
@@ -48,6 +49,7 @@ mod tests;
 pub use geometry::{Kind, Volume, first_partition};
 pub use lookup::Listing;
 pub use name::{Name, is_legal_name, same_name, stripped};
+pub use reading::Reader;
 pub use record::{Attributes, Entry, Place, Stamp};
 
 /// Bytes of a block.

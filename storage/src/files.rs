@@ -1,6 +1,8 @@
 //! The storage port over both: names here, contents there.
 
-use drivers::fat::{Attributes, Entry, Error as NameError, Listing, Name, Place, Stamp, Volume, first_partition};
+use drivers::fat::{
+    Attributes, Entry, Error as NameError, Listing, Name, Place, Reader, Stamp, Volume, first_partition,
+};
 use embedded_sdmmc::{
     Block, BlockIdx, Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
 };
@@ -8,12 +10,13 @@ use heapless::{String, Vec};
 use machine::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
 
 use crate::Card;
+use crate::beside::{Beside, Readers};
 use crate::errors::{of_content, of_name};
 use crate::lens::{Device, Lens};
 use crate::listing::listed;
 
 /// Files open at once.
-pub const MAX_FILES: usize = 4;
+pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
 /// Where the card appears in paths.
@@ -27,6 +30,8 @@ struct Open {
     handle: FileHandle,
     raw: RawFile,
     place: Place,
+    /// It may be written to.
+    writes: bool,
     /// A write went wrong: the file may have more clusters than it says.
     failed: bool,
 }
@@ -45,6 +50,7 @@ pub struct CardStorage<C: Card, T: TimeSource> {
     clock: T,
     raw_volume: Option<RawVolume>,
     open: Vec<Open, MAX_FILES>,
+    readers: Readers,
     next_handle: u8,
     listed: Option<Listed>,
 }
@@ -53,7 +59,15 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
     /// Not mounted.
     pub fn new(card: C, clock: T) -> Self {
         let manager = Manager::new_with_limits(Lens::new(card), clock.clone(), 1);
-        Self { manager, clock, raw_volume: None, open: Vec::new(), next_handle: 0, listed: None }
+        Self {
+            manager,
+            clock,
+            raw_volume: None,
+            open: Vec::new(),
+            readers: Readers::default(),
+            next_handle: 0,
+            listed: None,
+        }
     }
 
     /// The card itself.
@@ -103,7 +117,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         };
         match (entry.is_directory(), mode) {
             (true, _) => return Err(StorageError::WrongKind),
-            (_, OpenMode::Read) => {}
+            (_, OpenMode::Read | OpenMode::Beside) => {}
             _ if entry.attributes().has(Attributes::READ_ONLY) => return Err(StorageError::ReadOnly),
             (_, OpenMode::Append) => self.names(|volume, device| volume.forget_free_count(device))?,
             (_, OpenMode::Write) => {
@@ -113,6 +127,32 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         }
         self.names(|volume, device| volume.check(device, &entry))?;
         Ok(entry)
+    }
+
+    /// Opens a file beside whoever reads it.
+    fn open_beside(&mut self, path: &str) -> Result<FileHandle, StorageError> {
+        let entry = self.names(|volume, device| volume.find(device, path))?;
+        if entry.is_directory() {
+            return Err(StorageError::WrongKind);
+        }
+        if self.open.iter().any(|open| open.writes && open.place == entry.place()) {
+            return Err(StorageError::Busy);
+        }
+        let handle = self.new_handle();
+        self.readers.push(Beside { handle, place: entry.place(), reader: Reader::new(&entry), offset: 0 })?;
+        Ok(handle)
+    }
+
+    /// Reads on beside.
+    fn read_beside(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        let Self { manager, readers, .. } = self;
+        let Some(beside) = readers.get(file) else { return Err(StorageError::NotFound) };
+        let count = manager.device(|lens| {
+            let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
+            beside.reader.read(volume, &mut device, beside.offset, buffer).map_err(of_name::<C>)
+        })?;
+        beside.offset += count as u32;
+        Ok(count)
     }
 
     /// Opens what a file contains, found by the short names along its path.
@@ -175,7 +215,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         loop {
             self.next_handle = self.next_handle.wrapping_add(1);
             let handle = FileHandle(self.next_handle);
-            if self.open.iter().all(|open| open.handle != handle) {
+            if self.open.iter().all(|open| open.handle != handle) && !self.readers.has(handle) {
                 return handle;
             }
         }
@@ -206,6 +246,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     /// is closed, as it may be another card.
     fn mount(&mut self) -> Result<(), StorageError> {
         self.listed = None;
+        self.readers.clear();
         while let Some(open) = self.open.pop() {
             // The old card may be gone: that its files cannot be closed properly is no reason not to look for
             // a new one.
@@ -236,25 +277,38 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
+        let path = inside(path)?;
+        if mode == OpenMode::Beside {
+            return self.open_beside(path);
+        }
         if self.open.is_full() {
             return Err(StorageError::TooManyOpen);
         }
-        let path = inside(path)?;
         let entry = self.prepare(path, mode)?;
+        let writes = mode != OpenMode::Read;
+        if writes {
+            self.readers.forget(entry.place());
+        }
         let raw = self.open_content(path, &entry, mode)?;
         self.manager.device(|lens| lens.keep(&entry));
         let handle = self.new_handle();
         // There is room, as was seen above.
-        let _pushed = self.open.push(Open { handle, raw, place: entry.place(), failed: false });
+        let _pushed = self.open.push(Open { handle, raw, place: entry.place(), writes, failed: false });
         Ok(handle)
     }
 
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        if self.readers.has(file) {
+            return self.read_beside(file, buffer);
+        }
         let raw = self.opened(file)?.raw;
         self.manager.read(raw, buffer).map_err(of_content::<C>)
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        if self.readers.has(file) {
+            return if bytes.is_empty() { Ok(()) } else { Err(StorageError::ReadOnly) };
+        }
         let raw = self.opened(file)?.raw;
         // Writing nothing would take a cluster for it.
         if bytes.is_empty() {
@@ -277,16 +331,26 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     }
 
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+        if let Some(beside) = self.readers.get(file) {
+            beside.offset = offset_bytes;
+            return if offset_bytes <= beside.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
+        }
         let raw = self.opened(file)?.raw;
         self.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
     }
 
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
+        if let Some(beside) = self.readers.get(file) {
+            return Ok(beside.reader.size_bytes());
+        }
         let raw = self.opened(file)?.raw;
         self.manager.file_length(raw).map_err(of_content::<C>)
     }
 
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        if self.readers.close(file) {
+            return Ok(());
+        }
         let place = self.open.iter().position(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         let open = self.open.swap_remove(place);
         // Its size in the directory has changed.
@@ -324,6 +388,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         let entry = self.find_closed(inside(path)?)?;
+        self.readers.forget(entry.place());
         self.change(|volume, device| volume.remove(device, &entry))
     }
 
@@ -334,6 +399,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         let entry = self.find_closed(inside(from)?)?;
+        self.readers.forget(entry.place());
         let to = inside(to)?;
         self.change(|volume, device| volume.rename(device, &entry, to))
     }

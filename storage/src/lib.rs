@@ -8,6 +8,7 @@
 //! Generic over the card, so that the desk tests what the board runs.
 #![cfg_attr(not(any(test, feature = "ram")), no_std)]
 
+mod beside;
 mod errors;
 mod files;
 mod lens;
@@ -18,6 +19,7 @@ pub mod ram;
 #[cfg(test)]
 mod tests;
 
+pub use beside::MAX_BESIDE;
 pub use files::{CardStorage, MAX_FILES};
 use lens::Fault;
 

@@ -1,6 +1,7 @@
 //! The storage port on volumes in memory, judged by a foreign tool (`fatfs`) and by the checker of
 //! `drivers::fat`'s tests.
 
+mod beside;
 mod card;
 #[path = "../../drivers/src/fat/tests/checker.rs"]
 mod checker;

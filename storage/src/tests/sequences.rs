@@ -10,6 +10,7 @@ use machine::ports::{FileHandle, OpenMode, Storage, StorageError};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};
+use crate::files::MAX_FILES;
 use crate::ram::RamCard;
 
 #[derive(Clone, Debug)]
@@ -50,10 +51,10 @@ fn path() -> impl Strategy<Value = String> {
 fn call() -> impl Strategy<Value = Call> {
     prop_oneof![
         8 => (path(), 0..3_u8).prop_map(|(path, mode)| Call::Open(path, mode)),
-        8 => (0..4_usize, 0..3_000_usize).prop_map(|(file, size)| Call::Write(file, size)),
-        3 => (0..4_usize, 1..3_000_usize).prop_map(|(file, size)| Call::Read(file, size)),
-        2 => (0..4_usize, 0..4_000_u32).prop_map(|(file, at)| Call::Seek(file, at)),
-        6 => (0..4_usize).prop_map(Call::Close),
+        8 => (0..MAX_FILES, 0..3_000_usize).prop_map(|(file, size)| Call::Write(file, size)),
+        3 => (0..MAX_FILES, 1..3_000_usize).prop_map(|(file, size)| Call::Read(file, size)),
+        2 => (0..MAX_FILES, 0..4_000_u32).prop_map(|(file, at)| Call::Seek(file, at)),
+        6 => (0..MAX_FILES).prop_map(Call::Close),
         4 => path().prop_map(Call::Remove),
         4 => (path(), path()).prop_map(|(from, to)| Call::Rename(from, to)),
         2 => path().prop_map(Call::MakeDirectory),
@@ -128,7 +129,7 @@ impl Model {
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<String, StorageError> {
-        if self.open.len() == 4 {
+        if self.open.len() == MAX_FILES {
             return Err(StorageError::TooManyOpen);
         }
         let path = match self.closed(path) {

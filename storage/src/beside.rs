@@ -1,0 +1,51 @@
+//! Files that are read beside whoever else has them open. `embedded-sdmmc` opens a file once, and goes along
+//! its clusters from the beginning wherever it is asked to go back; here each reader has its own way.
+
+use drivers::fat::{Place, Reader};
+use heapless::Vec;
+use machine::ports::{FileHandle, StorageError};
+
+/// Files read beside at once: one, and those that wait for their subroutines.
+pub const MAX_BESIDE: usize = 4;
+
+/// A file that is read.
+pub(crate) struct Beside {
+    pub handle: FileHandle,
+    pub place: Place,
+    pub reader: Reader,
+    pub offset: u32,
+}
+
+/// All of them.
+#[derive(Default)]
+pub(crate) struct Readers(Vec<Beside, MAX_BESIDE>);
+
+impl Readers {
+    pub fn push(&mut self, beside: Beside) -> Result<(), StorageError> {
+        self.0.push(beside).map_err(|_| StorageError::TooManyOpen)
+    }
+
+    pub fn get(&mut self, file: FileHandle) -> Option<&mut Beside> {
+        self.0.iter_mut().find(|beside| beside.handle == file)
+    }
+
+    pub fn has(&self, file: FileHandle) -> bool {
+        self.0.iter().any(|beside| beside.handle == file)
+    }
+
+    /// Closes one; false when there is none.
+    pub fn close(&mut self, file: FileHandle) -> bool {
+        let before = self.0.len();
+        self.0.retain(|beside| beside.handle != file);
+        self.0.len() < before
+    }
+
+    /// The file of this entry is about to change.
+    pub fn forget(&mut self, place: Place) {
+        self.0.retain(|beside| beside.place != place);
+    }
+
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+}
