@@ -10,7 +10,9 @@ use drivers::fat::{is_legal_name, same_name, stripped};
 use machine::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
 
 /// How many files can be open at once, as on the board.
-const OPEN_FILES: usize = 4;
+const OPEN_FILES: usize = 5;
+/// How many more can be read beside.
+const BESIDE: usize = 4;
 
 /// What is wrong with the card.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +41,11 @@ struct Open {
 pub struct Card {
     root: PathBuf,
     state: CardState,
-    open: [Option<Open>; OPEN_FILES],
+    open: [Option<Open>; OPEN_FILES + BESIDE],
+    /// Blocks written, and how many may be before the power goes.
+    writes: u32,
+    most_writes: Option<u32>,
+    is_off: bool,
 }
 
 fn translate(error: &Error) -> StorageError {
@@ -54,8 +60,18 @@ fn translate(error: &Error) -> StorageError {
 
 impl Card {
     /// This folder as the card.
-    pub fn new(root: &Path, state: CardState) -> Self {
-        Self { root: root.to_owned(), state, open: Default::default() }
+    pub fn new(root: &Path, state: CardState, most_writes: Option<u32>) -> Self {
+        Self { root: root.to_owned(), state, open: Default::default(), writes: 0, most_writes, is_off: false }
+    }
+
+    /// Block writes so far, and whether the power went at one.
+    pub const fn block_writes(&self) -> (u32, bool) {
+        (self.writes, self.is_off)
+    }
+
+    /// It is pulled out, or put in again.
+    pub fn set_state(&mut self, state: CardState) {
+        self.state = state;
     }
 
     fn usable(&self) -> Result<(), StorageError> {
@@ -106,7 +122,8 @@ impl Card {
     /// The same, of what is not open.
     fn closed(&self, path: &str) -> Result<PathBuf, StorageError> {
         let place = self.entry(path)?;
-        if self.open.iter().flatten().any(|open| open.place == place) { Err(StorageError::Busy) } else { Ok(place) }
+        let has = |open: &Open| open.place == place && open.mode != OpenMode::Beside;
+        if self.open.iter().flatten().any(has) { Err(StorageError::Busy) } else { Ok(place) }
     }
 
     /// The host's path of something new, which nothing but `moved` may have.
@@ -129,24 +146,44 @@ impl Card {
         }
     }
 
+    /// The host's path of a file that nobody writes.
+    fn read_by_others(&self, path: &str) -> Result<PathBuf, StorageError> {
+        let place = self.entry(path)?;
+        let writes = |open: &Open| open.place == place && matches!(open.mode, OpenMode::Write | OpenMode::Append);
+        if self.open.iter().flatten().any(writes) { Err(StorageError::Busy) } else { Ok(place) }
+    }
+
+    /// Who reads this file beside finds it no more.
+    fn forget_beside(&mut self, place: &Path) {
+        let is_beside = |open: &Open| open.mode == OpenMode::Beside && open.place == place;
+        self.open.iter_mut().filter(|slot| slot.as_ref().is_some_and(is_beside)).for_each(|slot| *slot = None);
+    }
+
     pub fn mount(&mut self) -> Result<(), StorageError> {
         self.open = Default::default();
         self.usable()
     }
 
     pub fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.usable()?;
-        let slot = self.open.iter().position(Option::is_none).ok_or(StorageError::TooManyOpen)?;
+        self.inside(path)?;
+        let slots = if mode == OpenMode::Beside { OPEN_FILES..OPEN_FILES + BESIDE } else { 0..OPEN_FILES };
+        let slot = self.open[slots.clone()].iter().position(Option::is_none).ok_or(StorageError::TooManyOpen)?;
+        let slot = slots.start + slot;
+        let reads = matches!(mode, OpenMode::Read | OpenMode::Beside);
         let place = match self.closed(path) {
-            Err(StorageError::NotFound) if mode != OpenMode::Read => self.new_place(path, None)?,
+            Err(StorageError::NotFound) if !reads => self.new_place(path, None)?,
+            Err(StorageError::Busy) if mode == OpenMode::Beside => self.read_by_others(path)?,
             found => found?,
         };
+        if !reads {
+            self.forget_beside(&place);
+        }
         if place.is_dir() {
             return Err(StorageError::WrongKind);
         }
         let mut options = File::options();
-        options.read(true).write(mode != OpenMode::Read);
-        options.create(mode != OpenMode::Read).truncate(mode == OpenMode::Write);
+        options.read(true).write(!reads);
+        options.create(!reads).truncate(mode == OpenMode::Write);
         let mut file = options.open(&place).map_err(|error| translate(&error))?;
         if mode == OpenMode::Append {
             file.seek(SeekFrom::End(0)).map_err(|error| translate(&error))?;
@@ -164,18 +201,27 @@ impl Card {
     }
 
     pub fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        if self.state == CardState::Unreadable {
-            return Err(StorageError::Device);
+        match self.state {
+            CardState::Unreadable => return Err(StorageError::Device),
+            CardState::Missing => return Err(StorageError::NotResponding),
+            _ => {}
         }
         self.file(file)?.read(buffer).map_err(|error| translate(&error))
     }
 
     pub fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
         let open = self.opened(file)?;
-        if open.mode == OpenMode::Read && !bytes.is_empty() {
+        if matches!(open.mode, OpenMode::Read | OpenMode::Beside) && !bytes.is_empty() {
             return Err(StorageError::ReadOnly);
         }
-        open.file.write_all(bytes).map_err(|error| translate(&error))
+        if !bytes.is_empty() {
+            if self.is_off || self.most_writes == Some(self.writes) {
+                self.is_off = true;
+                return Err(StorageError::NotResponding);
+            }
+            self.writes += bytes.len().div_ceil(512) as u32;
+        }
+        self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
     }
 
     pub fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
@@ -227,8 +273,9 @@ impl Card {
         Ok(())
     }
 
-    pub fn remove(&self, path: &str) -> Result<(), StorageError> {
+    pub fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         let place = self.closed(path)?;
+        self.forget_beside(&place);
         let removed = if place.is_dir() { fs::remove_dir(place) } else { fs::remove_file(place) };
         removed.map_err(|error| translate(&error))
     }
@@ -239,6 +286,7 @@ impl Card {
 
     pub fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         let from = self.closed(from)?;
+        self.forget_beside(&from);
         let to = self.new_place(to, Some(&from))?;
         fs::rename(&from, &to).map_err(|error| translate(&error))?;
         // Files that are open in a directory move with it.
