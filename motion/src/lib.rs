@@ -48,12 +48,15 @@ pub mod timeline;
 pub mod trajectory;
 pub mod trigger;
 
-pub use compensation::{Compensation, CompensationError, Fade, GridShape, Plane, Skew, Surface};
+pub use compensation::{
+    Compensation, CompensationError, Fade, GridShape, Interpolation, MOST_OF_POLYNOMIAL, MOST_SIDE, Plane, Skew,
+    Surface,
+};
 pub use config::{ActuatorConfig, ConfigError, Limits, MotionConfig};
 pub use feed::StepFeed;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
-pub use motion::{Access, Counters, Motion, State};
+pub use motion::{Access, Counters, Motion, Passage, State};
 pub use moves::{Corner, Mode, Move, Refusal, Tag};
 pub use planner::BlockRing;
 pub(crate) use root::square_root;

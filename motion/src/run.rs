@@ -8,6 +8,7 @@ use crate::{
     jerk_limited::{Draft, Ramps},
     knots::SEGMENT_SECONDS,
     least,
+    motion::Passage,
     path::{Curve, Path},
     planner::Block,
     profile::{Phase, Profile},
@@ -216,6 +217,22 @@ impl Run {
             self.travelled = self.phase_base + phase.distance(local);
         }
         Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), fresh })
+    }
+
+    /// Moves the cursor to the end of the profile at once, and adds the time that it takes. (When it ends is
+    /// of no interest then.)
+    pub fn pass(&mut self, passage: &mut Passage) {
+        while let Some(phase) = self.current() {
+            let is_even = phase.acceleration == 0.0 && phase.jerk == 0.0;
+            *if is_even { &mut passage.even_seconds } else { &mut passage.ramp_seconds } += phase.duration;
+            self.speed = phase.speed_at(phase.duration);
+            passage.peak = greatest(passage.peak, greatest(phase.speed, self.speed));
+            self.phase_base += phase.length;
+            self.travelled = self.phase_base;
+            self.phase += 1;
+        }
+        (self.local, self.taken) = (0.0, 0);
+        self.close();
     }
 
     /// At the end of the profile the speed is the profile's own, free of rounding; near the end of the block,

@@ -133,7 +133,7 @@ impl Compensation {
         let most = greatest(libm::fabs(low), libm::fabs(high));
         let mut lift = Lift { slope, bend, fading: [0.0; 2], change: 0.0, low, high, scale: f64::INFINITY };
         if let Some(grid) = self.grid() {
-            let [x, y] = grid.shape.step.map(libm::fabs);
+            let [x, y] = grid.fine.step.map(libm::fabs);
             lift.scale = least(x, y);
         }
         if let Some(fade) = self.fade {

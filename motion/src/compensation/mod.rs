@@ -12,6 +12,7 @@
 //! [`Lift`] bounds what it adds to a motor's way.
 
 mod fade;
+mod interpolation;
 mod lift;
 mod skew;
 mod surface;
@@ -19,6 +20,7 @@ mod surface;
 mod tests;
 
 pub use fade::Fade;
+pub use interpolation::{Interpolation, MOST_OF_POLYNOMIAL};
 pub(crate) use lift::{Lift, Over};
 pub use skew::{MOST_SKEW, Skew};
 pub use surface::{GridShape, Height, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SIDE, MOST_SLOPE, Surface};
@@ -78,6 +80,11 @@ pub enum CompensationError {
     Count,
     /// The first point is no place.
     Place,
+    /// More points along a side than its interpolation has.
+    Interpolation {
+        /// At most.
+        most: usize,
+    },
     /// Points lie nearer than [`LEAST_STEP`].
     Spacing,
     /// The height of this point, counted from 0, is no number.
@@ -115,6 +122,9 @@ impl core::fmt::Display for CompensationError {
         match self {
             Self::Busy => f.write_str("the machine is moving"),
             Self::Count => write!(f, "a grid has 2 to {MOST_SIDE} points along X and along Y"),
+            Self::Interpolation { most } => {
+                write!(f, "this interpolation takes at most {most} points along X and along Y: see [bed mesh]")
+            }
             Self::Place => f.write_str("the grid begins nowhere: its first point is not a number"),
             Self::Spacing => write!(f, "points of a grid must be at least {LEAST_STEP} mm apart"),
             Self::NotMeasured { point } => write!(f, "the height of point {} is not a number", point + 1),
@@ -160,6 +170,16 @@ pub struct Compensation {
 impl Compensation {
     pub(crate) const fn new(surface: Elsewhere<Surface>) -> Self {
         Self { skew: Skew::NONE, bed: Bed::Flat, fade: None, suspended: false, active: false, surface, changes: 0 }
+    }
+
+    /// The same as another one. What is being measured there stays there.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        (self.skew, self.bed, self.fade) = (other.skew, other.bed, other.fade);
+        (self.suspended, self.active, self.changes) = (other.suspended, other.active, other.changes);
+        let Self { surface, .. } = other;
+        if other.bed == Bed::Grid {
+            self.surface.copy_in_force(surface);
+        }
     }
 
     // --- what is in force ---
@@ -335,11 +355,23 @@ impl Compensation {
     }
 
     /// Levels by what was gathered in the surface's draft.
-    pub(crate) fn set_grid(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
-        self.surface.adopt(shape, fade)?;
+    pub(crate) fn set_grid(
+        &mut self,
+        shape: &GridShape,
+        interpolation: Interpolation,
+        fade: Option<Fade>,
+    ) -> Result<(), CompensationError> {
+        self.surface.adopt(shape, interpolation, fade)?;
         (self.bed, self.fade) = (Bed::Grid, fade);
         self.changed();
         Ok(())
+    }
+
+    /// Levels by the grid that did last.
+    pub(crate) fn set_last_grid(&mut self, fade: Option<Fade>) -> Result<(), CompensationError> {
+        let (shape, interpolation) = (*self.surface.shape(), self.surface.interpolation());
+        self.surface.draft = self.surface.heights;
+        self.set_grid(&shape, interpolation, fade)
     }
 
     fn changed(&mut self) {

@@ -1,14 +1,16 @@
 //! A measured surface: a spline through a grid of heights.
 //!
-//! The heights are interpolated by the natural bicubic spline, kept as coefficients of uniform cubic
-//! B-splines: heights, slopes and bends are continuous everywhere, a plane stays a plane, and the greatest
-//! differences of coefficients bound slopes and bends. Bilinear interpolation, which other firmwares use, has
-//! a kink at each line of the grid: there a motor's speed would have to jump.
+//! [`Interpolation`] gives the heights at the points of a finer grid, of up to four cells for each measured
+//! one. Through those goes the natural bicubic spline, kept as coefficients of uniform cubic B-splines:
+//! heights, slopes and bends are continuous everywhere, a plane stays a plane, and the greatest differences
+//! of coefficients bound slopes and bends. What is looked up while the machine moves is the same for every
+//! interpolation; plain bilinear patches would have a kink at each line of the grid, where a motor's speed
+//! would have to jump.
 //!
-//! Outside the grid the coefficients of its border go on, after one more that continues the slope: the
-//! surface levels out within two grid distances and is flat from there on.
+//! Outside the grid the heights of its edge go on: the coefficients of the border, after one more that
+//! continues the slope, so that the surface turns without a kink and lies flat three fine grid distances on.
 
-use super::{CompensationError, Fade};
+use super::{CompensationError, Fade, Interpolation};
 use crate::greatest;
 
 /// Most points along X or Y.
@@ -22,7 +24,7 @@ pub const MOST_HEIGHT: f64 = 25.0;
 /// The greatest slope.
 pub const MOST_SLOPE: f64 = 0.25;
 /// Coefficients along a side: one more at each end.
-const SIDE: usize = MOST_SIDE + 2;
+pub(super) const SIDE: usize = MOST_SIDE + 2;
 
 /// Where the points of a grid are. Heights are given row by row: all of the first Y, along X, then the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +96,8 @@ impl Bounds {
     pub const NONE: Self = Self { low: 0.0, high: 0.0, slope: [0.0; 2], bend: [0.0; 3] };
 }
 
+const NOTHING: GridShape = GridShape { origin: [0.0; 2], step: [0.0; 2], count: [0; 2] };
+
 /// Room for a grid, what is being gathered and what is in force. Large: it belongs where memory is plentiful.
 #[derive(Debug)]
 pub struct Surface {
@@ -101,7 +105,11 @@ pub struct Surface {
     pub(crate) draft: [f32; MOST_POINTS],
     /// What is in force.
     pub(super) heights: [f32; MOST_POINTS],
-    pub(super) shape: GridShape,
+    /// Of what was measured.
+    shape: GridShape,
+    interpolation: Interpolation,
+    /// The grid of the coefficients.
+    pub(super) fine: GridShape,
     coefficients: [[f64; SIDE]; SIDE],
     /// Of the whole, and of what lies inside the grid.
     everywhere: Bounds,
@@ -115,13 +123,23 @@ impl Default for Surface {
 }
 
 impl Surface {
+    /// What is in force in another one.
+    pub(super) fn copy_in_force(&mut self, other: &Self) {
+        self.heights = other.heights;
+        (self.shape, self.interpolation) = (other.shape, other.interpolation);
+        (self.fine, self.coefficients) = (other.fine, other.coefficients);
+        (self.everywhere, self.inside) = (other.everywhere, other.inside);
+    }
+
     /// Nothing measured.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             draft: [0.0; MOST_POINTS],
             heights: [0.0; MOST_POINTS],
-            shape: GridShape { origin: [0.0; 2], step: [0.0; 2], count: [0; 2] },
+            shape: NOTHING,
+            interpolation: Interpolation::Spline,
+            fine: NOTHING,
             coefficients: [[0.0; SIDE]; SIDE],
             everywhere: Bounds::NONE,
             inside: Bounds::NONE,
@@ -134,6 +152,12 @@ impl Surface {
         &self.shape
     }
 
+    /// What lies between its points.
+    #[must_use]
+    pub const fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
     /// The heights in force, mm, row by row.
     #[must_use]
     pub fn heights(&self) -> &[f32] {
@@ -144,14 +168,24 @@ impl Surface {
     ///
     /// # Errors
     /// What is wrong with it; what was in force still is.
-    pub(super) fn adopt(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
+    pub(super) fn adopt(
+        &mut self,
+        shape: &GridShape,
+        interpolation: Interpolation,
+        fade: Option<Fade>,
+    ) -> Result<(), CompensationError> {
         shape.check()?;
+        let most = interpolation.most_points();
+        if shape.count.iter().any(|count| *count > most) {
+            return Err(CompensationError::Interpolation { most });
+        }
         check_heights(shape, &self.draft)?;
-        let before = core::mem::replace(&mut self.shape, *shape);
+        let before = (self.shape, self.interpolation);
+        (self.shape, self.interpolation) = (*shape, interpolation);
         self.fit(Of::Draft);
         if let Some(Err(flaw)) = fade.map(|fade| fade.check(self.greatest_size())) {
-            self.shape = before;
-            if before.points() > 0 {
+            (self.shape, self.interpolation) = before;
+            if self.shape.points() > 0 {
                 self.fit(Of::Heights);
             }
             return Err(flaw);
@@ -159,40 +193,49 @@ impl Surface {
         self.heights = self.draft;
         let [nx, ny] = self.last();
         self.inside = self.bounds([-1, nx + 1], [-1, ny + 1]);
-        self.everywhere = self.bounds([-2, nx + 2], [-2, ny + 2]);
+        self.everywhere = self.bounds([-3, nx + 3], [-3, ny + 3]);
         Ok(())
     }
 
-    /// Index of the last point along X and Y.
+    /// Index of the last point of the finer grid along X and Y.
     const fn last(&self) -> [i32; 2] {
-        [self.shape.count[0] as i32 - 1, self.shape.count[1] as i32 - 1]
+        [self.fine.count[0] as i32 - 1, self.fine.count[1] as i32 - 1]
     }
 
-    /// Works out the coefficients: row by row along X, then column by column along Y.
+    /// Works out the finer grid and its coefficients: measured rows along X, then fine columns along Y, then
+    /// rows of coefficients along X.
     fn fit(&mut self, of: Of) {
-        let [nx, ny] = self.shape.count;
+        let ([nx, ny], [sx, sy]) = (self.shape.count, self.shape.step);
+        let finer = [self.interpolation.finer(nx, sx), self.interpolation.finer(ny, sy)];
         let heights = if of == Of::Draft { &self.draft } else { &self.heights };
         let mut line = [0.0; SIDE];
+        let (mut wide, mut deep) = (nx, ny);
         for row in 0..ny {
             for (to, height) in line.iter_mut().skip(1).zip(heights.iter().skip(row * nx).take(nx)) {
                 *to = f64::from(*height);
             }
-            natural(&mut line, nx);
+            wide = self.interpolation.refine(&mut line, nx, finer[0]);
             if let Some(coefficients) = self.coefficients.get_mut(row + 1) {
                 *coefficients = line;
             }
         }
-        for column in 0..nx + 2 {
+        for column in 1..=wide {
             for (to, row) in line.iter_mut().zip(&self.coefficients) {
                 *to = row.get(column).copied().unwrap_or(0.0);
             }
-            natural(&mut line, ny);
+            deep = self.interpolation.refine(&mut line, ny, finer[1]);
+            natural(&mut line, deep);
             for (row, value) in self.coefficients.iter_mut().zip(line) {
                 if let Some(to) = row.get_mut(column) {
                     *to = value;
                 }
             }
         }
+        for row in self.coefficients.iter_mut().take(deep + 2) {
+            natural(row, wide);
+        }
+        let step = [sx / finer[0] as f64, sy / finer[1] as f64];
+        self.fine = GridShape { origin: self.shape.origin, step, count: [wide, deep] };
     }
 
     /// No place of the surface is higher or lower: the greatest size of the control points of its Bezier
@@ -217,24 +260,22 @@ impl Surface {
         most
     }
 
-    /// A coefficient: -1 to the last point and one more; beyond, the border's.
     fn row(&self, index: i32, [_, ny]: [i32; 2]) -> &[f64; SIDE] {
-        let row = (index.clamp(-1, ny + 1) + 1) as usize;
-        self.coefficients.get(row).unwrap_or(&[0.0; SIDE])
+        self.coefficients.get(kept(index, ny)).unwrap_or(&[0.0; SIDE])
     }
 
     fn coefficient(&self, column: i32, row: i32) -> f64 {
         let [nx, ny] = self.last();
-        self.row(row, [nx, ny]).get((column.clamp(-1, nx + 1) + 1) as usize).copied().unwrap_or(0.0)
+        self.row(row, [nx, ny]).get(kept(column, nx)).copied().unwrap_or(0.0)
     }
 
     /// Height and slopes at X and Y.
     #[must_use]
     pub fn at(&self, x: f64, y: f64) -> Height {
-        let ([ox, oy], [sx, sy], [nx, ny]) = (self.shape.origin, self.shape.step, self.last());
+        let ([ox, oy], [sx, sy], [nx, ny]) = (self.fine.origin, self.fine.step, self.last());
         let (column, across) = Weights::at((x - ox) / sx, nx);
         let (row, along) = Weights::at((y - oy) / sy, ny);
-        let columns = [-1, 0, 1, 2].map(|by| ((column + by).clamp(-1, nx + 1) + 1) as usize);
+        let columns = [-1, 0, 1, 2].map(|by| kept(column + by, nx));
         let mut height = Height::default();
         for (by, (value, slope)) in [-1, 0, 1, 2].into_iter().zip(along.value.into_iter().zip(along.slope)) {
             let line = self.row(row + by, [nx, ny]);
@@ -256,7 +297,7 @@ impl Surface {
     pub(super) fn bounds_of(&self, low: [f64; 2], high: [f64; 2]) -> Bounds {
         let [nx, ny] = self.last();
         let cells = |axis: usize, last: i32| {
-            let at = |place: f64| cell((place - self.shape.origin[axis]) / self.shape.step[axis], last).0;
+            let at = |place: f64| cell((place - self.fine.origin[axis]) / self.fine.step[axis], last).0;
             let (one, other) = (at(low[axis]), at(high[axis]));
             if one < other { [one - 1, other + 2] } else { [other - 1, one + 2] }
         };
@@ -271,7 +312,7 @@ impl Surface {
     /// From the coefficients in these columns and rows, both ends included. A spline lies in the hull of its
     /// coefficients, its derivatives in that of their differences.
     fn bounds(&self, [left, right]: [i32; 2], [near, far]: [i32; 2]) -> Bounds {
-        let [sx, sy] = self.shape.step.map(libm::fabs);
+        let [sx, sy] = self.fine.step.map(libm::fabs);
         let first = self.coefficient(left, near);
         let mut bounds = Bounds { low: first, high: first, ..Bounds::NONE };
         let [mut x, mut y, mut xx, mut yy, mut xy] = [0.0; 5];
@@ -333,7 +374,7 @@ fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationE
 
 /// From `count` values at 1.. in `line` to the coefficients of the natural spline through them, at 0 to
 /// `count + 1`: `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
-fn natural(line: &mut [f64; SIDE], count: usize) {
+pub(super) fn natural(line: &mut [f64; SIDE], count: usize) {
     let mut factors = [0.0; SIDE];
     let get = |line: &[f64; SIDE], index: usize| line.get(index).copied().unwrap_or(0.0);
     // Forwards: each equation loses its first unknown. The first value is its own coefficient.
@@ -361,23 +402,41 @@ fn natural(line: &mut [f64; SIDE], count: usize) {
     }
 }
 
-/// The cell of a place counted in grid distances, and how far in it is. Beyond two distances from the grid
+/// Where the coefficient of this index is kept: those of -1 to the last point and one more are; beyond, it is
+/// that of the edge, which is the height there.
+const fn kept(index: i32, last: i32) -> usize {
+    let index = if index < -1 {
+        0
+    } else if index > last + 1 {
+        last
+    } else {
+        index
+    };
+    (index + 1) as usize
+}
+
+/// The cell of a place counted in grid distances, and how far in it is. Beyond three distances from the grid
 /// nothing changes any more.
 fn cell(place: f64, last: i32) -> (i32, f64) {
-    let bounded = crate::least(greatest(place, -2.0), f64::from(last) + 2.0);
+    let bounded = crate::least(greatest(place, -3.0), f64::from(last) + 3.0);
     let index = libm::floor(bounded) as i32;
     (index, bounded - f64::from(index))
 }
 
 /// The four B-splines that are not zero in a cell: their values and slopes.
-struct Weights {
-    value: [f64; 4],
+pub(super) struct Weights {
+    pub value: [f64; 4],
     slope: [f64; 4],
 }
 
 impl Weights {
     fn at(place: f64, last: i32) -> (i32, Self) {
         let (index, t) = cell(place, last);
+        (index, Self::of(t))
+    }
+
+    /// So far in the cell, in grid distances.
+    pub fn of(t: f64) -> Self {
         let rest = 1.0 - t;
         let value = [
             rest * rest * rest / 6.0,
@@ -386,6 +445,6 @@ impl Weights {
             t * t * t / 6.0,
         ];
         let slope = [-0.5 * rest * rest, t * (1.5 * t - 2.0), 0.5 + t * (1.0 - 1.5 * t), 0.5 * t * t];
-        (index, Self { value, slope })
+        Self { value, slope }
     }
 }

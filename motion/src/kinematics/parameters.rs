@@ -2,18 +2,21 @@
 
 use super::{Kinematics, LinearDelta, Morgan};
 
+/// Parameters of a geometry at most.
+const MOST: usize = 11;
+
 /// Letters and values, in the order they are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Parameters {
-    values: [(char, f64); 8],
+    values: [(char, f64); MOST],
     count: usize,
 }
 
 impl Parameters {
     fn of<const N: usize>(given: [(char, f64); N]) -> Self {
-        let mut values = [(' ', 0.0); 8];
+        let mut values = [(' ', 0.0); MOST];
         values.iter_mut().zip(given).for_each(|(slot, value)| *slot = value);
-        Self { values, count: N.min(8) }
+        Self { values, count: N.min(MOST) }
     }
 
     /// Letter and value of each.
@@ -44,11 +47,11 @@ impl Kinematics {
     #[must_use]
     pub fn with_parameters(&self, parameters: &Parameters) -> Self {
         let all = parameters.values.map(|(_, value)| value);
-        let [a, b, c, d, e, f, g, _] = all;
+        let [a, b, c, d, e, f, g, h, ..] = all;
         match self {
             Self::LinearDelta(_) => Self::LinearDelta(LinearDelta::with_parameters(all)),
             Self::RotaryDelta(delta) => Self::RotaryDelta(delta.with_parameters([a, b, c, d, e, f, g])),
-            Self::Morgan(_) => Self::Morgan(Morgan::with_parameters(all)),
+            Self::Morgan(_) => Self::Morgan(Morgan::with_parameters([a, b, c, d, e, f, g, h])),
             other => *other,
         }
     }

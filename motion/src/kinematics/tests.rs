@@ -13,6 +13,7 @@ pub fn machines() -> Vec<(Kinematics, [[f64; 2]; 3])> {
     let crooked = LinearDeltaGeometry {
         tower_offset: [0.7, -0.4, 0.2],
         tower_angle: [0.5, -0.3, 0.1],
+        arm_offset: [0.7, -0.4, 0.25],
         ..LinearDeltaGeometry::default()
     };
     let skewed = Generic::new([[1.0, 0.5, 0.0], [0.3, -1.0, 0.1], [0.0, 0.2, 2.0]]).expect("independent rows");

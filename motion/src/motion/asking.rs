@@ -1,6 +1,6 @@
 //! What the motion object answers.
 
-use units::{MmPerSecond, PerActuator, PerAxis, StepCount};
+use units::{Axis, MmPerSecond, PerActuator, PerAxis, StepCount};
 
 use super::{Counters, Motion, State};
 use crate::{
@@ -30,6 +30,13 @@ impl Motion {
     #[must_use]
     pub fn queue_level(&self) -> (usize, usize) {
         (self.planner.len(), self.config.as_ref().map_or(0, |config| config.queue_size))
+    }
+
+    /// Whether the next move has to wait for room.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        let (used, size) = self.queue_level();
+        used + usize::from(self.wants_two) >= size || self.curves.is_full()
     }
 
     /// Where the last accepted move ends.
@@ -72,6 +79,29 @@ impl Motion {
     #[must_use]
     pub fn current_block(&self) -> Option<&Block> {
         self.run.as_ref().map(|run| &run.block)
+    }
+
+    /// The least and the greatest place of an axis that it may come to within so many seconds, as far as
+    /// moves have been accepted: those of the motors now, of the block the cursor is in, and of the blocks
+    /// that may have begun by then. No block takes less time than its length at the speed that was asked for,
+    /// so none is left out. Visits those blocks.
+    #[must_use]
+    pub fn range_ahead(&self, axis: Axis, seconds: f64) -> [f64; 2] {
+        let here = self.live_position()[axis];
+        let wider = |[least, most]: [f64; 2], place: f64| [least.min(place), most.max(place)];
+        let (mut range, mut time) = ([here; 2], 0.0);
+        if let Some(run) = &self.run {
+            range = wider(range, run.block.target[axis]);
+            time = (run.block.length - run.travelled) / run.block.cruise(&self.overrides());
+        }
+        for block in (0..self.planner.len()).map_while(|index| self.planner.ahead(index)) {
+            if time > seconds {
+                break;
+            }
+            range = wider(range, block.target[axis]);
+            time += block.length / block.cruise(&self.overrides());
+        }
+        range
     }
 
     /// The piece of ideal trajectory that the last segment taken belongs to, for whoever checks step times.

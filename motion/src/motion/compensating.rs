@@ -4,7 +4,7 @@
 use units::PerAxis;
 
 use super::Motion;
-use crate::compensation::{Compensation, CompensationError, Fade, GridShape, Plane, Skew};
+use crate::compensation::{Compensation, CompensationError, Fade, GridShape, Interpolation, Plane, Skew};
 
 impl Motion {
     /// What lies between the program's machine space and the motors.
@@ -25,12 +25,27 @@ impl Motion {
     }
 
     /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at
-    /// each point of the grid. It takes the place of whatever levelled before.
+    /// each point of the grid, and what `interpolation` makes of them between. It takes the place of whatever
+    /// levelled before.
     ///
     /// # Errors
     /// What is wrong with the grid, or that something moves; nothing was changed then.
-    pub fn level_by_draft(&mut self, shape: &GridShape, fade: Option<Fade>) -> Result<(), CompensationError> {
-        self.recompensate(|compensation| compensation.set_grid(shape, fade))
+    pub fn level_by_draft(
+        &mut self,
+        shape: &GridShape,
+        interpolation: Interpolation,
+        fade: Option<Fade>,
+    ) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_grid(shape, interpolation, fade))
+    }
+
+    /// Levels by the grid that did last, after [`Self::level_off`].
+    ///
+    /// # Errors
+    /// That there was none, that it is too high for this fading, or that something moves; nothing was changed
+    /// then.
+    pub fn level_by_last_grid(&mut self, fade: Option<Fade>) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_last_grid(fade))
     }
 
     /// Levels by a plane, without fading.

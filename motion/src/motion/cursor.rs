@@ -107,7 +107,7 @@ impl Motion {
     }
 
     /// Starts the next block at the cursor with this speed.
-    fn begin_next(&mut self, speed: f64, carried: Option<(Ramp, f64)>, now: Ticks) -> Option<()> {
+    pub(super) fn begin_next(&mut self, speed: f64, carried: Option<(Ramp, f64)>, now: Ticks) -> Option<()> {
         self.planner.plan();
         let starved = !self.planner.is_empty() && !self.planner.front_is_settled() && !self.may_release(now);
         if starved && self.state == State::Running {
@@ -140,7 +140,7 @@ impl Motion {
     }
 
     /// Starts the next block after a standstill.
-    fn begin_from_rest(&mut self, now: Ticks) -> Option<()> {
+    pub(super) fn begin_from_rest(&mut self, now: Ticks) -> Option<()> {
         let front = self.planner.front()?;
         if self.state != State::Running || !self.may_release(now) {
             return None;
@@ -161,7 +161,7 @@ impl Motion {
     }
 
     /// A plan may only be used when what follows cannot depend on when the next block arrives.
-    fn may_release(&self, now: Ticks) -> bool {
+    pub(super) fn may_release(&self, now: Ticks) -> bool {
         let Some(config) = &self.config else { return false };
         let flushed = self.flushed.wrapping_sub(self.planner.released()) as i32 > 0;
         flushed

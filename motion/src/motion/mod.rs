@@ -20,10 +20,12 @@ mod compensating;
 mod corner;
 mod cursor;
 mod filtered;
+mod forecast;
 mod jerk_limited;
 mod request;
 
 use back::Pace;
+pub use forecast::Passage;
 use units::{AxisSet, PerActuator, PerAxis, StepPosition, Ticks};
 
 use crate::{

@@ -30,7 +30,7 @@ pub fn motor(kinematics: &Kinematics, actuator: Actuator, axes: &[f64; 6]) -> f6
             let (sine, cosine) = (nominal + shape.tower_angle[index]).to_radians().sin_cos();
             let radius = shape.arm_radius + shape.tower_offset[index];
             let flat = (x - radius * cosine).hypot(y - radius * sine);
-            return z + (shape.arm_length.powi(2) - flat.powi(2)).sqrt();
+            return z + ((shape.arm_length + shape.arm_offset[index]).powi(2) - flat.powi(2)).sqrt();
         }
         Kinematics::RotaryDelta(delta) => return shoulder(delta, index, [x, y, z]),
         Kinematics::Morgan(arm) => scara(arm, [x, y, z]),

@@ -1,15 +1,17 @@
 //! Compensation from its definition: the motors' place that leads the tool of a leaning machine over an
 //! uneven bed.
 //!
-//! The surface is the natural cubic spline by its second derivatives, along X for each row of the grid and
-//! then along Y through what the rows give; beyond the last point it goes on with its slope, bends back with
-//! a third derivative of the slope's size (in grid distances) and lies flat two grid distances on.
+//! The surface is the natural cubic spline by its second derivatives, along X for each row of a grid and then
+//! along Y through what the rows give. The grid is finer than that of the measured heights: straight lines,
+//! polynomials (by Neville's scheme) or the spline of the measured ones give its heights. Beyond the last
+//! point the surface goes on with its slope, turns back and lies at the height of the edge three fine grid
+//! distances on.
 
 use std::vec::Vec;
 
 use crate::{
     Compensation, Fade, Skew,
-    compensation::{Bed, GridShape},
+    compensation::{Bed, Interpolation},
 };
 
 /// What lies between program and motors.
@@ -24,7 +26,8 @@ pub struct Warp {
 enum Shape {
     Flat,
     Plane([f64; 3]),
-    Grid(GridShape, Vec<Spline>),
+    /// Its first point, the step of the finer grid, its rows.
+    Grid([f64; 2], [f64; 2], Vec<Spline>),
 }
 
 impl Warp {
@@ -37,9 +40,18 @@ impl Warp {
         let shape = match (compensation.bed(), compensation.grid()) {
             (Bed::Plane(plane), _) => Shape::Plane([plane.x, plane.y, plane.z]),
             (Bed::Grid, Some(surface)) => {
-                let rows = surface.heights().chunks(surface.shape().count[0]);
-                let rows = rows.map(|row| Spline::through(row.iter().map(|height| f64::from(*height)).collect()));
-                Shape::Grid(*surface.shape(), rows.collect())
+                let ([nx, ny], [sx, sy]) = (surface.shape().count, surface.shape().step);
+                let way = surface.interpolation();
+                let (across, along) = (finer(way, nx, sx), finer(way, ny, sy));
+                let rows = surface.heights().chunks(nx);
+                let rows: Vec<_> = rows
+                    .map(|row| refined(way, &row.iter().map(|height| f64::from(*height)).collect::<Vec<_>>(), across))
+                    .collect();
+                let column = |x: usize| refined(way, &rows.iter().map(|row| row[x]).collect::<Vec<_>>(), along);
+                let columns: Vec<_> = (0..rows[0].len()).map(column).collect();
+                let row = |y: usize| Spline::through(columns.iter().map(|column| column[y]).collect());
+                let step = [sx / across as f64, sy / along as f64];
+                Shape::Grid(surface.shape().origin, step, (0..columns[0].len()).map(row).collect())
             }
             _ => Shape::Flat,
         };
@@ -53,7 +65,7 @@ impl Warp {
         match &self.shape {
             Shape::Flat => 0.0,
             Shape::Plane([a, b, c]) => a * x + b * y + c,
-            Shape::Grid(GridShape { origin, step, .. }, rows) => {
+            Shape::Grid(origin, step, rows) => {
                 let (u, v) = ((x - origin[0]) / step[0], (y - origin[1]) / step[1]);
                 Spline::through(rows.iter().map(|row| row.at(u)).collect()).at(v)
             }
@@ -120,7 +132,51 @@ impl Spline {
     }
 }
 
-/// How far a spline goes on beyond its end, `far` grid distances out.
+/// How far a spline goes on beyond its end, `far` grid distances out: back to the height of the end by the
+/// cubics that keep slope and bend.
 fn run_out(slope: f64, far: f64) -> f64 {
-    if far < 1.0 { slope * (far - far.powi(3) / 6.0) } else { slope * (1.0 - (2.0 - far).max(0.0).powi(3) / 6.0) }
+    let (t, rest) = (far - 1.0, 3.0 - far);
+    slope
+        * match far {
+            ..1.0 => far - far.powi(3) / 3.0,
+            ..2.0 => (4.0 - 6.0 * t.powi(2) + 3.0 * t.powi(3)) / 6.0,
+            ..3.0 => rest.powi(3) / 6.0,
+            _ => 0.0,
+        }
+}
+
+/// Cells of the finer grid for each measured one: four, or as many as find room and are not too small.
+fn finer(way: Interpolation, count: usize, step: f64) -> usize {
+    let has_room = |cells: &usize| (count - 1) * cells < 50;
+    let is_needed = |cells: &usize| *cells == 2 && way == Interpolation::Bilinear;
+    let is_large = |cells: &usize| *cells == 1 || is_needed(cells) || step.abs() / *cells as f64 >= 4.0;
+    (1..=4).rev().find(|cells| has_room(cells) && is_large(cells)).unwrap_or(1)
+}
+
+/// The heights of a finer line.
+fn refined(way: Interpolation, heights: &[f64], cells: usize) -> Vec<f64> {
+    let spline = Spline::through(heights.to_vec());
+    let places = (0..=(heights.len() - 1) * cells).map(|index| index as f64 / cells as f64);
+    places
+        .map(|place| match way {
+            Interpolation::Spline => spline.at(place),
+            Interpolation::Bilinear => {
+                let before = (place.floor() as usize).min(heights.len() - 2);
+                heights[before] + (place - before as f64) * (heights[before + 1] - heights[before])
+            }
+            Interpolation::Lagrange => neville(heights, place),
+        })
+        .collect()
+}
+
+/// The polynomial through heights one apart, by Neville's scheme.
+fn neville(heights: &[f64], place: f64) -> f64 {
+    let mut scheme = heights.to_vec();
+    for order in 1..heights.len() {
+        for first in 0..heights.len() - order {
+            let (left, right) = (place - first as f64, place - (first + order) as f64);
+            scheme[first] = (left * scheme[first + 1] - right * scheme[first]) / order as f64;
+        }
+    }
+    scheme[0]
 }

@@ -14,8 +14,8 @@ use super::{
     rig::{Rig, at, cases, printer},
 };
 use crate::{
-    CompensationError, Fade, FilterConfig, GridShape, Kinematics, MotionConfig, Move, Plane, PressureAdvance, Shaper,
-    ShaperKind, Skew, geometry,
+    CompensationError, Fade, FilterConfig, GridShape, Interpolation, Kinematics, MotionConfig, Move, Plane,
+    PressureAdvance, Shaper, ShaperKind, Skew, geometry,
     kinematics::{LinearDelta, tests::machines},
     oracle::StepError,
 };
@@ -24,6 +24,7 @@ use crate::{
 #[derive(Clone, Debug)]
 struct Bed {
     count: [usize; 2],
+    way: Interpolation,
     /// -1 to 1 for each point.
     heights: Vec<f32>,
     most: f64,
@@ -35,9 +36,15 @@ fn beds() -> impl Strategy<Value = Bed> {
     let factor = || prop_oneof![Just(0.0), -0.05..0.05_f64];
     let skew = (factor(), factor(), factor()).prop_map(|(xy, xz, yz)| Skew { xy, xz, yz });
     let fade = prop_oneof![2 => Just(None), 1 => (0.0..10.0_f64).prop_map(Some)];
-    (2_usize..9, 2_usize..9, 0.02..1.0_f64, fade, skew).prop_flat_map(|(nx, ny, most, fade, skew)| {
-        prop::collection::vec(-1.0..1.0_f32, nx * ny).prop_map(move |heights| Bed {
-            count: [nx, ny],
+    let ways = [Interpolation::Spline, Interpolation::Bilinear, Interpolation::Lagrange];
+    let way = prop::sample::select(ways.to_vec());
+    (2_usize..9, 2_usize..9, way, 0.02..1.0_f64, fade, skew).prop_flat_map(|(nx, ny, way, most, fade, skew)| {
+        let count = [nx, ny].map(|count| count.min(way.most_points()));
+        // A polynomial swings higher than its points.
+        let most = if way == Interpolation::Lagrange { 0.2 * most } else { most };
+        prop::collection::vec(-1.0..1.0_f32, count[0] * count[1]).prop_map(move |heights| Bed {
+            count,
+            way,
             heights,
             most,
             fade,
@@ -61,7 +68,7 @@ impl Bed {
         }
         let fade = self.fade.map(|more| Fade { start: from_z, end: from_z + 4.0 * 1.25 * most + more });
         let mut fade = fade;
-        while let Err(error) = motion.level_by_draft(&shape, fade) {
+        while let Err(error) = motion.level_by_draft(&shape, self.way, fade) {
             assert!(matches!(error, CompensationError::FadeShort { .. }), "{error}");
             fade = fade.map(|fade| Fade { end: fade.end + (fade.end - fade.start), ..fade });
         }
@@ -196,7 +203,7 @@ proptest! {
 /// A bed that is high in the middle.
 fn hill() -> Bed {
     let heights = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0].to_vec();
-    Bed { count: [3, 3], heights, most: 0.5, fade: None, skew: Skew::NONE }
+    Bed { count: [3, 3], way: Interpolation::Spline, heights, most: 0.5, fade: None, skew: Skew::NONE }
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod back;
 mod corners;
 mod curves;
 mod filters;
+mod forecast;
 mod hard;
 mod jerk_limited;
 mod laws;
