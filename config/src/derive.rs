@@ -170,7 +170,24 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
         config.input_shapers.iter_mut().for_each(|shaper| shaper.frequency_hz = None);
     }
     config.probe.enable &= !is_off("zprobe", "");
+    if is_off("bed mesh", "") {
+        // Its regions may be what the probe must not touch.
+        config.leveling.strategy = None;
+    }
+    if is_off("z alignment", "") {
+        config.z_alignment.motors.clear();
+    }
+    if is_off("z thermal adjust", "") {
+        config.z_thermal.sensor.clear();
+    }
+    if is_off("axis twist compensation", "") {
+        config.axis_twist = crate::AxisTwist::default();
+    }
+    if is_off("bed screws", "") {
+        config.bed_screws.screws.clear();
+    }
     config.uart.enable &= !is_off("uart console", "");
+    config.filament_detector.enable &= !is_off("filament detector", "");
     config.player.on_boot_gcode_enable &= !is_off("player", "");
     config.off = off;
 }
@@ -203,6 +220,7 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
             (None, _) => match module.section {
                 "zprobe" => config.probe.enable,
                 "uart console" => config.uart.enable,
+                "filament detector" => config.filament_detector.enable,
                 _ => true,
             },
         };

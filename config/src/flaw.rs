@@ -19,6 +19,10 @@ pub(crate) enum Flaw<'t> {
         found: usize,
         wanted: usize,
     },
+    PlaceCount {
+        found: usize,
+        most: usize,
+    },
     NotAWord(&'t str, &'static [&'static str]),
     TooLong {
         bytes: usize,
@@ -71,6 +75,9 @@ impl fmt::Display for Reason<'_> {
             }
             Flaw::OutOfRange(value, _) => write!(f, "{value} is out of range"),
             Flaw::Count { found, wanted } => write!(f, "has {found} values where {wanted} belong"),
+            Flaw::PlaceCount { found, most } => {
+                write!(f, "has {found} numbers; places are pairs of X and Y, at most {most} of them")
+            }
             Flaw::NotAWord(text, _) => write!(f, "'{text}' is not one of the possible values"),
             Flaw::TooLong { bytes, longest } => write!(f, "is {bytes} bytes long, but at most {longest} fit"),
             Flaw::NotACode(text) => write!(f, "'{text}' is not a G or M code"),
@@ -98,6 +105,7 @@ impl fmt::Display for Fix<'_> {
             Flaw::OutOfRange(_, (_, high)) if high >= ANY => f.write_str("check the unit"),
             Flaw::OutOfRange(_, (low, high)) => write!(f, "write {low} to {high}"),
             Flaw::Count { wanted, .. } => write!(f, "write {wanted} numbers with commas between"),
+            Flaw::PlaceCount { .. } => f.write_str("write X,Y of each, as in 10,10 190,10"),
             Flaw::NotAWord(text, words) => match nearest(text, words.iter().copied()) {
                 Some(word) => write!(f, "did you mean {word}?"),
                 None => write!(f, "write {}", List(words)),

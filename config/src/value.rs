@@ -14,6 +14,7 @@ pub(crate) enum Value<'t> {
     Integer(i64),
     Number(f64),
     Numbers(Vec<f64, 6>),
+    Places(Vec<[f64; 2], MOST_PLACES>),
     Word(usize),
     Text(&'t str),
     Command(Option<CommandCode>),
@@ -23,6 +24,9 @@ pub(crate) enum Value<'t> {
     Voltage(VoltageInput, f64),
 }
 
+/// Places that a setting can have.
+const MOST_PLACES: usize = 12;
+
 /// The board's dividers of 100 and 10 kOhm.
 const DIVIDER_SCALE: f64 = 11.0;
 
@@ -30,7 +34,13 @@ const DIVIDER_SCALE: f64 = 11.0;
 pub(crate) fn parse<'t>(kind: &Kind, text: &'t str) -> Result<Value<'t>, Flaw<'t>> {
     let may_be_empty = matches!(
         kind,
-        Kind::Text(..) | Kind::Pin(..) | Kind::Numbers(..) | Kind::Command(_) | Kind::Registers(_) | Kind::Axes(_)
+        Kind::Text(..)
+            | Kind::Pin(..)
+            | Kind::Numbers(..)
+            | Kind::Places(..)
+            | Kind::Command(_)
+            | Kind::Registers(_)
+            | Kind::Axes(_)
     );
     if text.is_empty() && !may_be_empty {
         return Err(Flaw::Empty);
@@ -40,6 +50,7 @@ pub(crate) fn parse<'t>(kind: &Kind, text: &'t str) -> Result<Value<'t>, Flaw<'t
         Kind::Integer((low, high), _) => integer(text, low, high),
         Kind::Number(range, _) => number(text).and_then(|value| in_range(value, range)).map(Value::Number),
         Kind::Numbers(count, _) => numbers(text, count),
+        Kind::Places(most, _) => places(text, most),
         Kind::Word(words, _) => {
             let index = words.iter().position(|word| word.eq_ignore_ascii_case(text));
             index.map(Value::Word).ok_or(Flaw::NotAWord(text, words))
@@ -62,6 +73,7 @@ pub(crate) fn store(kind: &Kind, value: &Value<'_>, config: &mut MachineConfig, 
         (Kind::Integer(_, set), &Value::Integer(value)) => set(config, place, value),
         (Kind::Number(_, set), &Value::Number(value)) => set(config, place, value),
         (Kind::Numbers(_, set), Value::Numbers(value)) => set(config, place, value),
+        (Kind::Places(_, set), Value::Places(value)) => set(config, place, value),
         (Kind::Word(_, set), &Value::Word(value)) => set(config, place, value),
         (Kind::Text(_, set), Value::Text(value)) => set(config, place, value),
         (Kind::Command(set), &Value::Command(value)) => set(config, place, value),
@@ -137,6 +149,25 @@ fn numbers(text: &str, wanted: usize) -> Result<Value<'_>, Flaw<'_>> {
         values.push(number(part.trim())?).map_err(|_| wrong_count)?;
     }
     if values.len() == wanted { Ok(Value::Numbers(values)) } else { Err(wrong_count) }
+}
+
+/// Pairs of numbers, with commas or blanks between all of them.
+fn places(text: &str, most: usize) -> Result<Value<'_>, Flaw<'_>> {
+    let parts = || text.split([',', ' ', '\t']).filter(|part| !part.is_empty());
+    let mut places: Vec<[f64; 2], MOST_PLACES> = Vec::new();
+    let (found, mut before) = (parts().count(), None);
+    let wrong_count = Flaw::PlaceCount { found, most };
+    for part in parts() {
+        let here = number(part)?;
+        before = match before {
+            None => Some(here),
+            Some(x) => {
+                places.push([x, here]).map_err(|_| wrong_count)?;
+                None
+            }
+        };
+    }
+    if before.is_none() && places.len() <= most { Ok(Value::Places(places)) } else { Err(wrong_count) }
 }
 
 fn command(text: &str) -> Option<CommandCode> {
@@ -215,6 +246,18 @@ mod tests {
         assert_eq!(read(""), Ok(Value::Registers(None)));
         assert_eq!(read("1,2,3"), Err(Flaw::RegisterCount(3)));
         assert_eq!(read("1,2,3,4,100000"), Err(Flaw::NotARegister("100000")));
+    }
+
+    #[test]
+    fn places_are_pairs_however_they_are_parted() {
+        let read = |text| parse(&Kind::Places(3, |_, _, _| ()), text).map(|value| format!("{value:?}"));
+        for text in ["1,2 3.5,-4", "1, 2, 3.5, -4", "1 2\t3.5 -4"] {
+            assert_eq!(read(text), Ok("Places([[1.0, 2.0], [3.5, -4.0]])".into()), "{text}");
+        }
+        assert_eq!(read(""), Ok("Places([])".into()));
+        assert_eq!(read("1,2 3"), Err(Flaw::PlaceCount { found: 3, most: 3 }));
+        assert_eq!(read("1,2 3,4 5,6 7,8"), Err(Flaw::PlaceCount { found: 8, most: 3 }));
+        assert_eq!(read("1,2 x,4"), Err(Flaw::NotNumber("x")));
     }
 
     #[test]

@@ -99,6 +99,13 @@ const ADDITIONS: &[(&str, &str)] = &[
         "a probe that is not lifted",
         "[zprobe]\nenable = true\nprobe_pin = PB10^\nprobe_height = 0\nleveling = three point\n",
     ),
+    (
+        "a mesh that its interpolation does not take",
+        "[zprobe]\nenable = true\nprobe_pin = PB10^\nleveling = cartesian grid\n[cartesian grid leveling strategy]\nx_size = 100\ny_size = 80\n\n[bed mesh]\ninterpolation = lagrange\n",
+    ),
+    ("half a faulty region", "[bed mesh]\nfaulty_regions = 10,10 30,25 50,60\n"),
+    ("a faulty region without a width", "[bed mesh]\nfaulty_regions = 10,10 10,25\n"),
+    ("a height zero that must not be touched", "[bed mesh]\nfaulty_regions = 30,25 10,10\nzero_reference = 20,20\n"),
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
     (

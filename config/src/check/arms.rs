@@ -14,8 +14,11 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             alike(checks, Actuator::Alpha, Actuator::Beta, "so a delta draws nothing straight");
             alike(checks, Actuator::Alpha, Actuator::Gamma, "so a delta draws nothing straight");
             let delta = arms.linear_delta;
-            if delta.arm_length <= delta.arm_radius {
-                let reason = format_args!("rods of {} mm cannot span {} mm", delta.arm_length, delta.arm_radius);
+            let shortest = delta.arm_offset.into_iter().fold(delta.arm_length, |least, offset| {
+                if delta.arm_length + offset < least { delta.arm_length + offset } else { least }
+            });
+            if shortest <= delta.arm_radius {
+                let reason = format_args!("rods of {shortest} mm cannot span {} mm", delta.arm_radius);
                 checks.error(("linear delta", 0, "arm_length"), reason, format_args!("it is longer than arm_radius"));
             }
         }

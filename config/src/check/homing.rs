@@ -2,7 +2,7 @@
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection};
-use units::{Actuator, Mm};
+use units::{Actuator, Axis, Mm};
 
 const ENDSTOPS: &str = "endstops";
 /// A probe that is pressed further than this past its contact may be out of its travel, mm.
@@ -25,11 +25,33 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             }
         }
     }
+    safe_z(checks);
     if config.probe.enable {
         probe(checks);
     }
     if config.kill_button.enable && config.kill_button.pin.is_none() {
         checks.error(("kill button", 0, "pin"), format_args!("the kill button needs a pin"), format_args!("write one"));
+    }
+}
+
+/// Where Z homes, X and Y must be known.
+fn safe_z(checks: &mut Checks<'_, '_>) {
+    let homing = &checks.config.homing;
+    let keys = ["common.safe_z_x", "common.safe_z_y"];
+    let Some(key) = keys.into_iter().zip(homing.safe_z).find_map(|(key, place)| place.map(|_| key)) else { return };
+    let key = key.trim_start_matches("common.");
+    if homing.delta || homing.rotary_delta || homing.scara {
+        let reason = format_args!("towers and arms home together");
+        return checks.error((ENDSTOPS, 0, key), reason, format_args!("delete it"));
+    }
+    let place = |axis| homing.order.iter().position(|homed| *homed == axis);
+    let z_is_late = match place(Axis::Z) {
+        Some(z) => [Axis::X, Axis::Y].into_iter().all(|axis| place(axis).is_none_or(|place| place < z)),
+        None => !homing.z_first,
+    };
+    if !z_is_late {
+        let reason = format_args!("Z homes before X and Y, and cannot go there");
+        checks.error((ENDSTOPS, 0, key), reason, format_args!("delete it, or have Z home last"));
     }
 }
 
@@ -44,6 +66,17 @@ fn probe(checks: &mut Checks<'_, '_>) {
     if probe.slow_rate > probe.fast_rate {
         let reason = format_args!("the search is faster than the travel between the points");
         checks.warn((SECTION, 0, "slow_feedrate"), reason, format_args!("write less than fast_feedrate"));
+    }
+    let [deploy, stow] = &config.probe_scripts;
+    if deploy.is_empty() != stow.is_empty() {
+        let (missing, given) =
+            if deploy.is_empty() { ("deploy_gcode", "stow_gcode") } else { ("stow_gcode", "deploy_gcode") };
+        let reason = format_args!("{given} moves the probe, and nothing moves it back");
+        checks.error((SECTION, 0, given), reason, format_args!("write {missing} too"));
+    }
+    if probe.deployed_pin.is_some() && probe.stowed_reads_triggered {
+        let reason = format_args!("both deployed_pin and this tell whether the probe is out");
+        checks.error((SECTION, 0, "stowed_reads_triggered"), reason, format_args!("keep one of them"));
     }
     let probes_points = config.leveling.strategy.is_some() || config.delta_calibration.enable;
     if probes_points && probe.height == Mm(0.0) {

@@ -9,10 +9,12 @@ const LEAST_DISTANCE: f64 = 1.0;
 const MOST_SKEW: f64 = 0.1;
 
 const CARTESIAN: &str = "cartesian grid leveling strategy";
+const MESH: &str = "bed mesh";
 const SKEW: &str = "skew correction";
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
-    let leveling = checks.config.leveling;
+    let leveling = &checks.config.leveling;
+    mesh(checks);
     if leveling.strategy == Some(Leveling::CartesianGrid) && !leveling.grid.two_corners {
         let keys = ["x_size", "y_size"];
         for ((key, size), count) in keys.into_iter().zip(leveling.grid.size).zip(leveling.grid.count) {
@@ -39,6 +41,48 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             );
         }
     }
+}
+
+/// The interpolation takes the grids' points, and the regions are regions.
+fn mesh(checks: &mut Checks<'_, '_>) {
+    let config = checks.config;
+    let (leveling, mesh) = (&config.leveling, &config.leveling.mesh);
+    let [nx, ny] = leveling.grid.count;
+    let counts: &[(&str, &str, u8)] = match leveling.strategy {
+        Some(Leveling::CartesianGrid) => &[(CARTESIAN, "grid_x_size", nx), (CARTESIAN, "grid_y_size", ny)],
+        Some(Leveling::DeltaGrid) => &[("delta grid leveling strategy", "size", leveling.delta.count)],
+        _ => &[],
+    };
+    let most = mesh.interpolation.most_points();
+    if let Some((section, key, count)) = counts.iter().find(|(_, _, count)| *count > most) {
+        let reason =
+            format_args!("[bed mesh] interpolation, as it is set, takes at most {most} points: here are {count}");
+        checks.error((section, 0, key), reason, format_args!("write {most} or less, or interpolation = spline"));
+    }
+    let (regions, rest) = mesh.faulty_regions.as_chunks::<2>();
+    if !rest.is_empty() {
+        let reason = format_args!("one of the corners stands alone");
+        let fix = format_args!("write two opposite corners of each region: 10,10 30,25");
+        return checks.error((MESH, 0, "faulty_regions"), reason, fix);
+    }
+    for [a, b] in regions {
+        if a[0] == b[0] || a[1] == b[1] {
+            let reason = format_args!("from {},{} to {},{} is no region", a[0], a[1], b[0], b[1]);
+            checks.error((MESH, 0, "faulty_regions"), reason, format_args!("write two opposite corners of it"));
+        }
+        let within = |place: &[f64; 2]| (0..2).all(|axis| is_between(place, a, b, axis));
+        if mesh.zero_reference.as_ref().is_some_and(within) {
+            let reason = format_args!("it lies in a region that is not touched");
+            let fix = format_args!("move it out of faulty_regions");
+            checks.error((MESH, 0, "zero_reference"), reason, fix);
+        }
+    }
+}
+
+fn is_between(place: &[f64; 2], a: &[f64; 2], b: &[f64; 2], axis: usize) -> bool {
+    let get = |of: &[f64; 2]| of.get(axis).copied().unwrap_or(0.0);
+    let (low, high) = if get(a) < get(b) { (get(a), get(b)) } else { (get(b), get(a)) };
+    (low..=high).contains(&get(place))
 }
 
 fn distance(checks: &mut Checks<'_, '_>, (section, key): (&str, &str), size: f64, count: u8) {

@@ -2,7 +2,9 @@
 //!
 //! Each check names the setting to change, and stands at the line that wrote it when the file did.
 
+mod alignment;
 mod arms;
+mod filament;
 mod heat;
 mod homing;
 mod leveling;
@@ -35,7 +37,9 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     homing::check(&mut checks);
     soft_endstops::check(&mut checks);
     leveling::check(&mut checks);
+    alignment::check(&mut checks);
     heat::check(&mut checks);
+    filament::check(&mut checks);
     tools::check(&mut checks);
     uart::check(&mut checks);
     outputs::check(&mut checks);

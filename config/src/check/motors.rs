@@ -189,12 +189,6 @@ fn slave(checks: &mut Checks<'_, '_>, actuator: Actuator, master: Actuator) {
     if !leader.present {
         error(format_args!("there is no motor {}", master.name()), "name a motor that exists");
     }
-    if slave.driver != leader.driver || slave.driver == DriverKind::External {
-        error(
-            format_args!("a motor and its slave must have on-board drivers of the same kind"),
-            "write the same driver for both",
-        );
-    }
     if slave.microsteps != leader.microsteps {
         error(
             format_args!("it has {} microsteps, {} has {}", slave.microsteps, master.name(), leader.microsteps),
@@ -206,10 +200,5 @@ fn slave(checks: &mut Checks<'_, '_>, actuator: Actuator, master: Actuator) {
             format_args!("it has {} steps/mm, {} has {}", slave.steps_per_mm, master.name(), leader.steps_per_mm),
             "write the same steps_per_mm for both",
         );
-    }
-    let is_earlier_slave =
-        |(other, motor): (Actuator, &ActuatorConfig)| other < actuator && motor.slaved_to == Some(master);
-    if config.actuators().any(is_earlier_slave) {
-        error(format_args!("{} has a slave already", master.name()), "one motor leads one other");
     }
 }

@@ -25,6 +25,8 @@ pub struct Arms {
 pub struct LinearDeltaArms {
     /// Diagonal rod.
     pub arm_length: f64,
+    /// Added to the length of each tower's rod.
+    pub arm_offset: [f64; 3],
     /// Horizontal distance of a rod's joints with the tool in the middle.
     pub arm_radius: f64,
     /// Added to each tower's radius.

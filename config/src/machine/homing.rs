@@ -1,6 +1,6 @@
 //! `[endstops]`, `[soft endstop]` and `[zprobe]`.
 
-use super::Name;
+use super::{Command, Name};
 use crate::pin::Pin;
 use heapless::Vec;
 use units::{Axis, Micros, Mm, MmPerSecond};
@@ -63,6 +63,18 @@ pub struct HomingConfig {
     pub scara: bool,
     /// Move to machine X0 Y0 afterwards.
     pub move_to_origin: bool,
+    /// Z rises so far before X and Y home.
+    pub lift: Mm,
+    /// Where Z homes, machine X and Y; `None`: wherever the tool is.
+    pub safe_z: [Option<Mm>; 2],
+    /// Slow approaches that must agree.
+    pub samples: u8,
+    /// How far they may lie apart.
+    pub tolerance: Mm,
+    /// Rounds that are added where they do not.
+    pub retries: u8,
+    /// The line that G28 without axes runs instead; empty: none.
+    pub gcode: Command,
     /// Trims of the first three actuators.
     pub trim: [Mm; 3],
 }
@@ -103,6 +115,29 @@ pub struct ProbeConfig {
     pub dwell: Micros,
     /// Time the probe must stay triggered.
     pub debounce: Micros,
+    /// Where it is, seen from the nozzle, mm.
+    pub offsets: [f64; 3],
+    /// Input that is logically high while the probe is out.
+    pub deployed_pin: Option<Pin>,
+    /// Put away, its contact reads triggered.
+    pub stowed_reads_triggered: bool,
+    /// How the bed is touched at a place.
+    pub samples: SamplesConfig,
+}
+
+/// Several touches of one place: `[zprobe]` `samples` and what follows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SamplesConfig {
+    /// How many.
+    pub count: u8,
+    /// Their middle one counts, not their mean.
+    pub median: bool,
+    /// How far apart they may lie; 0: not looked at.
+    pub tolerance: Mm,
+    /// How often they are made again when they lie further apart.
+    pub retries: u8,
+    /// How far the probe rises between them.
+    pub retract: Mm,
 }
 
 impl ProbeConfig {

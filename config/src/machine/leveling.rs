@@ -1,5 +1,6 @@
 //! The leveling strategies and `[skew correction]`.
 
+use heapless::Vec;
 use units::Mm;
 
 /// How the bed is leveled.
@@ -14,7 +15,7 @@ pub enum Leveling {
 }
 
 /// What levels the machine, and how its axes lean.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LevelingConfig {
     /// `[zprobe] leveling`
     pub strategy: Option<Leveling>,
@@ -32,6 +33,8 @@ pub struct LevelingConfig {
     pub grid: CartesianGrid,
     /// `[delta grid leveling strategy]`
     pub delta: DeltaGrid,
+    /// `[bed mesh]`
+    pub mesh: MeshConfig,
     /// `[skew correction]`: XY, XZ, YZ.
     pub skew: [SkewConfig; 3],
 }
@@ -76,6 +79,46 @@ pub struct DeltaGrid {
     pub initial_height: Mm,
     /// Probe relative to the nozzle, mm.
     pub offsets: [f64; 3],
+}
+
+/// Regions of a bed that cannot be touched, at most.
+pub const MAX_FAULTY: usize = 8;
+
+/// What lies between the points of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeshInterpolation {
+    /// A smooth surface.
+    #[default]
+    Spline,
+    /// Straight lines.
+    Bilinear,
+    /// One polynomial through all points of a line.
+    Lagrange,
+}
+
+impl MeshInterpolation {
+    /// Points along a side that it takes at most.
+    #[must_use]
+    pub const fn most_points(self) -> u8 {
+        match self {
+            Self::Spline => 50,
+            Self::Bilinear => 25,
+            Self::Lagrange => 6,
+        }
+    }
+}
+
+/// `[bed mesh]`
+#[derive(Clone, Debug, Default)]
+pub struct MeshConfig {
+    /// What lies between the points.
+    pub interpolation: MeshInterpolation,
+    /// Around the objects of a file, where the mesh is measured for them alone.
+    pub adaptive_margin: Mm,
+    /// Two opposite corners of each region that is not touched, X and Y, mm.
+    pub faulty_regions: Vec<[f64; 2], { 2 * MAX_FAULTY }>,
+    /// Heights are told from that of the bed here, X and Y, mm.
+    pub zero_reference: Option<[f64; 2]>,
 }
 
 /// How one axis leans towards another.

@@ -4,8 +4,10 @@
 //! Units are the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
 
 mod actuators;
+mod alignment;
 mod arms;
 mod calibration;
+mod filament;
 mod heat;
 mod homing;
 mod id;
@@ -15,16 +17,22 @@ mod outputs;
 mod system;
 
 pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig};
+pub use alignment::{
+    AxisTwist, BedScrews, MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread, ZAlignment,
+};
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
-pub use calibration::DeltaCalibrationConfig;
+pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
+pub use filament::{FilamentChangeConfig, FilamentDetectorConfig};
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
-pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, SoftEndstops};
-pub use leveling::{CartesianGrid, DeltaGrid, Leveling, LevelingConfig, SkewConfig};
+pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops};
+pub use leveling::{
+    CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
+};
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
 pub use system::{
-    BoardId, CyclesConfig, FileDialect, General, KillButton, Parity, PlayerConfig, PrinterDialect, SystemConfig,
-    ToolChangeConfig, UartConfig,
+    BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
+    PrinterDialect, SystemConfig, ToolChangeConfig, UartConfig,
 };
 
 use crate::module::{MAX_OFF, OffModule};
@@ -87,8 +95,18 @@ pub struct MachineConfig {
     pub delta_calibration: DeltaCalibrationConfig,
     /// The leveling strategies and `[skew correction]`.
     pub leveling: LevelingConfig,
+    /// `[z alignment]`
+    pub z_alignment: ZAlignment,
+    /// `[bed screws]`
+    pub bed_screws: BedScrews,
+    /// `[z thermal adjust]`
+    pub z_thermal: ZThermalConfig,
+    /// `[axis twist compensation]`
+    pub axis_twist: AxisTwist,
     /// Lines run before and after probing a cartesian grid.
     pub probe_gcode: [Command; 2],
+    /// Lines that bring a probe out, and put it away.
+    pub probe_scripts: [Command; 2],
     /// `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.
@@ -101,6 +119,10 @@ pub struct MachineConfig {
     pub player: PlayerConfig,
     /// `[tool change]`
     pub tool_change: ToolChangeConfig,
+    /// `[filament detector]`
+    pub filament_detector: FilamentDetectorConfig,
+    /// `[filament change]`
+    pub filament_change: FilamentChangeConfig,
     /// Canned cycles.
     pub cycles: CyclesConfig,
     /// What stays off because of an error in the file; see [`MachineConfig::off`].
@@ -127,6 +149,18 @@ impl MachineConfig {
             DriverKind::Tmc2660 => Some(&self.tmc2660),
             DriverKind::External => None,
         }
+    }
+
+    /// Where the probe is, seen from the nozzle, mm: as the leveling strategy says, or `[zprobe]`.
+    #[must_use]
+    pub fn probe_offsets(&self) -> [f64; 3] {
+        let leveling = &self.leveling;
+        let of_strategy = match leveling.strategy {
+            Some(Leveling::CartesianGrid) => leveling.grid.offsets,
+            Some(Leveling::DeltaGrid) => leveling.delta.offsets,
+            _ => leveling.plane_offsets,
+        };
+        if of_strategy == [0.0; 3] { self.probe.offsets } else { of_strategy }
     }
 
     /// The endstop an axis homes to. A slaved motor is no axis: it goes where its master goes.

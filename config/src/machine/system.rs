@@ -1,5 +1,7 @@
 //! The board and the program itself: `[general]`, `[system]`, consoles, kill button, player.
 
+use units::Micros;
+
 use super::Command;
 use crate::pin::Pin;
 
@@ -137,8 +139,51 @@ pub struct PlayerConfig {
     pub after_suspend_gcode: Command,
     /// Line executed before resuming; empty for none.
     pub before_resume_gcode: Command,
+    /// Line executed before the first line of a job; empty for none.
+    pub before_job_gcode: Command,
+    /// Line executed behind the last one.
+    pub after_job_gcode: Command,
+    /// Line executed once a job has been aborted and the machine stands.
+    pub after_abort_gcode: Command,
+    /// The next file of the queue begins by itself.
+    pub queue_auto: bool,
     /// What files are written in.
     pub dialect: FileDialect,
+    /// What a look ahead at the file of a job is for.
+    pub preflight: JobPreflight,
+    /// Going on after a power cut.
+    pub power_loss: PowerLossConfig,
+}
+
+/// What a look ahead at the file of a job is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum JobPreflight {
+    /// There is none.
+    Off,
+    /// How much time is left.
+    Time,
+    /// That, and the job pauses before a line that was found to stop it.
+    #[default]
+    Warn,
+    /// The whole file is looked at first, and not begun when something stops it.
+    Refuse,
+}
+
+/// `[player] power_loss_...`
+#[derive(Clone, Debug, Default)]
+pub struct PowerLossConfig {
+    /// A journal of jobs is kept.
+    pub enable: bool,
+    /// Time between entries.
+    pub period: Micros,
+    /// Below this supply of the motors the job is noted at once; 0: never.
+    pub motor_volts: f32,
+    /// How far Z is lifted first, mm.
+    pub lift: f64,
+    /// How far Z sinks without current, mm.
+    pub sag: f64,
+    /// Line executed before going back to the part.
+    pub gcode: Command,
 }
 
 /// `[tool change]`

@@ -52,6 +52,15 @@ pub const fn numbers(
     row(key, Kind::Numbers(count, set), Fallback::Value(""), summary)
 }
 
+pub const fn places(
+    key: Text,
+    most: usize,
+    set: for<'v> fn(&mut MachineConfig, usize, &'v [[f64; 2]]),
+    summary: Text,
+) -> Setting {
+    row(key, Kind::Places(most, set), Fallback::Value(""), summary).unit("mm")
+}
+
 pub const fn word(key: Text, default: Text, words: &'static [&'static str], set: Set<usize>, summary: Text) -> Setting {
     row(key, Kind::Word(words, set), Fallback::Value(default), summary)
 }

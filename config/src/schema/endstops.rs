@@ -1,6 +1,6 @@
 //! `[endstops]`
 
-use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, new_name, number, pin, word};
+use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, integer, new_name, number, pin, text, word};
 use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting};
 use crate::machine::{EndstopConfig, HomingDirection, MAX_ENDSTOPS};
 use crate::pin::PinName;
@@ -39,6 +39,15 @@ const fn trim(key: &'static str, v1: &'static str, set: Set<f64>) -> Setting {
     .common()
     .unit("mm")
     .v1(v1)
+}
+
+const fn safe_z(key: &'static str, set: Set<f64>, summary: &'static str) -> Setting {
+    number(key, "0", ANY, set, summary)
+        .derived("wherever the tool is")
+        .common()
+        .klipper("[safe_z_home] home_xy_position")
+        .unit("mm")
+        .velvet()
 }
 
 /// A duration that was counted in milliseconds.
@@ -213,6 +222,57 @@ pub const ENDSTOPS: Section = Section {
         .derived("as delta_homing")
         .common()
         .v1("move_to_origin_after_home"),
+        number(
+            "home_lift",
+            "0",
+            NOT_NEGATIVE,
+            |c, _, v| c.homing.lift = Mm(v),
+            "Raise Z so far before X and Y home, so that the tool clears clamps and parts. Not where Z homes to its maximum.",
+        )
+        .common()
+        .klipper("[safe_z_home] z_hop")
+        .unit("mm")
+        .velvet(),
+        safe_z("safe_z_x", |c, _, v| c.homing.safe_z[0] = Some(Mm(v)), "Z homes at this machine X, behind X and Y."),
+        safe_z("safe_z_y", |c, _, v| c.homing.safe_z[1] = Some(Mm(v)), "The same of Y."),
+        integer(
+            "homing_samples",
+            "1",
+            (1, 20),
+            |c, _, v| c.homing.samples = v as u8,
+            "Slow approaches to each switch; with more than one they must agree, and their mean counts.",
+        )
+        .common()
+        .velvet(),
+        number(
+            "homing_tolerance",
+            "0.02",
+            NOT_NEGATIVE,
+            |c, _, v| c.homing.tolerance = Mm(v),
+            "How far they may lie apart.",
+        )
+        .common()
+        .unit("mm")
+        .velvet(),
+        integer(
+            "homing_retries",
+            "3",
+            (0, 20),
+            |c, _, v| c.homing.retries = v as u8,
+            "Rounds that are added where they lie further apart; then homing has failed.",
+        )
+        .common()
+        .velvet(),
+        text(
+            "home_gcode",
+            "",
+            96,
+            |c, _, v| c.homing.gcode = super::switches::spaced(v),
+            "A line executed instead of G28 without axes. G28 within it homes. Underscores stand for blanks.",
+        )
+        .common()
+        .klipper("[homing_override] gcode")
+        .velvet(),
         trim("alpha_trim_mm", "alpha_trim_mm", |c, _, v| c.homing.trim[0] = Mm(v)),
         trim("beta_trim_mm", "beta_trim_mm", |c, _, v| c.homing.trim[1] = Mm(v)),
         trim("gamma_trim_mm", "gamma_trim_mm", |c, _, v| c.homing.trim[2] = Mm(v)),

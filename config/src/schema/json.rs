@@ -111,6 +111,10 @@ fn kind(row: &Setting) -> Vec<String> {
             let number = "[-+]?[0-9.]+([eE][-+]?[0-9]+)?";
             pattern(&format!("|{number}( *, *{number}){{{}}}", count.saturating_sub(1)))
         }
+        Kind::Places(most, _) => {
+            let number = "[-+]?[0-9.]+([eE][-+]?[0-9]+)?";
+            pattern(&format!("|{number}[, ]+{number}([, ]+{number}[, ]+{number}){{0,{}}}", most.saturating_sub(1)))
+        }
         Kind::Word(words, _) => {
             let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
             std::vec![format!("\"enum\": [{}]", words.join(", "))]

@@ -83,6 +83,36 @@ pub const LINEAR_DELTA: Section = Section {
         )
         .unit("deg")
         .v1("delta_tower3_angle"),
+        number(
+            "delta_arm1_offset",
+            "0",
+            ANY,
+            |c, _, v| c.motion.arms.linear_delta.arm_offset[0] = v,
+            "Added to arm_length for the rods of tower 1.",
+        )
+        .unit("mm")
+        .klipper("[stepper_a] arm_length")
+        .velvet(),
+        number(
+            "delta_arm2_offset",
+            "0",
+            ANY,
+            |c, _, v| c.motion.arms.linear_delta.arm_offset[1] = v,
+            "Added to arm_length for the rods of tower 2.",
+        )
+        .unit("mm")
+        .klipper("[stepper_b] arm_length")
+        .velvet(),
+        number(
+            "delta_arm3_offset",
+            "0",
+            ANY,
+            |c, _, v| c.motion.arms.linear_delta.arm_offset[2] = v,
+            "Added to arm_length for the rods of tower 3.",
+        )
+        .unit("mm")
+        .klipper("[stepper_c] arm_length")
+        .velvet(),
         bool(
             "halt_on_error",
             "true",

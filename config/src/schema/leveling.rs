@@ -1,7 +1,8 @@
 //! The leveling strategies' sections, and `[skew correction]`.
 
-use super::build::{ANY, NOT_NEGATIVE, bool, integer, nowhere, number, numbers, text};
+use super::build::{ANY, NOT_NEGATIVE, bool, integer, nowhere, number, numbers, places, text, word};
 use super::{Form, Section, Setting};
+use crate::machine::{MAX_FAULTY, MeshInterpolation};
 use units::Mm;
 
 /// Points along a side of a grid; `motion` has room for no more.
@@ -161,6 +162,61 @@ pub const DELTA_GRID: Section = Section {
     ],
 };
 
+pub const BED_MESH: Section = Section {
+    name: "bed mesh",
+    summary: "What the grids of both strategies have in common. docs/leveling.md tells more.",
+    form: Form::Plain,
+    settings: &[
+        word(
+            "interpolation",
+            "spline",
+            &["spline", "bilinear", "lagrange"],
+            |c, _, v| c.leveling.mesh.interpolation = interpolation(v),
+            "What lies between the points: a smooth surface, straight lines (25 points along a side at most), or one polynomial \
+             through all points of a line (6 at most).",
+        )
+        .klipper("[bed_mesh] algorithm")
+        .velvet(),
+        number(
+            "adaptive_margin",
+            "5",
+            NOT_NEGATIVE,
+            |c, _, v| c.leveling.mesh.adaptive_margin = Mm(v),
+            "How far around the objects of a file the mesh goes that is measured for them alone. G31 D changes it.",
+        )
+        .unit("mm")
+        .typical(0.0, 50.0)
+        .klipper("[bed_mesh] adaptive_margin")
+        .velvet(),
+        places(
+            "faulty_regions",
+            2 * MAX_FAULTY,
+            |c, _, v| c.leveling.mesh.faulty_regions = heapless::Vec::from_slice(v).unwrap_or_default(),
+            "Where the bed must not be touched, as over a magnet: two opposite corners of each rectangle. Points in one are \
+             worked out from its edges.",
+        )
+        .klipper("[bed_mesh] faulty_region_1_min")
+        .velvet(),
+        numbers(
+            "zero_reference",
+            2,
+            |c, _, v| c.leveling.mesh.zero_reference = v.try_into().ok(),
+            "Where the mesh has the height zero; none: at its first point, on a delta in the middle.",
+        )
+        .unit("mm")
+        .klipper("[bed_mesh] zero_reference_position")
+        .velvet(),
+    ],
+};
+
+const fn interpolation(word: usize) -> MeshInterpolation {
+    match word {
+        0 => MeshInterpolation::Spline,
+        1 => MeshInterpolation::Bilinear,
+        _ => MeshInterpolation::Lagrange,
+    }
+}
+
 pub const SKEW_CORRECTION: Section = Section {
     name: "skew correction",
     summary: "Takes back that two axes of the machine are not at right angles. For each plane either the factor (the tangent of the \
@@ -227,6 +283,6 @@ fn triple_or_none(values: &[f64]) -> Option<[f64; 3]> {
 }
 
 /// As long as the schema lets it be.
-fn line_of(text: &str) -> crate::machine::Command {
+pub(super) fn line_of(text: &str) -> crate::machine::Command {
     crate::machine::Command::try_from(text).unwrap_or_default()
 }

@@ -5,6 +5,7 @@
 //! through the same functions, so what the reference says is what a missing line means.
 
 mod actuators;
+mod alignment;
 mod build;
 mod cycles;
 mod endstops;
@@ -13,6 +14,7 @@ mod examples;
 mod extruder;
 #[cfg(test)]
 mod facts;
+mod filament;
 mod heat;
 #[cfg(any(test, feature = "std"))]
 mod json;
@@ -64,8 +66,13 @@ pub const SECTIONS: &[Section] = &[
     leveling::THREE_POINT,
     leveling::CARTESIAN_GRID,
     leveling::DELTA_GRID,
+    leveling::BED_MESH,
     probe::DELTA_CALIBRATION,
     leveling::SKEW_CORRECTION,
+    alignment::Z_ALIGNMENT,
+    alignment::BED_SCREWS,
+    alignment::AXIS_TWIST,
+    alignment::Z_THERMAL,
     system::KILL_BUTTON,
     system::PLAYER,
     system::TOOL_CHANGE,
@@ -78,7 +85,8 @@ pub const SECTIONS: &[Section] = &[
     kinematics::WINCH,
     modules::LASER,
     cycles::DRILLING_CYCLES,
-    modules::FILAMENT_DETECTOR,
+    filament::FILAMENT_DETECTOR,
+    filament::FILAMENT_CHANGE,
     modules::TEMPERATURE_SWITCH,
     modules::BUTTON_BOX,
     modules::LATHE,
@@ -232,6 +240,9 @@ pub enum Kind {
     Number((f64, f64), Set<f64>),
     /// This many numbers, with commas between; an empty value stands for none.
     Numbers(usize, for<'v> fn(&mut MachineConfig, usize, &'v [f64])),
+    /// Up to this many places, X and Y each, with commas or blanks between the numbers; an empty value stands
+    /// for none.
+    Places(usize, for<'v> fn(&mut MachineConfig, usize, &'v [[f64; 2]])),
     /// One of these words, in either case.
     Word(&'static [&'static str], Set<usize>),
     /// Text of at most this many bytes.

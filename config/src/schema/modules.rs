@@ -54,35 +54,6 @@ pub const LASER: Section = Section {
     ],
 };
 
-pub const FILAMENT_DETECTOR: Section = Section {
-    name: "filament detector",
-    summary: "Notices that filament has run out or is stuck.",
-    form: Form::Plain,
-    settings: &[
-        bool("enable", "false", nowhere, "There is a detector.")
-            .v1("filament_detector.enable")
-            .not_yet("leave it disabled until Velvet can do it"),
-        pin("encoder_pin", "nc", PinRole::Interrupt, nowhere, "Interrupt input counting filament pulses.")
-            .v1("filament_detector.encoder_pin")
-            .dormant(),
-        pin("bulge_pin", "nc", PinRole::Input, nowhere, "Input that reports a bulge.")
-            .v1("filament_detector.bulge_pin")
-            .dormant(),
-        pin("detector_pin", "nc", PinRole::Input, nowhere, "Input that reports missing filament.").dormant(),
-        integer("seconds_per_check", "2", (0, 1_000_000), nowhere, "Interval of the pulse check.")
-            .unit("s")
-            .v1("filament_detector.seconds_per_check")
-            .dormant(),
-        number("pulses_per_mm", "1", ANY, nowhere, "Pulses expected per millimetre.")
-            .unit("pulses/mm")
-            .v1("filament_detector.pulses_per_mm")
-            .dormant(),
-        bool("leave_heaters_on", "false", nowhere, "Keeps heaters on when it suspends.")
-            .v1("filament_detector.leave_heaters_on")
-            .dormant(),
-    ],
-};
-
 pub const TEMPERATURE_SWITCH: Section = Section {
     name: "temperature switch",
     summary: "Switches that follow a temperature.",

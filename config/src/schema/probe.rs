@@ -1,7 +1,8 @@
 //! `[zprobe]` and the calibration strategy.
 
-use super::build::{NOT_NEGATIVE, POSITIVE, bool, number, pin, word};
+use super::build::{NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, pin, text, word};
 use super::endstops::millis;
+use super::leveling::line_of;
 use super::{Form, PinRole, Section};
 use crate::machine::Leveling;
 use crate::pin::PinName;
@@ -17,6 +18,10 @@ const fn strategy(word: usize) -> Leveling {
         _ => Leveling::CartesianGrid,
     }
 }
+
+/// The words of `factors`, and their numbers.
+const FACTORS: &[&str] = &["3", "4", "6", "7", "9"];
+const FACTOR_COUNTS: [u8; 5] = [3, 4, 6, 7, 9];
 
 pub const ZPROBE: Section = Section {
     name: "zprobe",
@@ -103,6 +108,100 @@ pub const ZPROBE: Section = Section {
         )
         .unit("ms")
         .v1("zprobe.debounce_ms"),
+        numbers(
+            "probe_offsets",
+            3,
+            |c, _, v| c.probe.offsets = v.try_into().unwrap_or_default(),
+            "Probe position relative to the nozzle as X,Y,Z, where the leveling strategy has none of its own. M565 and M851 \
+             change it.",
+        )
+        .unit("mm")
+        .klipper("[probe] x_offset")
+        .velvet(),
+        text(
+            "deploy_gcode",
+            "",
+            96,
+            |c, _, v| c.probe_scripts[0] = line_of(v),
+            "Line that brings the probe out before it searches: moves, waits, modes and switches, in mm and absolute. M401 runs it too.",
+        )
+        .klipper("[probe] activate_gcode")
+        .velvet(),
+        text(
+            "stow_gcode",
+            "",
+            96,
+            |c, _, v| c.probe_scripts[1] = line_of(v),
+            "Line that puts the probe away when a command that has probed ends. M402 runs it too.",
+        )
+        .klipper("[probe] deactivate_gcode")
+        .velvet(),
+        pin(
+            "deployed_pin",
+            "nc",
+            PinRole::Input,
+            |c, _, v| c.probe.deployed_pin = v.and_then(PinName::digital),
+            "Input, logically high while the probe is out: nothing is probed otherwise.",
+        )
+        .velvet(),
+        bool(
+            "stowed_reads_triggered",
+            "false",
+            |c, _, v| c.probe.stowed_reads_triggered = v,
+            "Put away, the probe reads triggered, as a magnetic one in its dock: so the machine sees whether it is out.",
+        )
+        .velvet(),
+        integer(
+            "samples",
+            "1",
+            (1, 50),
+            |c, _, v| c.probe.samples.count = v as u8,
+            "Touches of each place where a bed is measured: grids, three points, Z motors, screws.",
+        )
+        .unit("touches")
+        .klipper("[probe] samples")
+        .velvet(),
+        word(
+            "samples_result",
+            "average",
+            &["average", "median"],
+            |c, _, v| c.probe.samples.median = v == 1,
+            "What several touches come to. A median leaves out one that went wrong.",
+        )
+        .klipper("[probe] samples_result")
+        .velvet(),
+        number(
+            "samples_tolerance",
+            "0.1",
+            NOT_NEGATIVE,
+            |c, _, v| c.probe.samples.tolerance = Mm(v),
+            "Touches of one place that lie further apart are made again; 0: they are not held against each other.",
+        )
+        .unit("mm")
+        .typical(0.003, 1.0)
+        .klipper("[probe] samples_tolerance")
+        .velvet(),
+        integer(
+            "samples_retries",
+            "3",
+            (0, 20),
+            |c, _, v| c.probe.samples.retries = v as u8,
+            "How often they are made again before measuring ends with an error.",
+        )
+        .unit("times")
+        .klipper("[probe] samples_tolerance_retries")
+        .velvet(),
+        number(
+            "samples_retract",
+            "2",
+            POSITIVE,
+            |c, _, v| c.probe.samples.retract = Mm(v),
+            "How far the probe rises between touches of one place.",
+        )
+        .unit("mm")
+        .typical(0.2, 20.0)
+        .klipper("[probe] sample_retract_dist")
+        .velvet(),
         word(
             "leveling",
             "",
@@ -122,7 +221,7 @@ pub const ZPROBE: Section = Section {
 
 pub const DELTA_CALIBRATION: Section = Section {
     name: "delta calibration strategy",
-    summary: "Finds the endstop trims and the radius of a delta by probing.",
+    summary: "Finds the geometry of a delta by probing: endstop trims, radius, angles, arms.",
     form: Form::Plain,
     settings: &[
         number(
@@ -143,6 +242,16 @@ pub const DELTA_CALIBRATION: Section = Section {
         )
         .unit("mm")
         .v1("leveling-strategy.delta-calibration.initial_height"),
+        word(
+            "factors",
+            "4",
+            FACTORS,
+            |c, _, v| c.delta_calibration.factors = FACTOR_COUNTS.get(v).copied().unwrap_or(4),
+            "How many numbers G32 finds: 3 the trims, 4 the radius too, 6 also the angles of two towers, 7 the length of the arms, 9 \
+             that of each. G32 S changes it.",
+        )
+        .klipper("DELTA_CALIBRATE")
+        .velvet(),
         number(
             "tolerance",
             "0.03",

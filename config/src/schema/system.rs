@@ -1,8 +1,10 @@
 //! `[general]`, `[system]`, `[consoles]`, `[uart console]`, `[kill button]`, `[player]`.
 
-use super::build::{bool, integer, pin, text, word};
+use units::Micros;
+
+use super::build::{bool, integer, number, pin, text, word};
 use super::{Form, PinRole, Section};
-use crate::machine::{Command, FileDialect, Parity, PrinterDialect};
+use crate::machine::{Command, FileDialect, JobPreflight, Parity, PrinterDialect};
 use crate::pin::PinName;
 
 const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
@@ -247,6 +249,37 @@ pub const PLAYER: Section = Section {
             "A line executed before resuming. Underscores stand for blanks.",
         )
         .v1("before_resume_gcode"),
+        text(
+            "before_job_gcode",
+            "",
+            96,
+            |c, _, v| c.player.before_job_gcode = super::switches::spaced(v),
+            "A line executed before the first line of every job. Underscores stand for blanks.",
+        )
+        .velvet(),
+        text(
+            "after_job_gcode",
+            "",
+            96,
+            |c, _, v| c.player.after_job_gcode = super::switches::spaced(v),
+            "A line executed behind the last line of a job that comes to its end. Underscores stand for blanks.",
+        )
+        .velvet(),
+        text(
+            "after_abort_gcode",
+            "",
+            96,
+            |c, _, v| c.player.after_abort_gcode = super::switches::spaced(v),
+            "A line executed once abort has brought the machine to rest. Underscores stand for blanks.",
+        )
+        .velvet(),
+        bool(
+            "queue_auto",
+            "false",
+            |c, _, v| c.player.queue_auto = v,
+            "The next file of the queue begins as soon as one has ended; else a person clears the bed, and says so.",
+        )
+        .velvet(),
         word(
             "dialect",
             "auto",
@@ -262,6 +295,74 @@ pub const PLAYER: Section = Section {
                 }
             },
             "What files are written in. auto: what their slicer says in them, else as grbl_mode says.",
+        )
+        .velvet(),
+        word(
+            "preflight",
+            "warn",
+            &["off", "time", "warn", "refuse"],
+            |c, _, v| {
+                c.player.preflight = match v {
+                    0 => JobPreflight::Off,
+                    1 => JobPreflight::Time,
+                    3 => JobPreflight::Refuse,
+                    _ => JobPreflight::Warn,
+                }
+            },
+            "A look ahead at the file of a job while it is played. time: only for the time left; warn: the job pauses before a \
+             line that would stop it; refuse: the whole file is looked at first.",
+        )
+        .velvet(),
+        bool(
+            "power_loss",
+            "false",
+            |c, _, v| c.player.power_loss.enable = v,
+            "Keep a journal of jobs on the card, to go on with them after a power cut: M1000 (M413).",
+        )
+        .velvet(),
+        number(
+            "power_loss_period",
+            "5",
+            (1.0, 600.0),
+            |c, _, v| c.player.power_loss.period = Micros((v * 1e6) as u64),
+            "Time between entries of the journal; a new layer has one at once.",
+        )
+        .unit("s")
+        .velvet(),
+        number(
+            "power_loss_motor_volts",
+            "0",
+            (0.0, 60.0),
+            |c, _, v| c.player.power_loss.motor_volts = v as f32,
+            "When the motors' supply (vmotor) falls below this under a job, heaters go off and the job is noted at once; 0: \
+             never.",
+        )
+        .unit("V")
+        .velvet(),
+        number(
+            "power_loss_lift",
+            "5",
+            (0.0, 200.0),
+            |c, _, v| c.player.power_loss.lift = v,
+            "How far above everything printed Z goes before X and Y are homed.",
+        )
+        .unit("mm")
+        .velvet(),
+        number(
+            "power_loss_z_sag",
+            "0",
+            (0.0, 50.0),
+            |c, _, v| c.player.power_loss.sag = v,
+            "How far Z sinks when its motor loses its current.",
+        )
+        .unit("mm")
+        .velvet(),
+        text(
+            "power_loss_gcode",
+            "",
+            96,
+            |c, _, v| c.player.power_loss.gcode = super::switches::spaced(v),
+            "A line executed above the part before going back to it: prime, wipe. Underscores stand for blanks.",
         )
         .velvet(),
     ],
