@@ -160,10 +160,11 @@ impl<'a> Blocks<'a> {
         Ok(true)
     }
 
-    /// Passes over what goes on with the value of an M-code: see [`string_or_list`].
+    /// Passes over what goes on with the value of a code: see [`string_or_list`].
     fn skips_string_or_list(&mut self, block: &mut Block<'a>) -> bool {
-        let is_m = block.code.is_some_and(|code| code.letter == Letter::M);
-        let Some((length, text)) = string_or_list(self.rest()).filter(|_| is_m) else { return false };
+        // RepRapFirmware's G29 S1 P"name" as well.
+        let may_have = block.code.is_some_and(|code| code.letter == Letter::M || code == Code::g(29));
+        let Some((length, text)) = string_or_list(self.rest()).filter(|_| may_have) else { return false };
         block.text = block.text.or(text);
         self.at += length;
         true

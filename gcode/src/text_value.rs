@@ -1,4 +1,4 @@
-//! RepRapFirmware's values of M-codes: strings, `P"zvd"`, and lists, `E400:400`.
+//! RepRapFirmware's values of M-codes and of G29: strings, `P"zvd"`, and lists, `E400:400`.
 
 use crate::number;
 
@@ -45,7 +45,8 @@ mod tests {
         assert_eq!(blocks("M115 U3.12.2")[0].text, Some("U3.12.2"));
         assert_eq!(blocks("M486 AShape-Box (1)")[0].text, Some("AShape-Box (1)"));
         assert_eq!(failing("G1 X1:2"), (6, Problem::NotALetter(b':')));
-        assert_eq!(failing("G29 P\"x\""), (6, Problem::NotALetter(b'"')));
+        assert_eq!(blocks("G29 S1 P\"0:/sys/x.csv\"")[0].text, Some("0:/sys/x.csv"));
+        assert_eq!(failing("G28 P\"x\""), (6, Problem::NotALetter(b'"')));
         assert_eq!(failing("M98 P\"x"), (6, Problem::NotALetter(b'"')));
     }
 
