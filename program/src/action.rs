@@ -47,6 +47,8 @@ pub enum Action<'b> {
     Suspend {
         /// Heaters keep their targets.
         heaters_stay: bool,
+        /// How filament is changed this time.
+        words: Words<'b>,
     },
     /// Go on with the suspended job.
     Resume,
@@ -304,18 +306,35 @@ pub struct ProbeAlong {
 pub enum Function {
     // Probing and leveling.
     ProbeStrategy,
+    AlignZ,
+    BedScrews,
     ProbeRepeatability,
+    /// M401: bring the probe out.
+    DeployProbe,
+    /// M402: put it away.
+    StowProbe,
     ProbeSettings,
     LevelingOff,
     SaveGrid,
     DeleteGrid,
     LoadGrid,
+    ListMeshes,
     ShowGrid,
+    ShowMap,
     UseGrid,
+    FadeHeight,
+    MeshOffset,
+    MeasureBed,
     GridPoint,
     ProbePoint,
     BedPlane,
     ProbeOffset,
+    /// M851.1 to M851.5: a person feels with paper where the bed is.
+    PaperTest,
+    /// M851.6: what the probe reads too high along an axis.
+    AxisTwist,
+    /// M851: the same as Marlin counts it.
+    MarlinProbeOffset,
     Skew,
     // Motors and the machine's geometry.
     MotorsOn,
@@ -332,6 +351,8 @@ pub enum Function {
     HomeOffsets,
     SoftEndstops,
     ArmSettings,
+    /// M665.1 to M665.3: distances measured on a printed part.
+    MeasuredPart,
     Trims,
     MotorMilliamps,
     MotorAmps,
@@ -343,8 +364,22 @@ pub enum Function {
     MotorPositions,
     HomeOffsetsFromHere,
     AlignSlave,
+    /// M290.1: what makes up for a frame that grows with its temperature.
+    ThermalAdjust,
     // Extruders.
     FilamentDiameter,
+    /// M78: what the machine has done.
+    Statistics,
+    /// M404 to M407, M412: the filament detector.
+    FilamentDetector,
+    /// M603: lengths of a change of filament.
+    FilamentLengths,
+    /// G27: lift the tool and go aside.
+    Park,
+    /// M701: push filament in.
+    LoadFilament,
+    /// M702: take filament out.
+    UnloadFilament,
     RetractSettings,
     RecoverSettings,
     FlowFactor,
@@ -369,6 +404,8 @@ pub enum Function {
     StartJob,
     PauseJob,
     RestartJob,
+    PowerLoss,
+    GoOnWithJob,
     ReportJob,
     Upload,
     EndUpload,

@@ -53,10 +53,14 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("ed", "from to", "edit a file line by line into another one: %h lists commands, %c ends it"),
     command("ry", "[silent]", "receive files by YModem; silent: say nothing beside"),
     command("upload", "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels"),
-    command("play", "file [-v] [-p] [-t] [-f dialect]", "play a file: show its lines, begin paused, tell its end")
+    command("check", "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves"),
+    command("play", "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
         .working(),
     command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),
     command("abort", "", "stop the file being played; heaters stay as they are"),
+    command("pause", "[at layer|line|height N [command] | next layer | list | clear]", "suspend the job, heaters on: now, or there")
+        .working(),
+    command("queue", "[add file [times] | next | remove place | clear]", "files to be played one after the other"),
     command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),
     command("resume", "", "go on with the suspended job").working(),
     command(
@@ -79,8 +83,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command(
         "test",
-        "jog axis distance times | square size times | circle radius times [feed] | raw axis steps rate | acc axis mm rate",
-        "move back and forth, squares or circles, or so many steps of one motor; Ctrl-Y ends it",
+        "jog axis distance times | square size times | circle radius times [feed] | raw axis steps rate | acc axis mm rate | endstop axis [times] | speed axis mm rate [times] | sweep axis Hz Hz [s] | backlash axis mm",
+        "move back and forth, squares or circles, so many steps of one motor; how well an axis homes, whether it loses steps, where it rings, its backlash",
     )
     .working(),
     command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),

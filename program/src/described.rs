@@ -75,7 +75,7 @@ impl fmt::Display for Described<'_, '_> {
             Action::EndProgram => f.write_str("end of program"),
             Action::Halt => f.write_str("emergency stop"),
             Action::Release => f.write_str("clear the halt"),
-            Action::Suspend { heaters_stay } => {
+            Action::Suspend { heaters_stay, .. } => {
                 f.write_str(if *heaters_stay { "suspend, heaters stay on" } else { "suspend" })
             }
             Action::Resume => f.write_str("resume"),

@@ -10,6 +10,8 @@ use units::{Axis, HeaterId, SwitchId, ToolId};
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Part {
     Probe,
+    ZAlignment,
+    BedScrews,
     Lathe,
     DrillingCycles,
     Laser,

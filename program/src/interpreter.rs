@@ -56,17 +56,18 @@ pub struct Interpreter {
     pub(crate) line: u32,
     pub(crate) setup: Setup,
     pub(crate) left_out: Option<LeftOut>,
-    effects: Deque<Effect, MOST_EFFECTS>,
-    following: Deque<Action<'static>, FOLLOWING>,
-    before: Before,
+    pub(crate) effects: Deque<Effect, MOST_EFFECTS>,
+    pub(crate) following: Deque<Action<'static>, FOLLOWING>,
+    pub(crate) before: Before,
 }
 
 /// What the last block's moves change of the program, as it was before: the machine may refuse them.
 #[derive(Clone, Copy, Debug, Default)]
-struct Before {
+pub(crate) struct Before {
     position: PerAxis<f64>,
     tool_offset: [f64; 3],
     shift: [f64; 3],
+    thermal_z: f64,
     /// E of the active tool, and the lift of Z that it is retracted with.
     e: f64,
     retracted: Option<f64>,
@@ -113,7 +114,8 @@ impl Interpreter {
         self.cycles.stop();
         let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
         let (tool_offset, shift) = (self.modal.tool_offset, self.modal.shift);
-        self.before = Before { position: self.position, tool_offset, shift, e, retracted };
+        let thermal_z = self.modal.thermal_z;
+        self.before = Before { position: self.position, tool_offset, shift, thermal_z, e, retracted };
     }
 
     /// What is to be done before the action of the last block.
@@ -274,9 +276,9 @@ impl Interpreter {
     pub fn take_back(&mut self) {
         self.following.clear();
         self.cycles.take_back();
-        let Before { position, tool_offset, shift, e, retracted } = self.before;
+        let Before { position, tool_offset, shift, thermal_z, e, retracted } = self.before;
         self.position = position;
-        (self.modal.tool_offset, self.modal.shift) = (tool_offset, shift);
+        (self.modal.tool_offset, self.modal.shift, self.modal.thermal_z) = (tool_offset, shift, thermal_z);
         if let Some(tool) = self.tools.active_mut() {
             (tool.e, tool.retracted) = (e, retracted);
         }
@@ -420,6 +422,11 @@ impl Interpreter {
         if let Some(tool) = self.tools.active_mut() {
             tool.e = kept.e;
         }
+    }
+
+    /// Z is so much higher from the next move on that names it, mm.
+    pub fn set_thermal_z(&mut self, mm: f64) {
+        self.modal.set_thermal_z(mm);
     }
 
     /// Counts in mm from now on; what it counted in before.

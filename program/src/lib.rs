@@ -13,11 +13,13 @@
 
 mod action;
 mod auxiliary;
+mod beginning;
 mod claims;
 pub mod codes;
 pub mod commands;
 mod context;
 mod control_flow;
+mod copying;
 mod cycle;
 mod cycles;
 mod described;
@@ -53,9 +55,11 @@ pub use action::{
     ProbeAlong, ProbeDown, Rate, Shape, Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
+pub use beginning::{BEGINNING_BYTES, begin_again, beginning, set_flow};
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
+pub use copying::copy_program;
 pub use cycle::{Cycle, Retract};
 pub use cycles::{LeftHole, ToCome};
 pub use dialect::{Dialect, Dialects};

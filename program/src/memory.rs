@@ -47,6 +47,20 @@ pub struct Memory {
 }
 
 impl Memory {
+    /// Becomes another one, in place: it is the largest part of a program.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        fn copy<T: Clone, const N: usize>(to: &mut Vec<T, N>, from: &Vec<T, N>) {
+            to.clear();
+            // As many fit as there are.
+            let _ = to.extend_from_slice(from);
+        }
+        self.locals = other.locals;
+        copy(&mut self.numbered, &other.numbered);
+        copy(&mut self.named, &other.named);
+        copy(&mut self.waiting, &other.waiting);
+        (self.level, self.has_changed) = (other.level, other.has_changed);
+    }
+
     /// The value of a parameter that programs keep here; `None` when there is none.
     pub(crate) fn get(&self, parameter: &Parameter) -> Option<f64> {
         match parameter {

@@ -153,10 +153,12 @@ pub struct Modal {
     pub(crate) g92_kept: [f64; 3],
     /// G92 or G92.3 is in force, though it may add nothing: `#5210`.
     pub(crate) g92_is_on: bool,
-    /// Tool offset and shift together, X Y Z in mm.
+    /// Tool offset, shift and what makes up for temperature together, X Y Z in mm.
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
     pub shift: [f64; 3],
+    /// What makes up for a frame that grows with its temperature, Z in mm.
+    pub(crate) thermal_z: f64,
     /// G43, G43.1 or G43.2 is in force, not G49.
     pub has_tool_length: bool,
     /// G7: words of X are diameters.
@@ -195,6 +197,7 @@ impl Modal {
             g92_is_on: false,
             tool_offset: [0.0; 3],
             shift: [0.0; 3],
+            thermal_z: 0.0,
             has_tool_length: false,
             diameters: false,
             auxiliary: Auxiliary::START,
@@ -243,15 +246,29 @@ impl Modal {
     /// Another tool offset; what is shifted stays so.
     pub fn set_tool_offset(&mut self, offset: [f64; 3]) {
         self.tool_offset = offset;
-        self.tool_offset.iter_mut().zip(self.shift).for_each(|(sum, shift)| *sum += shift);
+        let added = self.added();
+        self.tool_offset.iter_mut().zip(added).for_each(|(sum, added)| *sum += added);
     }
 
     /// The tool offset without what is shifted.
     #[must_use]
     pub(crate) fn own_tool_offset(&self) -> [f64; 3] {
         let mut offset = self.tool_offset;
-        offset.iter_mut().zip(self.shift).for_each(|(offset, shift)| *offset -= shift);
+        offset.iter_mut().zip(self.added()).for_each(|(offset, added)| *offset -= added);
         offset
+    }
+
+    /// What is no tool's of the tool offset.
+    pub(crate) fn added(&self) -> [f64; 3] {
+        let [x, y, z] = self.shift;
+        [x, y, z + self.thermal_z]
+    }
+
+    /// Z is so much higher from the next move on that names it, mm: what makes up for temperature.
+    pub fn set_thermal_z(&mut self, mm: f64) {
+        let [.., z] = &mut self.tool_offset;
+        *z += mm - self.thermal_z;
+        self.thermal_z = mm;
     }
 
     /// Shifts everything that follows.

@@ -183,6 +183,7 @@ impl Session {
                     asked.push(format!("is {}", codes.trim()));
                     self.run_blocks(Blocks::new(codes.as_bytes()), asked);
                 }
+                Ok(Asked::Tower) => asked.push("a setting changes with the height".into()),
                 Ok(Asked::Console(command)) => asked.push(format!("is the console's {command}")),
                 Ok(Asked::PassedOver(name)) => asked.push(format!("passed over, as {name}")),
                 Err(fault) => asked.push(format!("error: {} {fault}", command.name())),

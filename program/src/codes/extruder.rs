@@ -49,22 +49,34 @@ pub const ROWS: &[CodeInfo] = &[
         word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
     ])
     .differs("on a machine with a laser its power too"),
-    filament_detector(404, "settings of the filament detector; there is none yet"),
-    filament_detector(405, "filament detector off; there is none yet"),
-    filament_detector(406, "filament detector on; there is none yet"),
-    filament_detector(407, "state of the filament detector; there is none yet"),
+    filament_detector(404, "how the filament detector looks; without words, say it").takes(&[
+        word('S', Unit::Seconds, "time between looks").above(0.0),
+        word('P', Unit::Number, "pulses a mm").above(0.0),
+        word('H', Unit::Number, "1: heaters stay on"),
+    ]),
+    filament_detector(405, "filament detector off"),
+    filament_detector(406, "filament detector on"),
+    filament_detector(407, "state of the filament detector").waits(Waits::Question),
+    filament_detector(412, "filament detector; without words, say its state")
+        .takes(&[word('S', Unit::Number, "1: on; 0: off")])
+        .differs("not known"),
+    CodeInfo::asks(Code::m(603), Function::FilamentLengths, "lengths of a change of filament; without words, say them")
+        .takes(&[word('L', Unit::Mm, "pushed in").least(0.0), word('U', Unit::Mm, "taken out").least(0.0)])
+        .differs("not known"),
+    CodeInfo::asks(Code::g(27), Function::Park, "lift the tool and go aside, as [filament change] says")
+        .takes(&[word('P', Unit::Number, "Marlin's 0 and 2: as it does here; 1 is refused").whole(0.0, 2.0)])
+        .waits(Waits::Result)
+        .differs("not known"),
+    CodeInfo::asks(Code::m(701), Function::LoadFilament, "push filament in")
+        .takes(&[word('L', Unit::Mm, "so far; as M603 says without").least(0.0)])
+        .waits(Waits::Result)
+        .differs("not known"),
+    CodeInfo::asks(Code::m(702), Function::UnloadFilament, "take filament out")
+        .takes(&[word('U', Unit::Mm, "so far; as M603 says without").least(0.0)])
+        .waits(Waits::Result)
+        .differs("not known"),
 ];
 
 const fn filament_detector(number: u16, help: &'static str) -> CodeInfo {
-    CodeInfo::means(Code::m(number), extruders::no_detector, help)
-        .takes(
-            const {
-                &[
-                    word('S', Unit::Seconds, "time between looks"),
-                    word('P', Unit::Number, "pulses a mm"),
-                    word('H', Unit::Number, "1: heaters stay on"),
-                ]
-            },
-        )
-        .differs("carried out where there is a detector")
+    CodeInfo::asks(Code::m(number), Function::FilamentDetector, help)
 }

@@ -6,6 +6,29 @@ use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, FILES, Waits};
 use crate::action::Function;
 use crate::fault::Part;
 use crate::meaning::program;
+use crate::word::{Unit, WordInfo, word};
+
+/// How M600 changes filament this time, in Marlin's words; what is not given is as `[filament change]` says.
+const CHANGE: [WordInfo; 9] = [
+    word('E', Unit::Mm, "drawn back first"),
+    word('Z', Unit::Mm, "the tool rises by this").least(0.0),
+    word('X', Unit::Mm, "where it waits, machine X"),
+    word('Y', Unit::Mm, "where it waits, machine Y"),
+    word('U', Unit::Mm, "taken out"),
+    word('L', Unit::Mm, "pushed in"),
+    word('R', Unit::Celsius, "the hot end goes on with this").least(0.0),
+    word('T', Unit::Number, "the tool, which has to be the one in use").least(0.0),
+    word('B', Unit::Number, "beeps; there are none"),
+];
+
+const NOT_KNOWN: &str = "not known";
+const POWER_LOSS: &[WordInfo] = &[word('S', Unit::Flag, "1: on, 0: off; without it says which")];
+const GO_ON: &str = "go on with a job that was interrupted; see docs/power-loss.md";
+const GO_ON_WORDS: &[WordInfo] = &[
+    word('C', Unit::Flag, "forget it instead"),
+    word('S', Unit::Flag, "say what there is, and what would be done"),
+    word('Z', Unit::Length, "where the tool stands, where that is not known"),
+];
 
 pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(Code::m(20), program::list_files, Function::ListFiles, "list the card").states(FILES),
@@ -13,7 +36,12 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(23), Function::SelectFile, "select a file to play").part(Part::Player),
     CodeInfo::asks(Code::m(24), Function::StartJob, "play the selected file, or go on with it").part(Part::Player),
     CodeInfo::asks(Code::m(25), Function::PauseJob, "pause the file; what is queued still runs"),
-    CodeInfo::asks(Code::m(26), Function::RestartJob, "play the file from its beginning"),
+    CodeInfo::asks(Code::m(26), Function::RestartJob, "play the file from its beginning").takes(&[word(
+        'S',
+        Unit::Number,
+        "from this byte: 0 alone; see play --from",
+    )
+    .least(0.0)]),
     CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is").waits(Waits::Question),
     CodeInfo::asks(
         Code::m(28),
@@ -31,6 +59,17 @@ pub const ROWS: &[CodeInfo] = &[
     )
     .states(ANYWHERE),
     CodeInfo::asks(Code::m(32), Function::StartFile, "select a file and play it").part(Part::Player),
+    CodeInfo::asks(Code::m(413), Function::PowerLoss, "keep a journal of jobs, to go on after a power cut")
+        .takes(POWER_LOSS)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(1000), Function::GoOnWithJob, GO_ON)
+        .takes(GO_ON_WORDS)
+        .waits(Waits::Result)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(916), Function::GoOnWithJob, GO_ON)
+        .takes(GO_ON_WORDS)
+        .waits(Waits::Result)
+        .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(500), Function::SaveSettings, "save what was set at run time, to /sd/config-override")
         .any_subcode()
         .states(EVERYWHERE_BUT_INVALID)
@@ -46,9 +85,11 @@ pub const ROWS: &[CodeInfo] = &[
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(504), Function::SaveSettings, "save a set of settings under a name"),
     CodeInfo::means(Code::m(600), program::suspend, "suspend the job: pause, heaters off, after_suspend_gcode")
+        .takes(&CHANGE)
         .waits(Waits::Result)
         .part(Part::Player),
     CodeInfo::means(Code::m(600).sub(1), program::suspend, "suspend the job; heaters stay on")
+        .takes(&CHANGE)
         .waits(Waits::Result)
         .part(Part::Player),
     CodeInfo::means(

@@ -31,11 +31,18 @@ const fn reads(dialects: Dialects, row: CodeInfo) -> Otherwise {
 
 const LEVEL: &str = "measure the bed and level by it";
 const LEVEL_WORDS: &[WordInfo] = &[
-    word('P', Unit::Number, "Marlin: 1 measures, other numbers have nothing to do"),
-    word('S', Unit::Number, "RepRapFirmware: 0 measures, 1 loads the saved grid, 2: no leveling"),
+    word('P', Unit::Number, "Marlin: 1 measures, other numbers have nothing to do; RepRapFirmware: a name, P\"bed\""),
+    word('S', Unit::Number, "RepRapFirmware: 0 measures, 1 loads a mesh, 2: no leveling, 3 saves it"),
+    word('X', Unit::Length, "Prusa: where the area begins"),
+    word('Y', Unit::Length, "Prusa: where the area begins"),
+    word('W', Unit::Length, "Prusa: how wide it is"),
+    word('H', Unit::Length, "Prusa: how deep it is"),
+    word('L', Unit::Length, "Marlin: its left end; alone: load the saved grid"),
+    word('R', Unit::Length, "Marlin: its right end"),
+    word('F', Unit::Length, "Marlin: its front end"),
+    word('B', Unit::Length, "Marlin: its rear end"),
     word('A', Unit::Flag, "Marlin: has nothing to do, what was measured is in force"),
     word('C', Unit::Flag, "Marlin: has nothing to do, all of the bed is measured at once"),
-    word('L', Unit::Flag, "Marlin: load the saved grid"),
     word('D', Unit::Flag, "Marlin: no leveling"),
 ];
 const JERK: &[WordInfo] = &[

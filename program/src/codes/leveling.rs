@@ -24,6 +24,13 @@ const PLACES: &[WordInfo] = &[
     word('B', Unit::Number, "machine coordinate"),
     word('C', Unit::Number, "machine coordinate"),
 ];
+const SLAVES: &[WordInfo] = &[
+    word('X', Unit::Flag, "0: measure; 1: put its slave where M666 says"),
+    word('Y', Unit::Flag, "0: measure; 1: put its slave where M666 says"),
+    word('Z', Unit::Flag, "0: measure; 1: put its slave where M666 says"),
+];
+const MESH: &[WordInfo] = &[word('P', Unit::Flag, "its name, P\"textured\"; none: the one file of Smoothieware")];
+const ONE_MESH: &str = "there is one mesh, without a name";
 const ALONG: &[WordInfo] = &[
     word('X', Unit::Length, "how far"),
     word('Y', Unit::Length, "how far"),
@@ -38,8 +45,10 @@ const STRATEGY: &[WordInfo] = &[
     word('B', Unit::Length, "size of the area, with two corners"),
     word('I', Unit::Number, "points along X, or the spread to reach"),
     word('J', Unit::Number, "points along Y, or a radius"),
+    word('D', Unit::Length, "for the objects of the job alone, and so much around them"),
     word('R', Unit::Number, "1: from where the probe is; calibrating: leave out the trims"),
     word('E', Unit::Number, "calibrating: leave out the radius"),
+    word('S', Unit::Number, "a delta: 3 finds trims, 4 radius too, 6 angles, 7 the arms' length, 9 each arm's"),
     word('K', Unit::Number, "has nothing to do"),
 ];
 
@@ -67,9 +76,13 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill),
     CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
-    CodeInfo::asks(Code::g(28).sub(7), Function::AlignSlave, "turn a slave motor alone; refused: not built yet")
-        .takes(AXES)
-        .differs("turns the slave up to 20 mm to its own switch"),
+    CodeInfo::asks(
+        Code::g(28).sub(7),
+        Function::AlignSlave,
+        "how far a slave is from its own switch; put it at its trim",
+    )
+    .takes(SLAVES)
+    .waits(Waits::Result),
     strategy(Code::g(29), "measure the bed as the leveling strategy does"),
     strategy(Code::g(29).sub(1), "measure the bed on a spiral").waits(Waits::Result),
     CodeInfo::means(
@@ -94,6 +107,18 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("known only with grbl_mode and nist_G30"),
     strategy(Code::g(31), "level by a grid; three points: say the plane"),
     strategy(Code::g(32), "level the bed, or calibrate a delta"),
+    CodeInfo::asks(Code::g(34), Function::AlignZ, "turn each Z motor alone until bed and gantry are parallel")
+        .takes(&[
+            word('I', Unit::Number, "rounds after the first one, at most").whole(0.0, 30.0),
+            word('T', Unit::Length, "what no motor may be off by more than").above(0.0),
+        ])
+        .waits(Waits::Result)
+        .part(Part::ZAlignment)
+        .differs("not known"),
+    CodeInfo::asks(Code::g(35), Function::BedScrews, "say how far each screw of the bed is to be turned")
+        .waits(Waits::Result)
+        .part(Part::BedScrews)
+        .differs("not known"),
     along(2, "search until the contact closes; none is an alarm"),
     along(3, "search until the contact closes"),
     along(4, "search until the contact opens; if it does not, alarm"),
@@ -127,15 +152,37 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
         .differs("not known"),
     leveling(Code::m(370), Function::LevelingOff, "no leveling"),
-    leveling(Code::m(374), Function::SaveGrid, "save the grid to the card"),
-    leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved grid"),
-    leveling(Code::m(375), Function::LoadGrid, "load the saved grid and level by it"),
-    CodeInfo::asks(Code::m(375).sub(1), Function::ShowGrid, "show the grid"),
-    leveling(Code::m(421), Function::GridPoint, "set one height of the grid").takes(&[
-        word('I', Unit::Number, "column, from 0"),
-        word('J', Unit::Number, "row, from 0"),
-        word('Z', Unit::Length, "height"),
-    ]),
+    leveling(Code::m(374), Function::SaveGrid, "save the mesh to the card").takes(MESH).differs(ONE_MESH),
+    leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved mesh").takes(MESH).differs(ONE_MESH),
+    CodeInfo::asks(Code::m(374).sub(2), Function::ListMeshes, "list the meshes on the card that have a name")
+        .waits(Waits::Result)
+        .differs("not known"),
+    leveling(Code::m(375), Function::LoadGrid, "load the saved mesh and level by it").takes(MESH).differs(ONE_MESH),
+    CodeInfo::asks(Code::m(375).sub(1), Function::ShowGrid, "show the grid in numbers"),
+    CodeInfo::asks(Code::m(375).sub(2), Function::ShowMap, "show the bed as a map, and say what it needs")
+        .differs("not known"),
+    leveling(Code::m(376), Function::FadeHeight, "where the mesh has faded; without words, say it")
+        .takes(&[word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").least(0.0)])
+        .differs("not known"),
+    CodeInfo::asks(Code::m(401), Function::DeployProbe, "bring the probe out, until M402")
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .differs("not known"),
+    CodeInfo::asks(Code::m(402), Function::StowProbe, "put the probe away")
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .differs("not known"),
+    leveling(Code::m(421), Function::GridPoint, "set one height of the grid")
+        .takes(&[
+            word('I', Unit::Number, "column, from 0"),
+            word('J', Unit::Number, "row, from 0"),
+            word('X', Unit::Length, "the point nearest to here, with Y"),
+            word('Y', Unit::Length, "the point nearest to here, with X"),
+            word('C', Unit::Flag, "the point nearest to the tool"),
+            word('Z', Unit::Length, "height"),
+            word('Q', Unit::Length, "by so much higher"),
+        ])
+        .differs("takes I, J and Z"),
     CodeInfo::asks(Code::m(557), Function::ProbePoint, "the points of three-point leveling").takes(&[
         word('P', Unit::Number, "which point").whole(0.0, 2.0),
         word('X', Unit::Length, "where it is"),
@@ -169,13 +216,59 @@ pub const ROWS: &[CodeInfo] = &[
             word('I', Unit::Flag, "the contact is the other way round, until the next I or reset"),
         ])
         .part(Part::Probe),
+    CodeInfo::asks(
+        Code::m(851),
+        Function::MarlinProbeOffset,
+        "where the probe is, seen from the tool, as Marlin counts it",
+    )
+    .takes(&[
+        word('X', Unit::Length, "by axis"),
+        word('Y', Unit::Length, "by axis"),
+        word('Z', Unit::Length, "the other way round than M565's"),
+    ])
+    .differs("not known"),
+    paper(1, "begin a paper test: a person says when paper drags under the tool").takes(&[word(
+        'P',
+        Unit::Number,
+        "for 0 the probe's offset, 1 where Z homes, 2 a height, 3 the bed's screws, 4 an axis's twist",
+    )
+    .whole(0.0, 4.0)]),
+    paper(2, "move the tool in a paper test").takes(&[
+        word('Z', Unit::Length, "by so much"),
+        word('S', Unit::Number, "-1, 1: halfway to the height tried next below or above; -2, 2: to it")
+            .within(-2.0, 2.0),
+    ]),
+    paper(3, "in a paper test, the paper drags"),
+    paper(4, "end a paper test, and change nothing"),
+    paper(5, "in a paper test, the screw was turned until the paper drags"),
+    CodeInfo::asks(Code::m(851).sub(6), Function::AxisTwist, "what the probe reads too high at a place along an axis")
+        .takes(&[
+            word('X', Unit::Length, "the place, of an axis X whose rail is twisted"),
+            word('Y', Unit::Length, "the place, of an axis Y"),
+            word('Z', Unit::Length, "what it reads too high"),
+            word('R', Unit::Flag, "forget all places first"),
+        ])
+        .differs("not known"),
     leveling(Code::m(852), Function::Skew, "skew factors")
         .takes(&[
             word('I', Unit::Number, "X and Y"),
             word('J', Unit::Number, "X and Z"),
             word('K', Unit::Number, "Y and Z"),
+            word('P', Unit::Number, "by a measured square in the plane: 0 XY, 1 XZ, 2 YZ").whole(0.0, 2.0),
+            word('A', Unit::Length, "of that square, the diagonal AC from the origin").above(0.0),
+            word('B', Unit::Length, "the other diagonal, BD").above(0.0),
+            word('D', Unit::Length, "the side AD, along the plane's second axis").above(0.0),
         ])
         .differs("not known"),
+    CodeInfo::asks(Code::m(852).sub(1), Function::Skew, "say the skew factor of a measured square, and change nothing")
+        .takes(SQUARE)
+        .differs("not known"),
+];
+
+const SQUARE: &[WordInfo] = &[
+    word('A', Unit::Length, "the diagonal AC from the origin").above(0.0),
+    word('B', Unit::Length, "the other diagonal, BD").above(0.0),
+    word('D', Unit::Length, "the side AD, along the plane's second axis").above(0.0),
 ];
 
 const fn strategy(code: Code, help: &'static str) -> CodeInfo {
@@ -188,6 +281,10 @@ const fn along(subcode: u8, help: &'static str) -> CodeInfo {
         .waits(Waits::Result)
         .part(Part::Probe)
         .differs("in GRBL mode too, words are distances and Z goes alone; without a probe it is ignored")
+}
+
+const fn paper(subcode: u8, help: &'static str) -> CodeInfo {
+    CodeInfo::asks(Code::m(851).sub(subcode), Function::PaperTest, help).waits(Waits::Result).differs("not known")
 }
 
 const fn leveling(code: Code, function: Function, help: &'static str) -> CodeInfo {

@@ -143,7 +143,7 @@ fn kept(row: &CodeInfo) -> &'static str {
 /// When `out` refuses.
 pub fn write_named(out: &mut impl Write) -> fmt::Result {
     writeln!(out, "| command | parameters | what it does |\n|---|---|---|")?;
-    for command in extended::COMMANDS {
+    for command in extended::all() {
         writeln!(out, "| `{}` | {} | {}{} |", command.name, command.takes, command.kept(), escaped(command.help))?;
     }
     writeln!(out)

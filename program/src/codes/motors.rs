@@ -88,12 +88,38 @@ pub const ROWS: &[CodeInfo] = &[
             word('D', Unit::Number, "as arm_solution says"),
             word('E', Unit::Number, "as arm_solution says"),
             word('H', Unit::Number, "as arm_solution says"),
+            word('I', Unit::Number, "added to the length of tower 1's rods"),
+            word('J', Unit::Number, "added to the length of tower 2's rods"),
+            word('K', Unit::Number, "added to the length of tower 3's rods"),
             word('L', Unit::Number, "as arm_solution says"),
             word('R', Unit::Number, "as arm_solution says"),
             word('S', Unit::Number, "pieces of a line a second"),
             word('U', Unit::Number, "length of the pieces of a line")
         ))
         .waits(Waits::Standstill),
+    CodeInfo::asks(
+        Code::m(665).sub(1),
+        Function::MeasuredPart,
+        "a distance measured on a part that a delta has printed; without words, those that are kept",
+    )
+    .takes(&[
+        word('X', Unit::Length, "one end, as it was printed"),
+        word('Y', Unit::Length, "one end"),
+        word('I', Unit::Length, "the other end's X"),
+        word('J', Unit::Length, "the other end's Y"),
+        word('S', Unit::Length, "how far apart they were measured").above(0.0),
+    ])
+    .waits(Waits::Standstill)
+    .differs("not known"),
+    CodeInfo::asks(Code::m(665).sub(2), Function::MeasuredPart, "calibrate a delta by the distances that are kept")
+        .takes(&[
+            word('S', Unit::Number, "how much is found, as with G32; 9 without it"),
+            word('R', Unit::Number, "leave out the trims"),
+            word('E', Unit::Number, "leave out the radius"),
+        ])
+        .waits(Waits::Standstill)
+        .differs("not known"),
+    CodeInfo::asks(Code::m(665).sub(3), Function::MeasuredPart, "forget the measured distances").differs("not known"),
     CodeInfo::asks(Code::m(666), Function::Trims, "trims of towers or arms, from the next homing on").takes(&[
         word('X', Unit::Mm, "by motor"),
         word('Y', Unit::Mm, "by motor"),

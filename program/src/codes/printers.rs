@@ -45,10 +45,34 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Path)
     .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(290).sub(1),
+        Function::ThermalAdjust,
+        "shift Z against what the frame grows by with its temperature; says what holds",
+    )
+    .takes(&[
+        word('S', Unit::Number, "0: it is not; 1: it is again"),
+        word('K', Unit::Number, "by how much the tool comes away from the bed, mm for a degree").within(-1.0, 1.0),
+        word('R', Unit::Celsius, "the temperature at which Z is right; else that of the last homing"),
+    ])
+    .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(420), Function::UseGrid, "level by the saved grid, or as the bed was measured; S0: not")
-        .takes(&[word('S', Unit::Number, "0: no leveling")])
+        .takes(&[
+            word('S', Unit::Number, "0: no leveling, until S1 puts the same mesh in force again"),
+            word('Z', Unit::Length, "the mesh fades from Z0 up to this height; 0: it does not").least(0.0),
+            word('L', Unit::Number, "load the mesh with this number as its name").whole(0.0, 99.0),
+            word('V', Unit::Flag, "show the bed as a map"),
+        ])
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(420).sub(1),
+        Function::MeshOffset,
+        "look the mesh up beside the tool; without words, say it",
+    )
+    .takes(&[word('X', Unit::Length, "so far beside it"), word('Y', Unit::Length, "so far beside it")])
+    .waits(Waits::Standstill)
+    .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(566), Function::Jerk, "speed changes allowed in corners")
         .takes(&[
             word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
@@ -78,6 +102,13 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(75, "start the print timer"),
     quiet(76, "pause the print timer"),
     quiet(77, "stop the print timer"),
+    CodeInfo::asks(
+        Code::m(78),
+        Function::Statistics,
+        "what the last job took, and what the machine has done in its life",
+    )
+    .takes(&[word('S', Unit::Number, "78: forget it")])
+    .differs(NOT_KNOWN),
     quiet(108, "stop waiting for a temperature"),
     quiet(111, "what to log"),
     CodeInfo::asks(Code::m(118), Function::SayToAll, "say a text on every console").differs(NOT_KNOWN),
@@ -87,16 +118,11 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(300, "sound a tone"),
     quiet(302, "allow cold extrusion: it is not watched"),
     quiet(355, "light of the case"),
-    quiet(401, "lower the probe"),
-    quiet(402, "raise the probe"),
-    quiet(412, "watch for the end of the filament"),
-    quiet(413, "save the job for when power is lost"),
     quiet(425, "backlash of another machine"),
     CodeInfo::asks(Code::m(486), Function::LabelObject, "which object the lines that follow make; leave one out")
         .differs(NOT_KNOWN),
     quiet(555, "where on the bed the part is"),
     quiet(569, "mode of a motor driver: see the configuration"),
-    quiet(603, "lengths of a change of filament"),
     quiet(862, "which printer the file is for").any_subcode(),
     quiet(908, "motor current as a number of its converter"),
     quiet(910, "settings of a motor driver"),
@@ -109,10 +135,7 @@ pub const ROWS: &[CodeInfo] = &[
     missing(280, "turn a servo"),
     missing(291, "show a text, and wait for an answer"),
     missing(605, "mode of a second carriage"),
-    missing(701, "load filament"),
-    missing(702, "unload filament"),
     missing(808, "repeat a part of the file"),
-    missing(851, "offset of a probe"),
 ];
 
 const fn quiet(number: u16, help: &'static str) -> CodeInfo {

@@ -2,7 +2,6 @@
 
 use units::Axis;
 
-use crate::action::Action;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
@@ -133,11 +132,6 @@ pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -
         }
     }
     Ok(context.function())
-}
-
-/// M404 to M407.
-pub(crate) fn no_detector<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    Ok(Meaning::Action(Action::Note("warning: there is no filament detector (not there yet)")))
 }
 
 /// M221.

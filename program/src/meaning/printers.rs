@@ -20,16 +20,21 @@ const fn as_code<'b>(function: Function, code: Code) -> Result<Meaning<'b>, Faul
 pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let (phase, what) = (words.get('P').unwrap_or(1.0), words.get('S').unwrap_or(0.0));
+    // The name of a mesh goes along.
+    let with_words = |function| Ok(Meaning::Action(Action::Function(function, *words)));
     if context.dialect == Dialect::RepRapFirmware {
         return match what {
             0.0 => as_code(Function::ProbeStrategy, Code::g(31)),
-            1.0 => as_code(Function::LoadGrid, Code::m(375)),
+            1.0 => with_words(Function::LoadGrid),
             2.0 => as_code(Function::LevelingOff, Code::m(370)),
+            3.0 => with_words(Function::SaveGrid),
             _ => Ok(Meaning::PassedOver),
         };
     }
+    let has_all = |letters: &str| letters.chars().all(|letter| words.get(letter).is_some());
     match () {
         () if words.has('D') => as_code(Function::LevelingOff, Code::m(370)),
+        () if has_all("XYWH") || has_all("LRFB") => with_words(Function::MeasureBed),
         () if words.has('L') => as_code(Function::LoadGrid, Code::m(375)),
         // Prusa's later steps: more points, filling in, putting it into force. All of that has happened.
         () if phase != 1.0 || words.has('C') || words.has('A') && !words.has('P') => NOTHING,

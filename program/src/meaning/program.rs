@@ -102,7 +102,8 @@ pub(crate) fn finish<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning
 
 /// M600, M600.1.
 pub(crate) fn suspend<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    Ok(Meaning::Action(Action::Suspend { heaters_stay: context.words.code().subcode == 1 }))
+    let words = context.words;
+    Ok(Meaning::Action(Action::Suspend { heaters_stay: words.code().subcode == 1, words }))
 }
 
 /// M601.

@@ -148,8 +148,8 @@ fn reading(program: &Interpreter, axis: Axis, in_fixture: bool) -> f64 {
     let system = if in_fixture { FIXTURE } else { modal.system };
     let of = |offsets: &[f64; 3]| offsets.get(place).copied().unwrap_or_default();
     let g92 = if in_fixture { 0.0 } else { of(&modal.g92) };
-    // What M290 has shifted is no tool's.
-    program.position[axis] - modal.systems.get(system).map_or(0.0, of) + g92 - of(&modal.shift)
+    // What M290 has shifted, and temperature, is no tool's.
+    program.position[axis] - modal.systems.get(system).map_or(0.0, of) + g92 - of(&modal.added())
 }
 
 fn may_have_table(program: &Interpreter, words: &Words<'_>) -> Result<(), Fault> {

@@ -1,0 +1,87 @@
+//! Klipper's commands of probes, calibration and skew.
+
+use gcode::Extended;
+
+use super::row::{CodeLine, ExtendedFault, ExtendedInfo, Names, codes, missing, number, put, put_number};
+
+pub(super) const COMMANDS: &[ExtendedInfo] = &[
+    codes("ABORT", "", "end a paper test, and change nothing, as M851.4", |_, _, line| put(line, "M851.4")),
+    codes("ACCEPT", "", "in a paper test, the paper drags, as M851.3", |_, _, line| put(line, "M851.3")),
+    codes("ADJUSTED", "", "the screw was turned until the paper drags, as M851.5", |_, _, line| put(line, "M851.5")),
+    codes(
+        "AXIS_TWIST_COMPENSATION_CALIBRATE",
+        "",
+        "what the probe reads too high along an axis, as M851.1 P4",
+        |_, _, line| put(line, "M851.1 P4"),
+    ),
+    codes("BED_SCREWS_ADJUST", "", "level the bed by its screws and paper, as M851.1 P3", |_, _, line| {
+        put(line, "M851.1 P3")
+    }),
+    codes("CALC_MEASURED_SKEW", "AC BD AD", "the skew of a measured square, as M852.1", |command, _, line| {
+        put(line, "M852.1")?;
+        [("AC", " A"), ("BD", " B"), ("AD", " D")].into_iter().try_for_each(|(key, letter)| {
+            put_number(line, letter, number(command, key)?.ok_or(ExtendedFault::MustSupply(key))?)
+        })
+    }),
+    missing("DELTA_ANALYZE", "say each measured distance with M665.1, then M665.2"),
+    codes("DELTA_CALIBRATE", "", "calibrate trims, radius and angles of a delta, as G32 S6", |_, _, line| {
+        put(line, "G32 S6")
+    }),
+    codes("GET_CURRENT_SKEW", "", "say the skew factors, as M852", |_, _, line| put(line, "M852")),
+    codes("MANUAL_PROBE", "", "the height at which paper drags, as M851.1 P2", |_, _, line| put(line, "M851.1 P2")),
+    codes("PROBE_CALIBRATE", "", "how high the tool is as the probe touches, as M851.1 P0", |_, _, line| {
+        put(line, "M851.1 P0")
+    }),
+    codes("SET_SKEW", "XY XZ YZ CLEAR", "skew by measured squares, AC,BD,AD each, as M852", set_skew),
+    missing("SKEW_PROFILE", "the skew is that of M852"),
+    codes(
+        "SET_Z_THERMAL_ADJUST",
+        "ENABLE TEMP_COEFF REF_TEMP",
+        "Z by the frame's temperature, as M290.1",
+        |command, _, line| {
+            put(line, "M290.1")?;
+            [("ENABLE", " S"), ("TEMP_COEFF", " K"), ("REF_TEMP", " R")].into_iter().try_for_each(|(key, letter)| {
+                number(command, key)?.map_or(Ok(()), |value| put_number(line, letter, value))
+            })
+        },
+    ),
+    codes("TESTZ", "Z", "move the tool in a paper test, as M851.2", test_z),
+    codes("Z_ENDSTOP_CALIBRATE", "", "where Z homes, by paper, as M851.1 P1", |_, _, line| put(line, "M851.1 P1")),
+];
+
+fn test_z(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let share = match command.get("Z").ok_or(ExtendedFault::MustSupply("Z"))?.trim() {
+        "+" => " S1",
+        "++" => " S2",
+        "-" => " S-1",
+        "--" => " S-2",
+        _ => {
+            let by = number(command, "Z")?.ok_or(ExtendedFault::MustSupply("Z"))?;
+            put(line, "M851.2")?;
+            return put_number(line, " Z", by);
+        }
+    };
+    put(line, "M851.2")?;
+    put(line, share)
+}
+
+fn set_skew(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    if command.get("CLEAR").is_some_and(|value| value.trim() != "0") {
+        return put(line, "M852 I0 J0 K0");
+    }
+    let mut any = false;
+    for (key, code) in [("XY", "M852 P0"), ("XZ", "M852 P1"), ("YZ", "M852 P2")] {
+        let Some(text) = command.get(key) else { continue };
+        let mut lengths = text.split(',').map(|length| length.trim().parse::<f64>());
+        let (Some(Ok(ac)), Some(Ok(bd)), Some(Ok(ad)), None) =
+            (lengths.next(), lengths.next(), lengths.next(), lengths.next())
+        else {
+            return Err(ExtendedFault::ThreeLengths(key));
+        };
+        put(line, if any { " " } else { "" })?;
+        put(line, code)?;
+        [(" A", ac), (" B", bd), (" D", ad)].into_iter().try_for_each(|(letter, mm)| put_number(line, letter, mm))?;
+        any = true;
+    }
+    if any { Ok(()) } else { Err(ExtendedFault::MustSupply("XY")) }
+}

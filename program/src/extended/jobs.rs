@@ -1,0 +1,218 @@
+//! Klipper's commands of jobs, moves, heat and outputs.
+
+use core::fmt::Write as _;
+
+use gcode::Extended;
+
+use super::outline;
+use super::row::{
+    Becomes, CodeLine, ExtendedFault, ExtendedInfo, Names, codes, label, number, passed_over, put, put_number,
+};
+
+pub(super) const COMMANDS: &[ExtendedInfo] = &[
+    codes("ACTIVATE_EXTRUDER", "EXTRUDER", "select an extruder, as T", activate_extruder),
+    ExtendedInfo {
+        name: "CANCEL_PRINT",
+        takes: "",
+        help: "end the job; heaters stay as they are",
+        becomes: Becomes::Console("abort"),
+    },
+    passed_over("CLEAR_PAUSE", "forget a pause: nothing is kept of one that has ended"),
+    codes("EXCLUDE_OBJECT", "NAME CURRENT RESET", "leave an object out; without NAME list them", exclude_object),
+    codes("EXCLUDE_OBJECT_DEFINE", "NAME POLYGON", "an object of the file is noted, with its outline", outline::define),
+    codes("EXCLUDE_OBJECT_END", "", "the object ends here", |_, _, line| put(line, "M486 E")),
+    codes("EXCLUDE_OBJECT_START", "NAME", "an object begins here", |command, _, line| label(command, "B", line)),
+    codes("PAUSE", "", "suspend the job; heaters stay on, as M600.1", |_, _, line| put(line, "M600.1")),
+    codes("RESPOND", "MSG", "say a text on every console, as M118", |command, _, line| text(command, "M118", line)),
+    codes("RESTORE_GCODE_STATE", "MOVE", "come back to the kept state; the last one, as M121", restore_state),
+    codes("RESUME", "", "go on with the suspended job, as M601", |_, _, line| put(line, "M601")),
+    codes("SAVE_GCODE_STATE", "", "keep units, distance modes, rates and coordinate system, as M120", |_, _, line| {
+        put(line, "M120")
+    }),
+    codes("SET_DISPLAY_TEXT", "MSG", "show a text to the operator, as M117", |command, _, line| {
+        text(command, "M117", line)
+    }),
+    codes("SET_FAN_SPEED", "FAN SPEED", "set an output; FAN is fan, or the name of a switch", fan_speed),
+    codes("SET_GCODE_OFFSET", "X Y Z X_ADJUST Y_ADJUST Z_ADJUST MOVE", "shift what follows, as M290", gcode_offset),
+    codes("SET_HEATER_TEMPERATURE", "HEATER TARGET", "set a heater's target", heater_temperature),
+    codes("SET_INPUT_SHAPER", "SHAPER_FREQ_X SHAPER_FREQ_Y SHAPER_TYPE", "input shaping, as M593", input_shaper),
+    codes("SET_PIN", "PIN VALUE", "set an output by the name of its switch", pin),
+    ExtendedInfo {
+        name: "SET_PAUSE_NEXT_LAYER",
+        takes: "",
+        help: "suspend the job when the next layer begins, as pause next layer",
+        becomes: Becomes::Console("pause next layer"),
+    },
+    codes("SET_PRESSURE_ADVANCE", "ADVANCE SMOOTH_TIME EXTRUDER", "pressure advance, as M900", pressure_advance),
+    passed_over("SET_LED", "colour of a light"),
+    passed_over("SET_PRINT_STATS_INFO", "layers, for a display"),
+    codes(
+        "SET_VELOCITY_LIMIT",
+        "VELOCITY ACCEL ACCEL_TO_DECEL MINIMUM_CRUISE_RATIO SQUARE_CORNER_VELOCITY",
+        "greatest speed, acceleration, and how corners are taken, as M203 P, M204 S and M205 V",
+        velocity_limit,
+    ),
+    codes(
+        "TEMPERATURE_WAIT",
+        "SENSOR MINIMUM MAXIMUM",
+        "wait until a heater is within bounds, as M116",
+        temperature_wait,
+    ),
+    passed_over("TIMELAPSE_*", "pictures are the host's"),
+    ExtendedInfo {
+        name: "TUNING_TOWER",
+        takes: "COMMAND PARAMETER START FACTOR BAND STEP_DELTA STEP_HEIGHT SKIP",
+        help: "in the next job, a setting changes with the height of the part",
+        becomes: Becomes::Tower,
+    },
+    codes("TURN_OFF_HEATERS", "", "every heater off, as M104 S0 and M140 S0", heaters_off),
+];
+
+fn exclude_object(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let is_on = |key: &str| command.get(key).is_some_and(|value| value != "0");
+    match (command.get("NAME"), is_on("RESET")) {
+        (Some(name), again) => {
+            put(line, if again { "M486 Y" } else { "M486 X" })?;
+            put(line, name)
+        }
+        (None, true) => put(line, "M486 R"),
+        (None, false) if is_on("CURRENT") => put(line, "M486 C"),
+        (None, false) => put(line, "M486"),
+    }
+}
+
+fn text(command: &Extended<'_>, code: &str, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    put(line, code)?;
+    put(line, " ")?;
+    // A comment would begin with it.
+    let parts = command.get("MSG").unwrap_or("").split(';');
+    parts.enumerate().try_for_each(|(place, part)| {
+        put(line, if place == 0 { "" } else { "," })?;
+        put(line, part)
+    })
+}
+
+/// Which tool Klipper's `extruder`, `extruder1` and so on are.
+fn tool_of(name: &str) -> Option<u8> {
+    let number = name.get(..8).filter(|start| start.eq_ignore_ascii_case("extruder")).and_then(|_| name.get(8..))?;
+    if number.is_empty() { Some(0) } else { number.parse().ok() }
+}
+
+// --- the commands ---
+
+fn activate_extruder(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let name = command.get("EXTRUDER").ok_or(ExtendedFault::MustSupply("EXTRUDER"))?;
+    let tool = tool_of(name).ok_or(ExtendedFault::NotANumber("EXTRUDER"))?;
+    put_number(line, "T", tool.into())
+}
+
+fn restore_state(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    if number(command, "MOVE")?.is_some_and(|moves| moves != 0.0) {
+        return Err(ExtendedFault::Missing("MOVE=1, going back to where the state was kept"));
+    }
+    put(line, "M121")
+}
+
+fn fan_speed(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    output(command, names, "FAN", "SPEED", line)
+}
+
+fn pin(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    output(command, names, "PIN", "VALUE", line)
+}
+
+fn output(
+    command: &Extended<'_>,
+    names: &dyn Names,
+    which: &'static str,
+    value: &'static str,
+    line: &mut CodeLine,
+) -> Result<(), ExtendedFault> {
+    let name = command.get(which).ok_or(ExtendedFault::MustSupply(which))?;
+    let share = number(command, value)?.ok_or(ExtendedFault::MustSupply(value))?;
+    let code = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    write!(line, "{code} S{}", libm::round(share.clamp(0.0, 1.0) * 255.0)).map_err(|_| ExtendedFault::TooLong)
+}
+
+/// `Z=` is where the shift is to be, `Z_ADJUST=` by how much it is to change.
+fn gcode_offset(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let moves = number(command, "MOVE")?.is_some_and(|moves| moves != 0.0);
+    for (keys, code) in [(["X", "Y", "Z"], " M290 R0"), (["X_ADJUST", "Y_ADJUST", "Z_ADJUST"], " M290")] {
+        let before = line.len();
+        for (key, letter) in keys.into_iter().zip([" X", " Y", " Z"]) {
+            let Some(value) = number(command, key)? else { continue };
+            if line.len() == before {
+                put(line, code)?;
+                put(line, if moves { "" } else { " Q0" })?;
+            }
+            put_number(line, letter, value)?;
+        }
+    }
+    Ok(())
+}
+
+fn heaters_off(_: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let heaters = (0..).map_while(|place| names.heater_at(place));
+    heaters.into_iter().try_for_each(|(code, id)| write!(line, "{code} S0 T{id} ").map_err(|_| ExtendedFault::TooLong))
+}
+
+fn heater_temperature(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let name = command.get("HEATER").ok_or(ExtendedFault::MustSupply("HEATER"))?;
+    let (code, id) = names.heater(name).ok_or(ExtendedFault::NoHeater)?;
+    let target = number(command, "TARGET")?.unwrap_or(0.0);
+    write!(line, "{code} S{target} T{id}").map_err(|_| ExtendedFault::TooLong)
+}
+
+fn temperature_wait(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let name = command.get("SENSOR").ok_or(ExtendedFault::MustSupply("SENSOR"))?;
+    let (_, id) = names.heater(name).ok_or(ExtendedFault::NoHeater)?;
+    let bounds = [(" A", number(command, "MINIMUM")?), (" B", number(command, "MAXIMUM")?)];
+    if bounds.iter().all(|(_, bound)| bound.is_none()) {
+        return Err(ExtendedFault::MustSupply("MINIMUM"));
+    }
+    put_number(line, "M116 P", id.into())?;
+    bounds.into_iter().try_for_each(|(word, bound)| bound.map_or(Ok(()), |bound| put_number(line, word, bound)))
+}
+
+fn input_shaper(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    for (key, own, axis) in [("SHAPER_FREQ_X", "SHAPER_TYPE_X", "X"), ("SHAPER_FREQ_Y", "SHAPER_TYPE_Y", "Y")] {
+        let Some(frequency) = number(command, key)? else { continue };
+        put(line, if line.is_empty() { "M593 " } else { " M593 " })?;
+        put(line, axis)?;
+        put_number(line, " F", frequency)?;
+        if let Some(kind) = command.get(own).or(command.get("SHAPER_TYPE")) {
+            write!(line, " P\"{kind}\"").map_err(|_| ExtendedFault::TooLong)?;
+        }
+    }
+    if line.is_empty() { put(line, "M593") } else { Ok(()) }
+}
+
+fn pressure_advance(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    put(line, "M900")?;
+    if let Some(advance) = number(command, "ADVANCE")? {
+        put_number(line, " K", advance)?;
+    }
+    if let Some(time) = number(command, "SMOOTH_TIME")? {
+        put_number(line, " W", time)?;
+    }
+    let Some(name) = command.get("EXTRUDER") else { return Ok(()) };
+    put_number(line, " P", tool_of(name).ok_or(ExtendedFault::NotANumber("EXTRUDER"))?.into())
+}
+
+fn velocity_limit(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let acceleration = number(command, "ACCEL")?;
+    for (key, code) in [("VELOCITY", " M203 P"), ("ACCEL", " M204 S"), ("SQUARE_CORNER_VELOCITY", " M205 V")] {
+        if let Some(value) = number(command, key)? {
+            put_number(line, code, value)?;
+        }
+    }
+    let ratio = match (number(command, "MINIMUM_CRUISE_RATIO")?, number(command, "ACCEL_TO_DECEL")?, acceleration) {
+        (Some(ratio), _, _) => Some(ratio),
+        // Klipper before 0.12 said it so.
+        (_, Some(to_decelerate), Some(acceleration)) if acceleration > 0.0 => {
+            Some((1.0 - to_decelerate / acceleration).clamp(0.0, 0.95))
+        }
+        _ => None,
+    };
+    ratio.map_or(Ok(()), |ratio| put_number(line, " M205 C", ratio))
+}

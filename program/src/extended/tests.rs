@@ -1,0 +1,98 @@
+use gcode::Code;
+
+use super::*;
+use std::string::{String as Text, ToString};
+
+struct Machine;
+
+impl Names for Machine {
+    fn switch(&self, name: &str) -> Option<Code> {
+        (name == "fan").then_some(Code::m(106))
+    }
+
+    fn heater(&self, name: &str) -> Option<(Code, u8)> {
+        (0..2)
+            .filter_map(|place| self.heater_at(place))
+            .nth(["extruder", "heater_bed"].iter().position(|n| *n == name)?)
+    }
+
+    fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
+        [(Code::m(104), 0), (Code::m(140), 254)].get(place).copied()
+    }
+}
+
+fn becomes(line: &str) -> Text {
+    let mut codes = CodeLine::new();
+    match translate(&Extended::new(line), &Machine, &mut codes) {
+        Ok(Asked::Codes) => codes.trim().into(),
+        Ok(Asked::Tower) => "tower".into(),
+        Ok(Asked::Console(command)) => command.into(),
+        Ok(Asked::PassedOver(name)) => std::format!("({name})"),
+        Err(fault) => fault.to_string(),
+    }
+}
+
+#[test]
+fn commands_become_codes() {
+    for (line, codes) in [
+        ("SET_VELOCITY_LIMIT ACCEL=3000 ACCEL_TO_DECEL=1500", "M204 S3000 M205 C0.5"),
+        ("set_velocity_limit VELOCITY=200 SQUARE_CORNER_VELOCITY=5", "M203 P200 M205 V5"),
+        ("SET_VELOCITY_LIMIT", ""),
+        ("SET_PRESSURE_ADVANCE ADVANCE=0.05 EXTRUDER=extruder", "M900 K0.05 P0"),
+        ("SET_PRESSURE_ADVANCE EXTRUDER=extruder1 SMOOTH_TIME=0.02", "M900 W0.02 P1"),
+        ("SET_GCODE_OFFSET Z=0.1 Z_ADJUST=5 X_ADJUST=-0.2", "M290 R0 Q0 Z0.1 M290 Q0 X-0.2 Z5"),
+        ("SET_GCODE_OFFSET Z_ADJUST=-0.05 MOVE=1", "M290 Z-0.05"),
+        ("SET_FAN_SPEED FAN=fan SPEED=0.5", "M106 S128"),
+        ("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60", "M140 S60 T254"),
+        ("TURN_OFF_HEATERS", "M104 S0 T0 M140 S0 T254"),
+        ("RESPOND TYPE=command MSG=\"a;b\"", "M118 a,b"),
+        ("TEMPERATURE_WAIT SENSOR=heater_bed MINIMUM=59 MAXIMUM=61", "M116 P254 A59 B61"),
+        ("EXCLUDE_OBJECT_START NAME=cube_1", "M486 Bcube_1"),
+        ("EXCLUDE_OBJECT NAME=cube_1", "M486 Xcube_1"),
+        ("EXCLUDE_OBJECT NAME=cube_1 RESET=1", "M486 Ycube_1"),
+        ("EXCLUDE_OBJECT CURRENT=1", "M486 C"),
+        ("EXCLUDE_OBJECT RESET=1", "M486 R"),
+        ("EXCLUDE_OBJECT", "M486"),
+        ("SET_INPUT_SHAPER SHAPER_FREQ_X=40 SHAPER_TYPE=mzv", "M593 X F40 P\"mzv\""),
+        ("TIMELAPSE_TAKE_FRAME", "(TIMELAPSE_*)"),
+        ("ACTIVATE_EXTRUDER EXTRUDER=extruder2", "T2"),
+        ("CANCEL_PRINT", "abort"),
+        ("PROBE_CALIBRATE", "M851.1 P0"),
+        ("TESTZ Z=-0.1", "M851.2 Z-0.1"),
+        ("TESTZ Z=+", "M851.2 S1"),
+        ("testz z=--", "M851.2 S-2"),
+        ("ADJUSTED", "M851.5"),
+        ("DELTA_CALIBRATE", "G32 S6"),
+        ("SET_SKEW XY=140.4,142.8,99.8 YZ=141,141.2,100", "M852 P0 A140.4 B142.8 D99.8 M852 P2 A141 B141.2 D100"),
+        ("SET_SKEW CLEAR=1", "M852 I0 J0 K0"),
+        ("CALC_MEASURED_SKEW AC=140.4 BD=142.8 AD=99.8", "M852.1 A140.4 B142.8 D99.8"),
+    ] {
+        assert_eq!(becomes(line), codes, "{line}");
+    }
+}
+
+#[test]
+fn what_cannot_be_carried_out_says_why() {
+    for (line, why) in [
+        ("PRINT_START BED=60", "is not known here"),
+        ("SET_VELOCITY_LIMIT ACCEL=fast", "needs a number for ACCEL="),
+        ("SET_FAN_SPEED FAN=other SPEED=1", "names no switch"),
+        ("SET_HEATER_TEMPERATURE HEATER=chamber TARGET=60", "names no heater"),
+        ("RESTORE_GCODE_STATE NAME=x MOVE=1", "MOVE=1"),
+        ("TEMPERATURE_WAIT SENSOR=extruder", "needs MINIMUM="),
+        ("TESTZ", "needs Z="),
+        ("TESTZ Z=up", "needs a number for Z="),
+        ("SET_SKEW XY=140,141", "needs three lengths for XY="),
+    ] {
+        assert!(becomes(line).contains(why), "{line}: {}", becomes(line));
+    }
+}
+
+#[test]
+fn every_row_says_what_it_does_and_is_found() {
+    for row in all() {
+        let found = find(row.name.trim_end_matches('*')).map(|found| found.name);
+        assert_eq!(found, Some(row.name));
+        assert!(row.help.len() > 8 && row.help.len() <= 90 && !row.help.ends_with('.'), "{}", row.name);
+    }
+}
