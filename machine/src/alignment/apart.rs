@@ -1,0 +1,93 @@
+//! Turning the motors of one axis alone.
+//!
+//! A slave is no axis of its own: it makes its master's steps. For the time of one move motion is told that
+//! it is one, on the axis of its letter, which no program can name then. Its master stands meanwhile, so
+//! where the tool is does not change in any coordinate.
+
+use config::MachineConfig;
+use heapless::Vec;
+use motion::{Mode, MotionConfig};
+use units::{Actuator, Axis, MmPerSecond, PerAxis};
+
+use crate::arms::refused;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::homing::come_to_rest;
+use crate::ports::Ports;
+
+/// The motors that are slaved to this one, in their order.
+pub(super) fn slaves_of(config: &MachineConfig, master: Actuator) -> Vec<Actuator, 3> {
+    let slaves = config.actuators().filter(|(_, motor)| motor.slaved_to == Some(master)).map(|(slave, _)| slave);
+    // Only delta, epsilon and zeta can be slaves.
+    slaves.take(3).collect()
+}
+
+/// Moves slaves by these distances, mm, all at once, and waits for the end. Whatever happens they are slaves
+/// again afterwards; after an error nobody knows how far they went.
+pub(super) async fn move_slaves<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    slaves: &[Actuator],
+    distances: &[f64],
+    rate: MmPerSecond,
+) -> Result<(), Failure> {
+    let apart = Apart::begin(hands, slaves).await?;
+    let mut target = hands.position();
+    for (slave, distance) in slaves.iter().zip(distances) {
+        target[axis_of(*slave)] = *distance;
+    }
+    let turned = turn(hands, target, rate).await;
+    let ended = apart.end(hands).await;
+    turned.and(ended)
+}
+
+async fn turn<P: Ports>(hands: &mut Hands<'_, '_, P>, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
+    hands.go(target, rate, Mode::Rapid).await?;
+    hands.standstill().await?;
+    hands.wait_while_held().await
+}
+
+/// The axis of a motor's letter, along which it moves while it is apart.
+pub(super) const fn axis_of(slave: Actuator) -> Axis {
+    Axis::ALL[slave as usize]
+}
+
+/// Slaves are axes of their own, each at 0 where it stood.
+pub(super) struct Apart {
+    whole: MotionConfig,
+    here: PerAxis<f64>,
+}
+
+impl Apart {
+    pub(super) async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, slaves: &[Actuator]) -> Result<Self, Failure> {
+        hands.standstill().await?;
+        let (whole, here) = (hands.motion_config()?, hands.position());
+        let (mut config, mut start) = (whole, here);
+        for slave in slaves {
+            set_free(&mut config, *slave);
+            start[axis_of(*slave)] = 0.0;
+        }
+        hands.motion(|motion| motion.configure(config)).map_err(refused)?;
+        let apart = Self { whole, here };
+        match hands.set_position(start) {
+            Ok(()) => Ok(apart),
+            Err(failure) => apart.end(hands).await.and(Err(failure)),
+        }
+    }
+
+    /// They are slaves again, after whatever has happened.
+    pub(super) async fn end<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+        // A halt may still be braking.
+        come_to_rest(hands).await;
+        if let Err(error) = hands.motion(|motion| motion.configure(self.whole)) {
+            hands.axes().forget_all_homed();
+            return Err(Failure::Alarm(message(format_args!("slaves are still apart: reset the machine ({error})"))));
+        }
+        hands.set_position(self.here)
+    }
+}
+
+fn set_free(config: &mut MotionConfig, slave: Actuator) {
+    if let Some(motor) = &mut config.actuators[slave] {
+        motor.slaved_to = None;
+    }
+}

@@ -1,0 +1,16 @@
+//! What carries the bed or the gantry: motors that are turned alone (G34), and screws that a person turns
+//! (G35); and a slave that is put where its own switch says (G28.7).
+//!
+//! A height is where the probe touches the bed, mm of Z: higher where the bed is nearer to the tool.
+
+mod apart;
+mod fit;
+mod own_switch;
+mod screws;
+mod words;
+mod z_motors;
+
+pub(crate) use own_switch::align_slave;
+pub(crate) use screws::advise;
+pub(crate) use words::Corner;
+pub(crate) use z_motors::align;
