@@ -1,9 +1,11 @@
 //! Changing the compensation while the machine stands, and suspending it for a while.
 
-use config::{Leveling, LevelingConfig};
-use motion::{CompensationError, Fade, GridShape, Mode, Motion};
+use config::{Leveling, LevelingConfig, MeshInterpolation};
+use motion::{CompensationError, Fade, GridShape, Interpolation, Mode, Motion};
+use program::Words;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 
+use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::Ports;
@@ -52,6 +54,7 @@ async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>)
 /// M370: no leveling.
 pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let off = recompensate(hands, Motion::level_off).await?;
+    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), false);
     match hands.config().leveling.strategy {
         Some(Leveling::ThreePoint) => hands.say(format_args!("saved plane cleared\n")),
         Some(_) => hands.say(format_args!("grid cleared and disabled\n")),
@@ -60,16 +63,125 @@ pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
     Ok(off)
 }
 
-/// Levels by the heights in the motion object's draft.
+/// Levels by the heights in the motion object's draft, which were measured at the points of `shape`.
 pub(crate) async fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
-    let fade = fade(&hands.config().leveling);
-    recompensate(hands, |motion| motion.level_by_draft(shape, fade)).await
+    let (leveling, bed) = (&hands.config().leveling, *hands.bed());
+    let (fade, between) = (fade(leveling, &bed), interpolation(leveling.mesh.interpolation));
+    let there = moved(shape, bed.mesh_offset, -1.0);
+    let adopted = recompensate(hands, |motion| motion.level_by_draft(&there, between, fade)).await?;
+    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), false);
+    Ok(adopted)
 }
 
-fn fade(leveling: &LevelingConfig) -> Option<Fade> {
+/// Levels by the grid in force once more, with what has changed of the settings; as before when it is
+/// refused.
+async fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
+    // Its shape is that of the offset before.
+    let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
+    let Some(lies) = lies else { return Ok(Answer::Ok) };
+    hands.standstill().await?;
+    hands.motion(Motion::copy_to_draft);
+    let adopted = adopt_grid(hands, &moved(&lies, before.mesh_offset, 1.0)).await;
+    match &adopted {
+        Ok(_) => hands.bed().mesh_name = before.mesh_name,
+        Err(_) => *hands.bed() = before,
+    }
+    adopted
+}
+
+/// A grid moved by so many times an offset.
+fn moved(shape: &GridShape, [x, y]: [f64; 2], times: f64) -> GridShape {
+    let [ox, oy] = shape.origin;
+    GridShape { origin: [ox + times * x, oy + times * y], ..*shape }
+}
+
+/// Shape of the grid in force, as it was measured.
+pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<GridShape> {
+    let offset = hands.bed().mesh_offset;
+    let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
+    lies.map(|lies| moved(&lies, offset, 1.0))
+}
+
+/// M376 H, and M420 Z: the mesh fades from Z0 up to this height; 0: it does not. Without words says it.
+pub(crate) async fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>) -> Outcome {
+    if let Some(height) = height {
+        if height < 0.0 {
+            return Err(Failure::refused("the height at which the mesh has faded is 0 or more"));
+        }
+        let before = *hands.bed();
+        hands.bed().fade_height = Some(height);
+        adopt_again(hands, before).await?;
+    }
+    let (leveling, bed) = (&hands.config().leveling, *hands.bed());
+    match fade(leveling, &bed) {
+        Some(fade) => hands.say(format_args!("the mesh fades from Z{:.2} to Z{:.2}\n", fade.start, fade.end)),
+        None => hands.say(format_args!("the mesh does not fade\n")),
+    }
+    Ok(Answer::Ok)
+}
+
+/// M420.1: with the tool at X and Y, the mesh is looked up so far from there; for a second tool.
+pub(crate) async fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let before = *hands.bed();
+    for (offset, letter) in hands.bed().mesh_offset.iter_mut().zip(['X', 'Y']) {
+        *offset = words.get(letter).unwrap_or(*offset);
+    }
+    if hands.bed().mesh_offset != before.mesh_offset {
+        adopt_again(hands, before).await?;
+    }
+    let [x, y] = hands.bed().mesh_offset;
+    hands.say(format_args!("Mesh offset: X:{x:.4} Y:{y:.4}\n"));
+    Ok(Answer::Ok)
+}
+
+/// Where the mesh fades: as M376 says, or as configured.
+fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
+    if let Some(end) = bed.fade_height {
+        return (end > 0.0).then_some(Fade { start: 0.0, end });
+    }
     let is_meant = leveling.strategy == Some(Leveling::CartesianGrid);
     let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0 };
     (is_meant && fade.end > fade.start).then_some(fade)
+}
+
+const fn interpolation(configured: MeshInterpolation) -> Interpolation {
+    match configured {
+        MeshInterpolation::Spline => Interpolation::Spline,
+        MeshInterpolation::Bilinear => Interpolation::Bilinear,
+        MeshInterpolation::Lagrange => Interpolation::Lagrange,
+    }
+}
+
+// The configuration is checked for what motion takes.
+const _: () = {
+    let all = [MeshInterpolation::Spline, MeshInterpolation::Bilinear, MeshInterpolation::Lagrange];
+    let mut place = 0;
+    while place < all.len() {
+        assert!(all[place].most_points() as usize == interpolation(all[place]).most_points());
+        place += 1;
+    }
+};
+
+/// M420 S0: no leveling, until S1 puts the same grid in force again.
+pub(super) async fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
+    let waited = hands.bed().mesh_waits;
+    recompensate(hands, Motion::level_off).await?;
+    hands.bed().mesh_waits = has_grid || waited;
+    hands.bed().mesh_name = name;
+    Ok(Answer::Ok)
+}
+
+/// M420 S1 after S0. False: no grid waits.
+pub(super) async fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
+    if !hands.bed().mesh_waits {
+        return Ok(false);
+    }
+    let (leveling, bed) = (&hands.config().leveling, *hands.bed());
+    let fade = fade(leveling, &bed);
+    recompensate(hands, |motion| motion.level_by_last_grid(fade)).await?;
+    hands.bed().mesh_waits = false;
+    Ok(true)
 }
 
 /// Suspends compensation: until [`put_compensation_back`] coordinates are the motors' own. Only while idle.

@@ -8,8 +8,9 @@
 use config::{Leveling, LevelingConfig, MachineConfig};
 use motion::GridShape;
 use program::Words;
+use units::Axis;
 
-use super::compensation::adopt_grid;
+use super::compensation::{adopt_grid, shape_in_force};
 use super::grid;
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
@@ -131,22 +132,25 @@ fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, Gri
     Ok((strategy, path, shape))
 }
 
-/// Shape of the grid in force.
-fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<GridShape> {
-    hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()))
-}
-
-/// M374.
-pub(crate) async fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+/// M374 without a name.
+pub(super) async fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no grid to save"))?;
-    if strategy == Leveling::CartesianGrid && shape != wanted {
-        return Err(Failure::refused("the grid in force is not of the configured size and counts: it is not saved"));
+    if strategy == Leveling::CartesianGrid && !is_same(&shape, &wanted) {
+        return Err(Failure::refused(
+            "the grid in force is not the configured one: save it with a name, M374 P\"name\"",
+        ));
     }
     let written = write_grid(hands, strategy, path, &shape).await;
     written.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
     hands.say(format_args!("grid saved to {path}\n"));
     Ok(Answer::Ok)
+}
+
+/// An offset that was added and taken away again leaves its rounding.
+fn is_same(one: &GridShape, other: &GridShape) -> bool {
+    let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| libm::fabs(a - c) < SAME_SIZE && libm::fabs(b - d) < SAME_SIZE;
+    one.count == other.count && near(one.origin, other.origin) && near(one.step, other.step)
 }
 
 /// Whatever moment the power goes, the file is the old one or the new one.
@@ -185,11 +189,11 @@ fn heights_from<P: Ports>(hands: &mut Hands<'_, '_, P>, done: usize) -> heapless
     bytes
 }
 
-/// M374.1.
+/// M374.1 without a name.
 ///
 /// # Errors
 /// When no grid is configured, or the card refuses.
-pub(crate) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
+pub(super) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
     let (_, path, _) = grid_wanted(&config.leveling)?;
     let removed = safe_file::remove(storage, path);
     removed.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
@@ -197,8 +201,8 @@ pub(crate) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, re
     Ok(Answer::Ok)
 }
 
-/// M375.
-pub(crate) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+/// M375 without a name.
+pub(super) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     // The draft belongs to whoever fills it: nothing may be on its way.
     hands.standstill().await?;
@@ -274,25 +278,46 @@ fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> 
     Ok(true)
 }
 
-/// M421 I J Z: one height of the grid, by its column and row counted from 0; without a grid in force, of a
-/// flat one.
+/// M421: one height of the grid in force, or of a flat one, at column I and row J counted from 0, at the
+/// point nearest to X and Y, or at that nearest to the tool (C): Z is the height, Q is added to it.
 pub(crate) async fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let (_, _, wanted) = grid_wanted(&hands.config().leveling)?;
     hands.standstill().await?;
     let shape = shape_in_force(hands).unwrap_or(wanted);
+    let here = hands.position();
+    let point = named_point(&shape, words, [here[Axis::X], here[Axis::Y]]);
+    let (height, more) = (words.get('Z'), words.get('Q'));
+    let (Some(point), true) = (point, height.is_some() != more.is_some()) else {
+        return Err(Failure::refused("M421 takes I and J (column and row from 0), X and Y, or C; and Z or Q"));
+    };
+    hands.motion(|motion| {
+        motion.copy_to_draft();
+        if let Some(to) = motion.draft().get_mut(point) {
+            *to = height.unwrap_or(f64::from(*to) + more.unwrap_or(0.0)) as f32;
+        }
+    });
+    adopt_grid(hands, &shape).await
+}
+
+/// The index of the point that the words of M421 mean.
+fn named_point(shape: &GridShape, words: &Words<'_>, here: [f64; 2]) -> Option<usize> {
+    let [nx, ny] = shape.count;
     let index = |letter: char, count: usize| {
         let word = words.get(letter)?;
         (0..count).find(|index| *index as f64 == word)
     };
-    let (column, row) = (index('I', shape.count[0]), index('J', shape.count[1]));
-    let (Some(column), Some(row), Some(height)) = (column, row, words.get('Z')) else {
-        return Err(Failure::refused("M421 takes I (column) and J (row), counted from 0, and Z"));
+    let nearest = |axis: usize, place: f64| {
+        let get = |of: [f64; 2]| of.get(axis).copied().unwrap_or(0.0);
+        let cells = (place - get(shape.origin)) / get(shape.step);
+        let last = shape.count.get(axis).copied().unwrap_or(1).saturating_sub(1);
+        libm::round(cells).clamp(0.0, last as f64) as usize
     };
-    hands.motion(|motion| {
-        motion.copy_to_draft();
-        if let Some(to) = motion.draft().get_mut(row * shape.count[0] + column) {
-            *to = height as f32;
-        }
-    });
-    adopt_grid(hands, &shape).await
+    let (column, row) = if words.has('C') {
+        (nearest(0, here[0]), nearest(1, here[1]))
+    } else if let (Some(x), Some(y)) = (words.get('X'), words.get('Y')) {
+        (nearest(0, x), nearest(1, y))
+    } else {
+        (index('I', nx)?, index('J', ny)?)
+    };
+    Some(row * nx + column)
 }

@@ -8,19 +8,29 @@
 //! where it is, they stay and the motors follow: the tool moves by as much as the compensation changed there,
 //! slowly. When it does not know, nothing moves.
 
+pub(crate) mod area;
 mod compensation;
+pub mod findings;
+pub mod form;
 pub(crate) mod grid;
 mod grid_file;
+pub mod map;
 mod plane;
+pub mod profile_file;
+mod profiles;
 mod settings;
 mod skew;
 mod table;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use compensation::{adopt_grid, level_off, put_compensation_back, recompensate, set_compensation_aside};
-pub(crate) use grid_file::{delete_grid, grid_point, load_grid, save_grid};
+pub(crate) use compensation::{
+    adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, recompensate, set_compensation_aside,
+};
+pub(crate) use grid_file::grid_point;
+pub(crate) use map::{map_line, means, say_findings, show_map};
 pub(crate) use plane::{adopt_plane, bed_plane};
-pub(crate) use settings::{probe_offset, probe_point, write_leveling};
+pub(crate) use profiles::{delete, list, load, save, use_mesh};
+pub(crate) use settings::{axis_twist, marlin_probe_offset, probe_offset, probe_point, write_leveling};
 pub(crate) use skew::{configure, skew};
 pub(crate) use table::{grid_line, show_grid};

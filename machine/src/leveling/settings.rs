@@ -7,7 +7,7 @@ use motion::compensation::Bed as Shape;
 use program::Words;
 
 use super::skew::configured;
-use crate::bed::Bed;
+use crate::bed::{Bed, MOST_TWIST_POINTS, Twist};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::MotionPort;
 use crate::sessions::Reply;
@@ -40,6 +40,18 @@ pub(crate) fn probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'
     Ok(Answer::Ok)
 }
 
+/// M851: the same as Marlin counts it, whose Z is where the contact closes, seen from the tip of the tool.
+pub(crate) fn marlin_probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+    let [x, y, z] = &mut bed.probe_offsets;
+    *x = words.as_length('X').unwrap_or(*x);
+    *y = words.as_length('Y').unwrap_or(*y);
+    *z = words.as_length('Z').map_or(*z, |below| -below);
+    // 0 is said without a sign.
+    let [x, y, z] = [*x, *y, 0.0 - *z];
+    reply.say(format_args!("M851 X{x:.4} Y{y:.4} Z{z:.4}\n"));
+    Ok(Answer::Ok)
+}
+
 /// The lines M500 saves of this.
 ///
 /// # Errors
@@ -55,15 +67,23 @@ pub(crate) fn write_leveling(
     if skew != configured(leveling) {
         writeln!(text, ";Skew factors XY XZ YZ:\nM852 I{:.8} J{:.8} K{:.8}", skew.xy, skew.xz, skew.yz)?;
     }
-    let Some(strategy) = leveling.strategy else { return Ok(()) };
+    if bed.twist != Twist::new(config) {
+        write_twist(text, bed)?;
+    }
+    let Some(strategy) = leveling.strategy else {
+        let changed = bed.probe_offsets != config.probe_offsets();
+        return if config.probe.enable && changed { write_offsets(text, bed) } else { Ok(()) };
+    };
     if strategy == Leveling::ThreePoint {
         writeln!(text, ";Probe points:")?;
         for (index, [x, y]) in bed.points.into_iter().enumerate() {
             writeln!(text, "M557 P{index} X{x:.5} Y{y:.5}")?;
         }
     }
-    let [x, y, z] = bed.probe_offsets;
-    writeln!(text, ";Probe offsets:\nM565 X{x:.5} Y{y:.5} Z{z:.5}")?;
+    write_offsets(text, bed)?;
+    if let Some(height) = bed.fade_height {
+        writeln!(text, ";The mesh has faded at this height:\nM376 H{height:.5}")?;
+    }
     let saves_grid = match strategy {
         Leveling::CartesianGrid => leveling.grid.save,
         Leveling::DeltaGrid => leveling.delta.save,
@@ -74,7 +94,45 @@ pub(crate) fn write_leveling(
             writeln!(text, ";Plane A X + B Y + C Z + D = 0:")?;
             writeln!(text, "M561 A{:.9} B{:.9} C1 D{:.9}", -plane.x, -plane.y, -plane.z)
         }
-        Shape::Grid if saves_grid => writeln!(text, ";Load the saved grid:\nM375"),
+        Shape::Grid if saves_grid && bed.mesh_name.is_empty() => writeln!(text, ";Load the saved grid:\nM375"),
+        Shape::Grid if saves_grid => writeln!(text, ";Load the saved mesh:\nM375 P\"{}\"", bed.mesh_name.as_str()),
         _ => Ok(()),
     }
+}
+
+/// M851.6: a place along an axis and what the probe reads too high there; R forgets all of them, without
+/// words they are said.
+pub(crate) fn axis_twist(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+    if words.has('R') {
+        bed.twist = Twist::along(bed.twist.along_y);
+    }
+    let place = words.as_length('X').or(words.as_length('Y'));
+    if let Some(place) = place {
+        let high =
+            words.as_length('Z').ok_or_else(|| Failure::refused("M851.6 needs Z, what the probe reads too high"))?;
+        let points = bed.twist.points();
+        if points.last().is_some_and(|[last, _]| *last >= place) || points.len() == MOST_TWIST_POINTS {
+            return Err(Failure::refused("M851.6: places rise, eight at most; M851.6 R forgets them"));
+        }
+        if bed.twist.points().is_empty() {
+            bed.twist.along_y = words.has('Y');
+        }
+        bed.twist.push([place, high]);
+    }
+    let letter = if bed.twist.along_y { 'Y' } else { 'X' };
+    for [place, high] in bed.twist.points() {
+        reply.say(format_args!("{letter}{place:.2}: the probe reads {high:+.4} mm\n"));
+    }
+    Ok(Answer::Ok)
+}
+
+fn write_twist(text: &mut impl Write, bed: &Bed) -> fmt::Result {
+    writeln!(text, ";Axis twist:\nM851.6 R")?;
+    let letter = if bed.twist.along_y { 'Y' } else { 'X' };
+    bed.twist.points().iter().try_for_each(|[place, high]| writeln!(text, "M851.6 {letter}{place:.4} Z{high:.5}"))
+}
+
+fn write_offsets(text: &mut impl Write, bed: &Bed) -> fmt::Result {
+    let [x, y, z] = bed.probe_offsets;
+    writeln!(text, ";Probe offsets:\nM565 X{x:.5} Y{y:.5} Z{z:.5}")
 }

@@ -6,7 +6,7 @@ use program::Words;
 
 use super::compensation::{recompensate, rounded};
 use crate::executor::Hands;
-use crate::failure::{Answer, Outcome};
+use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{MotionPort, Ports};
 use crate::sessions::Reply;
 
@@ -33,12 +33,23 @@ pub(super) fn configured(leveling: &LevelingConfig) -> Skew {
     Skew { xy, xz, yz }
 }
 
-/// M852: skew factors I (XY), J (XZ), K (YZ); without words shows them.
+/// M852: skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square in
+/// plane P; without words says them. M852.1 says what a square means, and changes nothing.
 pub(crate) async fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let measured = square(words)?;
+    if words.code().subcode == 1 {
+        let factor = measured.ok_or_else(|| Failure::refused(SQUARE))?;
+        say_lean(hands, factor);
+        return Ok(Answer::Ok);
+    }
     let mut skew = hands.motion(|motion| motion.compensation().skew());
     let mut any = false;
-    for (letter, factor) in [('I', &mut skew.xy), ('J', &mut skew.xz), ('K', &mut skew.yz)] {
-        if let Some(word) = words.get(letter) {
+    let plane = words.get('P').map_or(0, |plane| plane as usize);
+    for (index, (letter, factor)) in
+        [('I', &mut skew.xy), ('J', &mut skew.xz), ('K', &mut skew.yz)].into_iter().enumerate()
+    {
+        let by_square = measured.filter(|_| index == plane);
+        if let Some(word) = words.get(letter).or(by_square) {
             *factor = rounded(word, SKEW_PARTS);
             any = true;
         }
@@ -46,6 +57,35 @@ pub(crate) async fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     if any {
         recompensate(hands, |motion| motion.set_skew(skew)).await?;
     }
+    if let Some(factor) = measured {
+        say_lean(hands, factor);
+    }
     hands.say(format_args!("Skew factors: XY {:.8} XZ {:.8} YZ {:.8}\n", skew.xy, skew.xz, skew.yz));
     Ok(Answer::Ok)
+}
+
+const SQUARE: &str = "a square needs A, B and D: both diagonals AC and BD, and the side AD";
+
+/// The factor that the words' lengths tell, where they name any.
+fn square(words: &Words<'_>) -> Result<Option<f64>, Failure> {
+    let [ac, bd, ad] = ['A', 'B', 'D'].map(|letter| words.as_length(letter));
+    match (ac, bd, ad) {
+        (None, None, None) => Ok(None),
+        (Some(ac), Some(bd), Some(ad)) => {
+            let factor = Skew::from_square(ac, bd, ad);
+            let text = format_args!("no nearly square figure has diagonals of {ac} and {bd} mm and a side of {ad} mm");
+            factor.map(Some).ok_or_else(|| Failure::Refused(message(text)))
+        }
+        _ => Err(Failure::refused(SQUARE)),
+    }
+}
+
+/// A factor in words.
+fn say_lean<P: Ports>(hands: &mut Hands<'_, '_, P>, factor: f64) {
+    let (degrees, hundred) = (libm::atan(factor).to_degrees(), 100.0 * factor);
+    hands.say(format_args!(
+        "The corner A is {:.3} degrees, {:+.3} mm on 100 mm: a factor of {factor:.8}\n",
+        90.0 - degrees,
+        hundred
+    ));
 }

@@ -1,0 +1,219 @@
+//! Meshes on the card: M374 saves, M374.1 deletes, M374.2 lists, M375 loads. With a name each is a file of
+//! text; without, the one that Smoothieware writes.
+
+use config::MachineConfig;
+use heapless::Vec;
+use motion::GridShape;
+use program::Words;
+
+use super::compensation::{adopt_grid, level_again, level_aside, shape_in_force};
+use super::profile_file::{self, ProfileReader};
+use super::{fade_height, grid_file, show_map};
+use crate::bed::MeshName;
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::files::safe_file::{self, Draft};
+use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError};
+use crate::sessions::Reply;
+
+/// What the name of a mesh's file ends in.
+const ENDING: &str = ".mesh";
+/// Bytes read from the card at a time.
+const CHUNK: usize = 128;
+
+type Path = heapless::String<40>;
+
+/// The name in the words; `None` where there is none.
+fn name_in(words: &Words<'_>) -> Result<Option<MeshName>, Failure> {
+    words.text().map(MeshName::read).transpose().map_err(Failure::refused)
+}
+
+fn path_of(name: &MeshName) -> Path {
+    let mut path = Path::new();
+    // A name of 24 letters fits.
+    let _ = core::fmt::write(&mut path, format_args!("/sd/{}{ENDING}", name.as_str()));
+    path
+}
+
+/// M374.
+pub(crate) async fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let Some(name) = name_in(words)? else { return grid_file::save_grid(hands).await };
+    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no mesh to save: measure the bed with G32"))?;
+    let path = path_of(&name);
+    let written = write(hands, &path, &shape).await;
+    written.map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
+    hands.bed().mesh_name = name;
+    hands.say(format_args!("mesh saved to {path}\n"));
+    Ok(Answer::Ok)
+}
+
+/// Whatever moment the power goes, the file is the old one or the new one.
+async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
+    let mut draft = Draft::begin(hands.storage(), path)?;
+    let mut written = draft.write(hands.storage(), profile_file::heading(shape).as_bytes());
+    for index in 0..shape.points() {
+        let height = hands.motion(|motion| {
+            motion.compensation().grid().and_then(|grid| grid.heights().get(index).copied()).unwrap_or(f32::NAN)
+        });
+        let text = profile_file::height(shape, index, height);
+        written = match written {
+            Ok(_) => draft.write(hands.storage(), text.as_bytes()),
+            Err(error) => {
+                draft.give_up(hands.storage());
+                return Err(error);
+            }
+        };
+        if written.as_ref().is_ok_and(|a_block| *a_block) {
+            hands.pause_anyway().await;
+        }
+    }
+    match written {
+        Ok(_) => draft.finish(hands.storage()),
+        Err(error) => {
+            draft.give_up(hands.storage());
+            Err(error)
+        }
+    }
+}
+
+/// M374.1.
+///
+/// # Errors
+/// When there is none, or the card refuses.
+pub(crate) fn delete(
+    config: &MachineConfig,
+    storage: &mut impl Storage,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let Some(name) = name_in(words)? else { return grid_file::delete_grid(config, storage, reply) };
+    let path = path_of(&name);
+    safe_file::remove(storage, &path).map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
+    reply.say(format_args!("{path} deleted\n"));
+    Ok(Answer::Ok)
+}
+
+/// M375.
+pub(crate) async fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    match name_in(words)? {
+        Some(name) => load_named(hands, name).await,
+        None => grid_file::load_grid(hands).await,
+    }
+}
+
+async fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
+    let path = path_of(&name);
+    // The draft belongs to whoever fills it: nothing may be on its way.
+    hands.standstill().await?;
+    let failed = |error: StorageError| Failure::Refused(about_file(&path, error.text()));
+    safe_file::settle(hands.storage(), &path).map_err(failed)?;
+    let file = hands.storage().open(&path, OpenMode::Read).map_err(failed)?;
+    let read = read(hands, file).await;
+    // It was only read: a failing close loses nothing.
+    let _ = hands.storage().close(file);
+    let about = |failure: Failure| match failure {
+        Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
+        other => other,
+    };
+    let shape = read.map_err(about)?;
+    adopt_grid(hands, &shape).await.map_err(about)?;
+    hands.bed().mesh_name = name;
+    let ([nx, ny], [x, y], last) = (shape.count, shape.origin, shape.place(shape.points().saturating_sub(1)));
+    let name = name.as_str();
+    hands.say(format_args!(
+        "mesh {name} loaded, {nx} x {ny} points from X{x:.1} Y{y:.1} to X{:.1} Y{:.1}\n",
+        last[0], last[1]
+    ));
+    Ok(Answer::Ok)
+}
+
+/// The heights are then in the draft.
+async fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
+    let mut reader = ProfileReader::default();
+    loop {
+        let mut chunk = [0; CHUNK];
+        let count = hands.storage().read(file, &mut chunk).map_err(|error| Failure::refused(error.text()))?;
+        let bytes = chunk.get(..count).unwrap_or_default();
+        let flaw = |flaw| Failure::Refused(message(format_args!("{flaw}")));
+        if bytes.is_empty() {
+            return hands
+                .motion(|motion| reader.finish(&mut |index, height| put(motion.draft(), index, height)))
+                .map_err(flaw);
+        }
+        let read = hands.motion(|motion| {
+            let mut take = |index, height| put(motion.draft(), index, height);
+            bytes.iter().try_for_each(|byte| reader.push(*byte, &mut take))
+        });
+        read.map_err(flaw)?;
+        hands.pause_anyway().await;
+    }
+}
+
+fn put(draft: &mut [f32], index: usize, height: f32) {
+    if let Some(slot) = draft.get_mut(index) {
+        *slot = height;
+    }
+}
+
+/// M374.2: the names of the meshes on the card.
+pub(crate) async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let (mut seen, mut found) = (0, 0);
+    let loaded = hands.bed().mesh_name;
+    loop {
+        let listed = names_behind(hands.storage(), seen);
+        let (entries, names) = listed.map_err(|error| Failure::Refused(about_file("/sd", error.text())))?;
+        for name in &names {
+            found += 1;
+            let mark = if *name == loaded { " (in force)" } else { "" };
+            hands.say(format_args!("{}{mark}\n", name.as_str()));
+        }
+        hands.drain().await;
+        if entries == 0 {
+            break;
+        }
+        seen += entries;
+    }
+    hands.say(format_args!("{found} meshes on the card\n"));
+    Ok(Answer::Ok)
+}
+
+/// How many of the card's next entries were looked at, and the names of the meshes among them.
+fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<MeshName, LIST_CHUNK>), StorageError> {
+    let mut entries = Vec::<DirectoryEntry, LIST_CHUNK>::new();
+    storage.list("/sd", seen, &mut entries)?;
+    let names = entries.iter().filter_map(|entry| MeshName::read(entry.name.strip_suffix(ENDING)?).ok());
+    Ok((entries.len(), names.collect()))
+}
+
+/// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved one; L loads that of this
+/// number; Z is the height at which it has faded, V shows it. Without words as S1.
+pub(crate) async fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let (wanted, is_level) =
+        (words.get('S'), hands.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat));
+    if let Some(number) = words.get('L') {
+        load_named(hands, numbered(number)?).await?;
+    } else if wanted == Some(0.0) {
+        level_aside(hands).await?;
+    } else if (words.has('S') || words.is_bare()) && !is_level && !level_again(hands).await? {
+        // What was measured must not give way to what was saved once.
+        grid_file::load_grid(hands).await?;
+    }
+    if words.has('Z') {
+        fade_height(hands, words.get('Z')).await?;
+    }
+    if words.has('V') {
+        show_map(hands).await?;
+    }
+    Ok(Answer::Ok)
+}
+
+/// Marlin's slots: the name of a mesh is then a number.
+fn numbered(number: f64) -> Result<MeshName, Failure> {
+    let mut name = heapless::String::<8>::new();
+    let is_slot = (0.0..=99.0).contains(&number) && libm::floor(number) == number;
+    let written = core::fmt::write(&mut name, format_args!("{}", number as u8));
+    if !is_slot || written.is_err() {
+        return Err(Failure::refused("a mesh's number is 0 to 99: it is its name on the card"));
+    }
+    MeshName::read(&name).map_err(Failure::refused)
+}
