@@ -1,9 +1,11 @@
-//! G32 on a linear delta: trims of the switches and radius of the arms from seven touches of the bed.
+//! G32 on a linear delta: trims of the switches, radius, angles of towers and lengths of arms from touches of
+//! the bed.
 
 use program::Words;
 use units::{Axis, AxisSet};
 
-use super::delta_fit::{Belief, fit, spread};
+use super::delta_fit::{Arms, Belief, Evidence, Found, Sought, Ways, deviation, fit, spread};
+use super::delta_records::{DeltaRecords, MOST_TOUCHES};
 use super::points::{clear_of, find_bed, probe_point};
 use crate::arms;
 use crate::executor::Hands;
@@ -12,16 +14,38 @@ use crate::homing;
 use crate::leveling;
 use crate::ports::Ports;
 
-/// Touches of a round.
-const POINTS: usize = 7;
+/// Touches of a round: trims and radius need seven; what else there is needs a second ring.
+const FEW: usize = 7;
+const MANY: usize = 13;
 /// Rounds at most. The second one measures what is left; more are only for machines that do not repeat
 /// themselves.
 const ROUNDS: u32 = 5;
+const _: () = assert!(MANY * ROUNDS as usize <= MOST_TOUCHES);
+/// What a fit leaves of the deviation, at most, to be worth another round; the rest is noise, or the bed.
+const LEAST_GAIN: f64 = 0.8;
+/// What touches of the same place scatter by, at least, as a share of what they deviate by, to be noise.
+const LEAST_SCATTER: f64 = 0.5;
 
-/// The middle; then the three towers, each followed by the place opposite to it, as cosine and sine.
-const PLACES: [[f64; 2]; POINTS] = {
+/// The middle; then the three towers, each followed by the place opposite to it, as cosine and sine; and
+/// halfway out, between those.
+const PLACES: [[f64; 2]; MANY] = {
     const C: f64 = 0.866_025_403_784_438_6;
-    [[0.0, 0.0], [-C, -0.5], [C, 0.5], [C, -0.5], [-C, 0.5], [0.0, 1.0], [0.0, -1.0]]
+    let (c, h) = (C / 2.0, 0.25);
+    [
+        [0.0, 0.0],
+        [-C, -0.5],
+        [C, 0.5],
+        [C, -0.5],
+        [-C, 0.5],
+        [0.0, 1.0],
+        [0.0, -1.0],
+        [0.5, 0.0],
+        [-0.5, 0.0],
+        [h, c],
+        [-h, -c],
+        [h, -c],
+        [-h, c],
+    ]
 };
 
 /// What a calibration is to reach, and by what.
@@ -31,36 +55,36 @@ struct Goal {
     circle: f64,
     /// The spread that will do, mm.
     tolerance: f64,
-    /// It may change the trims.
-    trims: bool,
-    /// It may change the radius of the arms.
-    radius: bool,
+    /// What it may change.
+    sought: Sought,
 }
 
 /// G29: how the bed lies at the seven points.
 pub(super) async fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let circle = circle(hands, words)?;
-    let (belief, touches) = touch_delta(hands, circle).await?;
-    hands.say(format_args!("Spread: {:.4}\n", spread(&belief, &touches)));
+    hands.delta_records().touches.clear();
+    let belief = touch_delta(hands, circle, FEW).await?;
+    let spread = spread(&belief, &hands.delta_records().touches);
+    hands.say(format_args!("Spread: {spread:.4}\n"));
     Ok(Answer::Ok)
 }
 
-/// G32: R leaves the trims as they are, E the radius; I is the spread to reach, J the circle's radius. K is
-/// Smoothieware's for starting from the present trims, which is always so: what is found does not depend on
-/// them.
+/// G32: R leaves the trims as they are, E the radius; S is how many numbers are found, I the spread to reach,
+/// J the circle's radius. K is Smoothieware's for starting from the present trims, which is always so: what
+/// is found does not depend on them.
 pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    let (trims, radius) = (!words.has('R'), !words.has('E'));
-    if !trims && !radius {
-        return Err(Failure::refused("G32: R leaves out the trims and E the radius, so nothing is left"));
-    }
+    let factors = words.get('S').map_or(hands.config().delta_calibration.factors, |factors| factors as u8);
+    let sought = sought(factors, words)?;
     let tolerance = words.as_length('I').unwrap_or(hands.config().delta_calibration.tolerance.0);
-    let goal = Goal { circle: circle(hands, words)?, tolerance, trims, radius };
+    let goal = Goal { circle: circle(hands, words)?, tolerance, sought };
     // It belongs to the geometry that is about to change.
     leveling::recompensate(hands, motion::Motion::level_off).await?;
     let (arms, trim) = (hands.motion_config()?.kinematics, hands.tuning().trim());
+    hands.delta_records().touches.clear();
     let calibrated = calibration_rounds(hands, &goal).await;
     if calibrated.is_err() {
         // As if nothing had been.
+        hands.delta_records().touches.clear();
         hands.tuning().set_trim(trim);
         homing::come_to_rest(hands).await;
         let now = hands.motion_config()?;
@@ -69,27 +93,59 @@ pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, word
     calibrated
 }
 
+/// What is looked for where so many numbers are to be found, less what the words leave out.
+pub(super) fn sought(factors: u8, words: &Words<'_>) -> Result<Sought, Failure> {
+    let (radius, angles, arms) = match factors {
+        3 => (false, false, Arms::Known),
+        4 => (true, false, Arms::Known),
+        6 => (true, true, Arms::Known),
+        7 => (true, true, Arms::Alike),
+        9 => (true, true, Arms::Each),
+        _ => {
+            return Err(Failure::refused(
+                "S is 3 (trims), 4 (and radius), 6 (and angles), 7 (and the arms' length) or 9 (each arm's)",
+            ));
+        }
+    };
+    let sought = Sought { trims: !words.has('R'), radius: radius && !words.has('E'), angles, arms };
+    if !sought.trims && !sought.radius && !sought.angles {
+        return Err(Failure::refused("G32: R leaves out the trims and E the radius, so nothing is left"));
+    }
+    Ok(sought)
+}
+
 async fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Outcome {
-    let mut reached = 0.0;
+    let count = if goal.sought.angles { MANY } else { FEW };
+    let (mut first, mut reached) = (0.0, 0.0);
     for round in 1..=ROUNDS {
-        let (belief, touches) = touch_delta(hands, goal.circle).await?;
-        reached = spread(&belief, &touches);
+        let belief = touch_delta(hands, goal.circle, count).await?;
+        let latest = hands.delta_records().touches_of_last_round(count);
+        reached = spread(&belief, latest);
+        let before = deviation(&belief, latest);
+        let alone = fit(&belief, Evidence { touches: latest, distances: &[] }, goal.sought);
+        let after = alone.map_or(before, |found| deviation(&found.belief, latest));
+        let is_scatter = round > 1 && scatter(&belief, &hands.delta_records().touches, count) > LEAST_SCATTER * before;
+        let is_noise = is_scatter && before <= goal.tolerance && is_noise(before, after, count, goal.sought);
+        first = if round == 1 { reached } else { first };
         hands.say(format_args!("Spread: {reached:.4}\n"));
-        if reached <= goal.tolerance {
-            hands.say(format_args!("Calibrated. M500 saves it\n"));
+        let is_reached = reached <= goal.tolerance;
+        if !is_reached && (is_noise || round < ROUNDS) {
+            // What all rounds have found: noise becomes less.
+            let records = hands.delta_records();
+            let found = fit(&belief, Evidence { touches: &records.touches, distances: &[] }, goal.sought)
+                .ok_or_else(|| Failure::refused("calibration: the heights of the points make no sense"))?;
+            adopt(hands, &found, goal.sought)?;
+            hands.drain().await;
+        }
+        if is_noise && !is_reached {
+            hands.say(format_args!("What is left, {before:.4} mm on average, is the probe's noise: M48 tells it\n"));
+        }
+        if is_reached || is_noise {
+            hands.say(format_args!(
+                "The touches differ by {reached:.4} mm, by {first:.4} mm at first\nCalibrated. M500 saves it\n"
+            ));
             return Ok(Answer::Ok);
         }
-        if round == ROUNDS {
-            break;
-        }
-        let found = fit(&belief, &touches, goal.trims, goal.radius)
-            .ok_or_else(|| Failure::refused("calibration: the heights of the points make no sense"))?;
-        let now = hands.motion_config()?;
-        arms::change_arms(hands, now, found.kinematics)?;
-        hands.tuning().set_trim(found.trim);
-        let [x, y, z] = found.trim;
-        hands.say(format_args!("Trim: X:{x:.4} Y:{y:.4} Z:{z:.4} Radius: {:.4}\n", found.radius()));
-        hands.drain().await;
     }
     let text = format_args!(
         "calibration: a spread of {reached:.4} mm is left, more than {:.4}; nothing was changed",
@@ -98,36 +154,82 @@ async fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal)
     Err(Failure::Refused(message(text)))
 }
 
+/// Whether a fit of these touches makes them deviate no less than it makes any noise: numbers that are found
+/// take up their share.
+fn is_noise(before: f64, after: f64, touches: usize, sought: Sought) -> bool {
+    let free = touches.saturating_sub(sought.count()).max(1) as f64;
+    after * libm::sqrt(touches as f64 / free) > LEAST_GAIN * before
+}
+
+/// By how much touches of the same places differ from this round to the last, mm: the deviation of one of
+/// them. An uneven bed shows the same each time, noise does not.
+fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
+    let latest = touches.len().saturating_sub(count);
+    let before = touches.get(latest.saturating_sub(count)..latest).unwrap_or(&[]);
+    let pairs = touches.iter().skip(latest).zip(before);
+    let squares = pairs.map(|(now, then)| belief.height(now) - belief.height(then)).map(|off| off * off).sum::<f64>();
+    libm::sqrt(0.5 * squares / count as f64)
+}
+
+/// Puts what was found in force, and says it.
+pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sought: Sought) -> Result<(), Failure> {
+    let (belief, now) = (&found.belief, hands.motion_config()?);
+    arms::change_arms(hands, now, belief.kinematics)?;
+    hands.tuning().set_trim(belief.trim);
+    let [x, y, z] = belief.trim;
+    hands.say(format_args!("Trim: X:{x:.4} Y:{y:.4} Z:{z:.4} Radius: {:.4}\n", belief.radius()));
+    if sought.angles {
+        let [d, e] = ['D', 'E'].map(|letter| belief.parameter(letter));
+        hands.say(format_args!("Towers X and Y stand {d:.4} and {e:.4} degrees from where they should\n"));
+    }
+    if let Some(within) = found.arms_within {
+        let [i, j, k] = ['I', 'J', 'K'].map(|letter| belief.parameter(letter) + belief.parameter('L'));
+        hands.say(format_args!("Arms: X:{i:.4} Y:{j:.4} Z:{k:.4} within {within:.2} mm\n"));
+        if within > 0.5 {
+            hands.say(format_args!("Touches tell the arms poorly: print a part and measure it (M665.1)\n"));
+        }
+    }
+    Ok(())
+}
+
 /// Radius of the touches, mm.
 fn circle<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().delta_calibration.radius.0);
     if radius > 0.0 { Ok(radius) } else { Err(Failure::refused("J is a radius, above zero")) }
 }
 
-/// Homes, finds the bed and touches it at every place. The ways of the carriages from their switches.
-async fn touch_delta<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    circle: f64,
-) -> Result<(Belief, [[f64; 3]; POINTS]), Failure> {
+/// Homes, finds the bed and touches it at this many places; records the ways of the carriages from their
+/// switches.
+async fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize) -> Result<Belief, Failure> {
     homing::home(hands, AxisSet::PRIMARY).await?;
     let belief = belief(hands)?;
     let from = hands.config().delta_calibration.initial_height.0;
     let bed = find_bed(hands, [0.0; 2], from).await?;
     let height = clear_of(&hands.tuning().probe, bed[Axis::Z]);
-    let mut touches = [[0.0; 3]; POINTS];
-    for (touch, [cosine, sine]) in touches.iter_mut().zip(PLACES) {
+    for [cosine, sine] in PLACES.into_iter().take(count) {
         let at = [circle * cosine, circle * sine];
         let contact = probe_point(hands, at, height).await?;
-        *touch = belief.ways_to(&contact);
+        // There is room for every round's.
+        let _ = hands.delta_records().touches.push(belief.ways_to(&contact));
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z]));
         hands.drain().await;
     }
-    Ok((belief, touches))
+    Ok(belief)
 }
 
-fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, Failure> {
+/// What the machine is taken for.
+pub(super) fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, Failure> {
     let kinematics = hands.motion_config()?.kinematics;
     let config = hands.config();
     let tuning = hands.tuning();
     Ok(Belief { kinematics, trim: tuning.trim(), home: arms::delta_home(config, tuning) })
+}
+
+/// Touches of a bed that lies as flat as the machine is taken to find it.
+pub(super) fn assumed_touches(records: &mut DeltaRecords, belief: &Belief, circle: f64) {
+    for [cosine, sine] in PLACES {
+        let ways: Ways = belief.ways_to(&units::PerAxis([circle * cosine, circle * sine, 0.0, 0.0, 0.0, 0.0]));
+        // They were cleared.
+        let _ = records.touches.push(ways);
+    }
 }

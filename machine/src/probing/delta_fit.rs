@@ -1,22 +1,34 @@
-//! What trims and radius a delta must have for the points where it touched the bed to lie at one height.
+//! What a delta must be like for the points where it touched the bed to lie at one height, and for distances
+//! on a part that it printed to be as they were measured.
 //!
 //! A touch tells how far each carriage was from its switch. That does not depend on what is believed about
-//! the machine; the height that follows from it does. Gauss-Newton on these heights, with derivatives by
-//! differences.
+//! the machine; the height that follows from it does. Gauss-Newton on these heights and on distances, with
+//! derivatives by differences.
+//!
+//! What touches can tell: trims, radius and the angles of two towers. The third tower's angle only turns the
+//! part; the towers' own radii add nothing, for the plan of three towers is a triangle, which has three
+//! numbers, and where its middle lies shows nowhere. The lengths of the arms hardly change heights, so the
+//! touches tell them poorly (20 um of noise, 0.9 mm) and distances well. Hence arms are held to about what is
+//! written of them.
 
+use heapless::Vec;
 use motion::Kinematics;
 use units::{Axis, PerActuator, PerAxis};
 
-/// Trims X Y Z, radius, height of the bed.
-const MOST_UNKNOWNS: usize = 5;
-const RADIUS: usize = 3;
-const HEIGHT: usize = 4;
-/// Step of the differences, mm.
+use crate::least_squares::{self, LeastSquares};
+
+/// Step of the differences, mm or degrees.
 const DIFFERENCE: f64 = 0.01;
 /// Each turn leaves the square of the error before it: the third is at rounding.
-const TURNS: u32 = 5;
+const TURNS: u32 = 6;
 /// Errors of a machine that is worth calibrating, mm.
 const MOST_CHANGE: f64 = 20.0;
+/// The same of angles, degrees.
+const MOST_TURN: f64 = 5.0;
+/// Deviation of a touch, of a distance measured with calipers, and of an arm from what is written of it, mm.
+const TOUCH: f64 = 0.02;
+const DISTANCE: f64 = 0.05;
+const ARM: f64 = 1.0;
 
 /// What is believed about a linear delta.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +38,87 @@ pub(super) struct Belief {
     pub trim: [f64; 3],
     /// Where the tool is with every carriage at the height of its switch, less the trims.
     pub home: PerAxis<f64>,
+}
+
+/// How far each carriage is from its switch, mm.
+pub(super) type Ways = [f64; 3];
+
+/// A distance on a printed part, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Distance {
+    /// Where the machine was as it printed the ends.
+    pub ends: [Ways; 2],
+    /// As measured.
+    pub measured: f64,
+}
+
+/// What tells of the machine.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence<'a> {
+    pub touches: &'a [Ways],
+    pub distances: &'a [Distance],
+}
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sought {
+    pub trims: bool,
+    pub radius: bool,
+    /// Of two towers.
+    pub angles: bool,
+    pub arms: Arms,
+}
+
+/// Lengths of arms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Arms {
+    /// As written.
+    Known,
+    /// One for all.
+    Alike,
+    /// Each its own.
+    Each,
+}
+
+/// One number that is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unknown {
+    Trim(usize),
+    /// A parameter of the kinematics, by its letter.
+    Parameter(char),
+    /// Of the bed, as believed.
+    Height,
+}
+
+type Unknowns = Vec<Unknown, { least_squares::MOST }>;
+
+impl Sought {
+    fn unknowns(self) -> Unknowns {
+        let letters: &[char] = match self.arms {
+            Arms::Known => &[],
+            Arms::Alike => &['L'],
+            Arms::Each => &['I', 'J', 'K'],
+        };
+        // With trims, raising all of them raises the bed.
+        let first = if self.trims { [0, 1, 2].map(Unknown::Trim) } else { [Unknown::Height; 3] };
+        let first = first.into_iter().take(if self.trims { 3 } else { 1 });
+        let of = |is_sought: bool, letters: &'static [char]| letters.iter().filter(move |_| is_sought);
+        let parameters = of(self.radius, &['R']).chain(of(self.angles, &['D', 'E'])).chain(letters);
+        first.chain(parameters.map(|letter| Unknown::Parameter(*letter))).collect()
+    }
+
+    /// How many numbers that are.
+    pub fn count(self) -> usize {
+        self.unknowns().len()
+    }
+}
+
+/// What was found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub belief: Belief,
+    /// Standard deviation of an arm's length, mm, where it was looked for.
+    pub arms_within: Option<f64>,
 }
 
 impl Belief {
@@ -40,7 +133,7 @@ impl Belief {
     }
 
     /// The ways of the carriages from their switches to a place of the tool, mm.
-    pub fn ways_to(&self, place: &PerAxis<f64>) -> [f64; 3] {
+    pub fn ways_to(&self, place: &PerAxis<f64>) -> Ways {
         let motors = self.kinematics.actuators(place);
         let mut ways = self.switches();
         for (way, motor) in ways.iter_mut().zip(motors.0) {
@@ -49,36 +142,65 @@ impl Belief {
         ways
     }
 
-    /// The tool's height after these ways.
-    pub fn height(&self, ways: &[f64; 3]) -> f64 {
+    /// Where the tool is after these ways.
+    fn place(&self, ways: &Ways) -> PerAxis<f64> {
         let mut motors = PerActuator([0.0; units::MAX_ACTUATORS]);
         for ((motor, switch), way) in motors.0.iter_mut().zip(self.switches()).zip(ways) {
             *motor = switch + way;
         }
-        self.kinematics.point(&motors)[Axis::Z]
+        self.kinematics.point(&motors)
+    }
+
+    /// The tool's height after these ways.
+    pub fn height(&self, ways: &Ways) -> f64 {
+        self.place(ways)[Axis::Z]
+    }
+
+    /// How far apart its ends are, mm.
+    pub fn distance(&self, distance: &Distance) -> f64 {
+        let [from, to] = distance.ends.map(|ways| self.place(&ways));
+        let [x, y, z] = Axis::PRIMARY.map(|axis| to[axis] - from[axis]);
+        libm::sqrt(x * x + y * y + z * z)
+    }
+
+    /// A parameter of the kinematics.
+    pub fn parameter(&self, letter: char) -> f64 {
+        self.kinematics.parameters().iter().find(|(known, _)| *known == letter).map_or(0.0, |(_, value)| value)
     }
 
     /// The radius of the arms.
     pub fn radius(&self) -> f64 {
-        self.kinematics.parameters().iter().find(|(letter, _)| *letter == 'R').map_or(0.0, |(_, value)| value)
+        self.parameter('R')
+    }
+
+    fn set(&mut self, letter: char, value: f64) {
+        let mut parameters = self.kinematics.parameters();
+        parameters.set(letter, value);
+        self.kinematics = self.kinematics.with_parameters(&parameters);
     }
 
     /// The same with one unknown greater by so much.
-    fn with(&self, unknown: usize, by: f64) -> Self {
+    fn with(&self, unknown: Unknown, by: f64) -> Self {
         let mut other = *self;
-        if let Some(trim) = other.trim.get_mut(unknown) {
-            *trim += by;
-        } else if unknown == RADIUS {
-            let mut parameters = self.kinematics.parameters();
-            parameters.set('R', self.radius() + by);
-            other.kinematics = self.kinematics.with_parameters(&parameters);
+        match unknown {
+            Unknown::Trim(tower) => other.trim.get_mut(tower).into_iter().for_each(|trim| *trim += by),
+            Unknown::Parameter(letter) => other.set(letter, self.parameter(letter) + by),
+            Unknown::Height => {}
         }
+        other
+    }
+
+    /// The same machine, with the arms' mean length in their common one.
+    fn with_even_arms(&self) -> Self {
+        let mean = ['I', 'J', 'K'].map(|letter| self.parameter(letter)).iter().sum::<f64>() / 3.0;
+        let mut other = self.with(Unknown::Parameter('L'), mean);
+        ['I', 'J', 'K'].into_iter().for_each(|letter| other = other.with(Unknown::Parameter(letter), -mean));
         other
     }
 }
 
 /// Greatest less least height of these touches.
-pub(super) fn spread(belief: &Belief, touches: &[[f64; 3]]) -> f64 {
+pub(super) fn spread(belief: &Belief, touches: &[Ways]) -> f64 {
     let heights = touches.iter().map(|ways| belief.height(ways));
     let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), height| {
         (if height < least { height } else { least }, if height > most { height } else { most })
@@ -86,85 +208,83 @@ pub(super) fn spread(belief: &Belief, touches: &[[f64; 3]]) -> f64 {
     most - least
 }
 
-/// The belief that lets all touches lie at one height. With trims among the unknowns that is their mean
-/// height as believed before, since raising all trims only moves the bed. `None` when the touches do not
-/// tell, or tell nonsense.
-pub(super) fn fit(belief: &Belief, touches: &[[f64; 3]], trims: bool, radius: bool) -> Option<Belief> {
-    let unknowns: &[usize] = match (trims, radius) {
-        (true, true) => &[0, 1, 2, RADIUS],
-        (true, false) => &[0, 1, 2],
-        _ => &[RADIUS, HEIGHT],
-    };
-    let mut bed = touches.iter().map(|ways| belief.height(ways)).sum::<f64>() / touches.len() as f64;
-    let mut found = *belief;
-    for _ in 0..TURNS {
-        let steps = turn(&found, touches, unknowns, bed)?;
-        for (unknown, step) in unknowns.iter().zip(steps) {
-            if *unknown == HEIGHT {
-                bed += step;
-            } else {
-                found = found.with(*unknown, step);
-            }
-        }
-    }
-    let changes = found.trim.into_iter().zip(belief.trim).map(|(after, before)| after - before);
-    let is_sane = |change: f64| change.is_finite() && libm::fabs(change) < MOST_CHANGE;
-    changes.chain([found.radius() - belief.radius()]).all(is_sane).then_some(found)
+/// Standard deviation of the heights of these touches.
+pub(super) fn deviation(belief: &Belief, touches: &[Ways]) -> f64 {
+    let mean = mean_height(belief, touches);
+    let squares = touches.iter().map(|ways| belief.height(ways) - mean).map(|part| part * part).sum::<f64>();
+    libm::sqrt(squares / touches.len() as f64)
 }
 
-/// One turn: by how much each unknown must grow.
-fn turn(belief: &Belief, touches: &[[f64; 3]], unknowns: &[usize], bed: f64) -> Option<[f64; MOST_UNKNOWNS]> {
-    let mut sums = [[0.0; MOST_UNKNOWNS + 1]; MOST_UNKNOWNS];
-    for ways in touches {
-        let mut row = [0.0; MOST_UNKNOWNS];
+fn mean_height(belief: &Belief, touches: &[Ways]) -> f64 {
+    touches.iter().map(|ways| belief.height(ways)).sum::<f64>() / touches.len() as f64
+}
+
+/// The belief that lets all touches lie at one height and all distances be as measured, as far as can be.
+/// With trims among the unknowns that is their mean height as believed before, since raising all trims only
+/// moves the bed. `None` when the evidence does not tell, or tells nonsense.
+pub(super) fn fit(belief: &Belief, evidence: Evidence<'_>, sought: Sought) -> Option<Found> {
+    let unknowns = sought.unknowns();
+    let mut bed = mean_height(belief, evidence.touches);
+    let mut found = *belief;
+    let mut within = 0.0;
+    for _ in 0..TURNS {
+        let sums = turn(belief, &found, evidence, &unknowns, bed)?;
+        for (unknown, step) in unknowns.iter().zip(sums.solve(unknowns.len())?) {
+            found = found.with(*unknown, step);
+            if *unknown == Unknown::Height {
+                bed += step;
+            }
+        }
+        within = libm::sqrt(sums.variance(unknowns.len(), unknowns.len() - 1)?);
+    }
+    let is_sane = |change: f64, most: f64| change.is_finite() && libm::fabs(change) < most;
+    let trims = found.trim.into_iter().zip(belief.trim).all(|(after, before)| is_sane(after - before, MOST_CHANGE));
+    let changed = |letter: char| found.parameter(letter) - belief.parameter(letter);
+    let lengths = ['R', 'L', 'I', 'J', 'K'].into_iter().all(|letter| is_sane(changed(letter), MOST_CHANGE));
+    let angles = ['D', 'E'].into_iter().all(|letter| is_sane(changed(letter), MOST_TURN));
+    if sought.arms == Arms::Each {
+        found = found.with_even_arms();
+    }
+    // An arm is the last unknown.
+    let arms_within = (sought.arms != Arms::Known).then_some(within);
+    (trims && lengths && angles).then_some(Found { belief: found, arms_within })
+}
+
+/// One turn: what tells by how much each unknown must grow.
+fn turn(
+    written: &Belief,
+    belief: &Belief,
+    evidence: Evidence<'_>,
+    unknowns: &[Unknown],
+    bed: f64,
+) -> Option<LeastSquares> {
+    let mut sums = LeastSquares::default();
+    let mut add = |value: &dyn Fn(&Belief) -> f64, of_height: f64, wanted: f64, deviation: f64| {
+        let mut row = [0.0; least_squares::MOST];
         for (slope, unknown) in row.iter_mut().zip(unknowns) {
             *slope = match *unknown {
-                HEIGHT => -1.0,
+                Unknown::Height => of_height,
                 unknown => {
-                    let beyond = |by| belief.with(unknown, by).height(ways);
+                    let beyond = |by| value(&belief.with(unknown, by));
                     (beyond(DIFFERENCE) - beyond(-DIFFERENCE)) / (2.0 * DIFFERENCE)
                 }
-            };
+            } / deviation;
         }
-        let missing = bed - belief.height(ways);
-        for (sum, one) in sums.iter_mut().zip(row) {
-            for (cell, other) in sum.iter_mut().zip(row) {
-                *cell += one * other;
-            }
-            if let Some(last) = sum.last_mut() {
-                *last += one * missing;
-            }
+        sums.add(row.get(..unknowns.len())?, (wanted - value(belief)) / deviation);
+        Some(())
+    };
+    for ways in evidence.touches {
+        add(&|belief| belief.height(ways), -1.0, bed, TOUCH)?;
+    }
+    for distance in evidence.distances {
+        add(&|belief| belief.distance(distance), 0.0, distance.measured, DISTANCE)?;
+    }
+    for unknown in unknowns {
+        if let Unknown::Parameter(letter @ ('L' | 'I' | 'J' | 'K')) = *unknown {
+            add(&|belief| belief.parameter(letter), 0.0, written.parameter(letter), ARM)?;
         }
     }
-    solve(sums, unknowns.len())
-}
-
-/// The first `count` equations of that many unknowns; the right-hand sides stand in the last column.
-fn solve(mut rows: [[f64; MOST_UNKNOWNS + 1]; MOST_UNKNOWNS], count: usize) -> Option<[f64; MOST_UNKNOWNS]> {
-    let used = rows.get_mut(..count)?;
-    for column in 0..count {
-        let size = |row: &[f64; MOST_UNKNOWNS + 1]| row.get(column).map_or(0.0, |cell| libm::fabs(*cell));
-        let best = (column..count).max_by(|a, b| {
-            let of = |index: &usize| used.get(*index).map_or(0.0, size);
-            of(a).total_cmp(&of(b))
-        })?;
-        used.swap(column, best);
-        let pivot = *used.get(column)?;
-        if size(&pivot) < 1e-9 {
-            return None;
-        }
-        for (_, row) in used.iter_mut().enumerate().filter(|(index, _)| *index != column) {
-            let share = row.get(column)? / pivot.get(column)?;
-            for (cell, other) in row.iter_mut().zip(pivot) {
-                *cell -= share * other;
-            }
-        }
-    }
-    let mut values = [0.0; MOST_UNKNOWNS];
-    for (index, (value, row)) in values.iter_mut().zip(used.iter()).enumerate() {
-        *value = row.last()? / row.get(index)?;
-    }
-    Some(values)
+    Some(sums)
 }
 
 #[cfg(test)]
@@ -172,11 +292,18 @@ mod tests {
     use super::*;
     use motion::kinematics::{LinearDelta, LinearDeltaGeometry};
     use proptest::prelude::*;
+    use std::vec::Vec;
 
     fn belief(radius: f64, trim: [f64; 3]) -> Belief {
         let geometry = LinearDeltaGeometry { arm_radius: radius, ..LinearDeltaGeometry::default() };
         let home = PerAxis([0.0, 0.0, 250.0, 0.0, 0.0, 0.0]);
         Belief { kinematics: Kinematics::LinearDelta(LinearDelta::new(geometry)), trim, home }
+    }
+
+    const FOUR: Sought = Sought { trims: true, radius: true, angles: false, arms: Arms::Known };
+
+    fn by_touch(touches: &[Ways]) -> Evidence<'_> {
+        Evidence { touches, distances: &[] }
     }
 
     /// The middle, the towers, and opposite to each.
@@ -205,7 +332,7 @@ mod tests {
         ) {
             let (real, believed) = (belief(124.0 + wrong, trim), belief(124.0, [0.0; 3]));
             let touches: Vec<_> = points(radius).into_iter().map(|point| touch(&real, &believed, point, bed)).collect();
-            let found = fit(&believed, &touches, true, true).expect("an answer");
+            let found = fit(&believed, by_touch(&touches), FOUR).expect("an answer").belief;
             prop_assert!(spread(&found, &touches) < 1e-6, "{}", spread(&found, &touches));
             prop_assert!((found.radius() - real.radius()).abs() < 1e-4, "{} for {}", found.radius(), real.radius());
             for tower in 1..3 {
@@ -219,11 +346,82 @@ mod tests {
             let believed = belief(124.0, [0.0; 3]);
             let touches = |real: &Belief| -> Vec<_> { points(80.0).into_iter().map(|point| touch(real, &believed, point, 0.3)).collect() };
             let by_radius = touches(&belief(124.0 + wrong, [0.0; 3]));
-            let found = fit(&believed, &by_radius, false, true).expect("an answer");
+            let found = fit(&believed, by_touch(&by_radius), Sought { trims: false, ..FOUR }).expect("an answer").belief;
             prop_assert!(spread(&found, &by_radius) < 1e-6 && found.trim == [0.0; 3]);
             let by_trim = touches(&belief(124.0, trim));
-            let found = fit(&believed, &by_trim, true, false).expect("an answer");
+            let found = fit(&believed, by_touch(&by_trim), Sought { radius: false, ..FOUR }).expect("an answer").belief;
             prop_assert!(spread(&found, &by_trim) < 1e-6 && (found.radius() - 124.0).abs() < 1e-12);
+        }
+    }
+
+    /// A machine that is wrong in all that can be told.
+    fn crooked() -> impl Strategy<Value = Belief> {
+        let (small, angle) = (proptest::array::uniform3(-1.0..1.0_f64), proptest::array::uniform2(-0.8..0.8_f64));
+        (small.clone(), -2.0..2.0_f64, angle, small).prop_map(|(trim, radius, [d, e], arm_offset)| {
+            let geometry = LinearDeltaGeometry {
+                arm_radius: 124.0 + radius,
+                tower_angle: [d, e, 0.0],
+                arm_offset,
+                ..LinearDeltaGeometry::default()
+            };
+            Belief { kinematics: Kinematics::LinearDelta(LinearDelta::new(geometry)), ..belief(124.0, trim) }
+        })
+    }
+
+    /// What calipers find between two places that this machine prints.
+    fn printed(real: &Belief, believed: &Belief, from: [f64; 2], to: [f64; 2]) -> Distance {
+        let ends = [from, to].map(|[x, y]| believed.ways_to(&PerAxis([x, y, 0.3, 0.0, 0.0, 0.0])));
+        let measured = real.distance(&Distance { ends, measured: 0.0 });
+        Distance { ends, measured }
+    }
+
+    /// With the middle, and a second ring halfway.
+    fn thirteen(radius: f64) -> Vec<[f64; 2]> {
+        points(radius).into_iter().chain(points(radius / 2.0).into_iter().skip(1)).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn angles_are_found_by_touches(wrong in crooked()) {
+            // Arms as written: nothing else is wrong.
+            let mut real = wrong;
+            ['I', 'J', 'K'].into_iter().for_each(|letter| real.set(letter, 0.0));
+            let believed = belief(124.0, [0.0; 3]);
+            let touches: Vec<_> = thirteen(85.0).into_iter().map(|at| touch(&real, &believed, at, 0.4)).collect();
+            let found = fit(&believed, by_touch(&touches), Sought { angles: true, ..FOUR }).expect("an answer").belief;
+            prop_assert!(spread(&found, &touches) < 1e-6);
+            for letter in ['R', 'D', 'E'] {
+                let (is, shall) = (found.parameter(letter), real.parameter(letter));
+                prop_assert!((is - shall).abs() < 1e-4, "{letter}: {is} for {shall}");
+            }
+        }
+
+        #[test]
+        fn arms_are_found_by_touches_and_distances(real in crooked()) {
+            let believed = belief(124.0, [0.0; 3]);
+            let touches: Vec<_> = thirteen(85.0).into_iter().map(|at| touch(&real, &believed, at, 0.4)).collect();
+            let ring = points(70.0);
+            let across = (1..7).map(|n| printed(&real, &believed, ring[0], ring[n]));
+            let around = (1..7).map(|n| printed(&real, &believed, ring[n], ring[n % 6 + 1]));
+            let distances: Vec<_> = across.chain(around).collect();
+            let evidence = Evidence { touches: &touches, distances: &distances };
+            let found = fit(&believed, evidence, Sought { angles: true, arms: Arms::Each, ..FOUR }).expect("an answer");
+            let (found, within) = (found.belief, found.arms_within.expect("arms"));
+            prop_assert!(spread(&found, &touches) < 0.01, "{}", spread(&found, &touches));
+            prop_assert!(within > 0.1 && within < 0.5, "{within}");
+            // The 1 mm that arms are held to is a little of a pull.
+            for n in 0..3 {
+                let letter = ['I', 'J', 'K'][n];
+                let (is, shall) = (found.parameter('L') + found.parameter(letter), 250.0 + real.parameter(letter));
+                prop_assert!((is - shall).abs() < 0.3, "{letter}: {is} for {shall}");
+            }
+            for distance in &distances {
+                prop_assert!((found.distance(distance) - distance.measured).abs() < 0.02);
+            }
+            let rest = found.parameter('I') + found.parameter('J') + found.parameter('K');
+            prop_assert!(rest.abs() < 1e-9, "what is common belongs to L");
         }
     }
 
@@ -231,6 +429,6 @@ mod tests {
     fn touches_of_one_place_tell_nothing() {
         let believed = belief(124.0, [0.0; 3]);
         let touches = [believed.ways_to(&PerAxis([10.0, 5.0, 1.0, 0.0, 0.0, 0.0])); 7];
-        assert!(fit(&believed, &touches, true, true).is_none());
+        assert!(fit(&believed, by_touch(&touches), FOUR).is_none());
     }
 }

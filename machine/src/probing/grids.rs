@@ -4,11 +4,15 @@ use motion::{GridShape, Motion};
 use program::Words;
 use units::{Axis, AxisSet};
 
+use super::faulty;
+use super::plan::Plan;
 use super::points::{clear_of, find_bed, nozzle_over, probe_at, probe_point};
+use super::samples::Scatter;
 use super::search::check_homed;
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::homing;
+use crate::leveling::area::{Area, area_of, part_of};
 use crate::leveling::{self, grid};
 use crate::ports::Ports;
 
@@ -24,38 +28,99 @@ const GOLDEN: f64 = 2.399_963_229_728_653;
 /// A point this little outside of the circle, mm, is in it: it is there by rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// A grid to touch.
-#[derive(Clone, Copy, Debug)]
-struct Plan {
-    shape: GridShape,
-    /// Only points within this distance of the middle, mm.
-    radius: Option<f64>,
-    /// Heights are told from that of the bed here.
-    reference: [f64; 2],
-    /// Height from which the bed is searched for.
-    from: f64,
-}
-
 /// Homes as configured, and tells the area of G31 and G32: where the probe is now may be part of it.
 pub(super) async fn prepare_cartesian_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
-) -> Result<GridShape, Failure> {
+) -> Result<Plan, Failure> {
     let settings = hands.config().leveling.grid;
     let here = words.get('R') == Some(1.0);
-    let two_corners = settings.two_corners && words.get('R') != Some(0.0);
+    let has_corners = ['X', 'Y', 'A', 'B'].into_iter().all(|letter| words.has(letter));
+    let two_corners = (settings.two_corners || has_corners) && words.get('R') != Some(0.0);
     if settings.home && !here && !two_corners {
         homing::home(hands, AxisSet::NONE).await?;
     }
     hands.standstill().await?;
     check_homed(hands)?;
-    cartesian_shape(hands, words, here, two_corners)
+    let area = area_in(words);
+    let whole = grid::configured(&hands.config().leveling);
+    let mut shape = match (area, whole) {
+        (Some(area), Some(whole)) => {
+            let part = part_of(&whole, &area);
+            part.ok_or_else(|| Failure::refused("the area to probe lies beside the grid that is configured"))?
+        }
+        _ => cartesian_shape(hands, words, here, two_corners)?,
+    };
+    // Where the mesh has the height zero does not depend on what part of it is measured.
+    let whole = if here { shape } else { whole.unwrap_or(shape) };
+    if words.has('D') {
+        shape = around_objects(hands, words.get('D'), &shape)?;
+    }
+    let reference = hands.config().leveling.mesh.zero_reference.unwrap_or(whole.place(0));
+    let plan = Plan { shape, radius: None, reference, from: settings.initial_height.0 };
+    check_regions(&plan, &hands.config().leveling.mesh.faulty_regions)?;
+    Ok(plan)
+}
+
+/// The area that other firmwares' words mean: Prusa's corner X and Y and size W and H, Marlin's ends L R F B.
+fn area_in(words: &Words<'_>) -> Option<Area> {
+    let get = |letters: [char; 4]| {
+        let found = letters.map(|letter| words.get(letter));
+        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
+    };
+    if let Some([x, y, w, h]) = get(['X', 'Y', 'W', 'H']) {
+        return Some([[x, y], [x + w, y + h]]);
+    }
+    get(['L', 'R', 'F', 'B']).map(|[left, right, front, rear]| [[left, front], [right, rear]])
+}
+
+/// The part of a grid that the objects of the job need, and so much around them.
+fn around_objects<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    margin: Option<f64>,
+    whole: &GridShape,
+) -> Result<GridShape, Failure> {
+    let margin = margin.unwrap_or(hands.config().leveling.mesh.adaptive_margin.0);
+    if margin < 0.0 {
+        return Err(Failure::refused("D is how far the mesh goes around the objects, 0 mm or more"));
+    }
+    let Some([low, high]) = hands.objects_area() else {
+        hands.say(format_args!("// no object of the job has an outline: all of the bed is measured\n"));
+        return Ok(*whole);
+    };
+    let wanted = [low.map(|place| place - margin), high.map(|place| place + margin)];
+    let part = part_of(whole, &wanted);
+    let part = part.ok_or_else(|| Failure::refused("the objects of the job lie beside the grid that is configured"))?;
+    let ([nx, ny], [[left, near], [right, far]]) = (part.count, area_of(&part));
+    hands.say(format_args!(
+        "mesh for the objects: X{left:.1} to {right:.1}, Y{near:.1} to {far:.1}, {nx} x {ny} points\n"
+    ));
+    Ok(part)
+}
+
+/// Every point can be touched, or worked out from what can.
+fn check_regions(plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
+    let within = area_of(&plan.shape);
+    if faulty::region_of(plan.reference, corners).is_some() {
+        return Err(Failure::refused(
+            "the first point lies in one of faulty_regions: write zero_reference in [bed mesh]",
+        ));
+    }
+    for index in 0..plan.shape.points() {
+        let place = plan.shape.place(index);
+        let Some(region) = faulty::region_of(place, corners) else { continue };
+        if faulty::ends(place, &region, &within, corners).iter().all(Option::is_none) {
+            let [x, y] = place;
+            let text = format_args!("around X{x:.1} Y{y:.1} faulty_regions leave no place to touch: make them smaller");
+            return Err(Failure::Refused(message(text)));
+        }
+    }
+    Ok(())
 }
 
 /// G31 and G32 with a cartesian grid, once its area is known.
-pub(crate) async fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
-    let from = hands.config().leveling.grid.initial_height.0;
-    level_by_grid(hands, &Plan { shape: *shape, radius: None, reference: shape.place(0), from }).await
+pub(crate) async fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    level_by_grid(hands, plan).await
 }
 
 /// G29 with a cartesian grid: the same from where the tool is, of which nothing remains.
@@ -112,13 +177,20 @@ fn cartesian_shape<P: Ports>(
 /// G31 with a delta grid.
 pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let settings = hands.config().leveling.delta;
+    if words.has('D') {
+        return Err(Failure::refused("D measures a part of a cartesian grid: on a delta J makes the circle smaller"));
+    }
     let radius = grid_radius(hands, words)?;
     if settings.home {
         homing::home(hands, AxisSet::NONE).await?;
     }
     hands.standstill().await?;
     check_homed(hands)?;
-    level_by_grid(hands, &round_plan(radius, settings.count, settings.initial_height.0)).await
+    let mut plan = round_plan(radius, settings.count, settings.initial_height.0);
+    let mesh = &hands.config().leveling.mesh;
+    plan.reference = mesh.zero_reference.unwrap_or(plan.reference);
+    check_regions(&plan, &mesh.faulty_regions)?;
+    level_by_grid(hands, &plan).await
 }
 
 /// The grid around the middle of which a probe reaches what is in the circle.
@@ -170,12 +242,16 @@ fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<
 /// Touches the bed at every point of a grid and levels by what is found.
 async fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
     leveling::recompensate(hands, Motion::level_off).await?;
+    hands.bed().scatter = Scatter::default();
     touch_grid(hands, plan).await?;
     if plan.radius.is_some() {
         hands.motion(|motion| grid::extrapolate(&plan.shape, motion.draft()));
     }
     leveling::adopt_grid(hands, &plan.shape).await?;
-    leveling::show_grid(hands).await
+    leveling::show_grid(hands).await?;
+    let scatter = hands.bed().scatter;
+    hands.say(format_args!("{scatter}\n"));
+    leveling::say_findings(hands).await
 }
 
 /// Heights of the bed over that at the reference, into the draft; not a number where nothing is to be
@@ -194,11 +270,12 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
             let found = if plan.radius.is_some_and(|radius| x * x + y * y > radius * radius) {
                 f64::NAN
             } else {
-                let contact = probe_point(hands, nozzle_over(&offsets, [x, y]), height).await?;
-                hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{:.3}\n", contact[Axis::Z] - bed));
-                hands.drain().await;
-                contact[Axis::Z] - bed
+                touch_point(hands, plan, [x, y], height).await? - bed
             };
+            if found.is_finite() {
+                hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{found:.3}\n"));
+                hands.drain().await;
+            }
             hands.motion(|motion| {
                 if let Some(slot) = motion.draft().get_mut(index) {
                     *slot = found as f32;
@@ -207,6 +284,31 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
         }
     }
     Ok(())
+}
+
+/// The height of the bed at a point of the grid; worked out from the edges of a region that must not be
+/// touched.
+async fn touch_point<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    plan: &Plan,
+    place: [f64; 2],
+    height: f64,
+) -> Result<f64, Failure> {
+    let (offsets, corners) = (*hands.bed(), &hands.config().leveling.mesh.faulty_regions);
+    let Some(region) = faulty::region_of(place, corners) else {
+        return Ok(probe_point(hands, nozzle_over(&offsets, place), height).await?[Axis::Z]);
+    };
+    let ends = faulty::ends(place, &region, &area_of(&plan.shape), corners);
+    let mut heights = [None; 4];
+    for (end, found) in ends.iter().zip(&mut heights) {
+        if let Some([x, y]) = *end {
+            let contact = probe_point(hands, nozzle_over(&offsets, [x, y]), height).await?[Axis::Z];
+            hands.say(format_args!("// beside a faulty region: X{x:.3}, Y{y:.3}\n"));
+            hands.drain().await;
+            *found = Some(contact);
+        }
+    }
+    faulty::between(place, &ends, &heights).ok_or_else(|| Failure::refused("no place to touch beside a faulty region"))
 }
 
 /// The draft, a line for each row.

@@ -1,12 +1,15 @@
 //! Probing the bed at one place after another: over to it, down, and up again.
 
 use config::ProbeConfig;
+use heapless::Vec;
 use units::{Axis, PerAxis};
 
+use super::deployment::stow_after;
+use super::samples::Touches;
 use super::search::{Search, search};
 use crate::bed::Bed;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Answer, Failure, message};
 use crate::ports::Ports;
 
 /// The way to the bed: -1, or 1 for a probe that searches upwards.
@@ -20,7 +23,7 @@ pub(super) fn clear_of(probe: &ProbeConfig, contact: f64) -> f64 {
 }
 
 /// Where the nozzle is while the probe is over this place.
-pub(super) fn nozzle_over(bed: &Bed, [x, y]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn nozzle_over(bed: &Bed, [x, y]: [f64; 2]) -> [f64; 2] {
     let [dx, dy, _] = bed.probe_offsets;
     [x - dx, y - dy]
 }
@@ -58,18 +61,106 @@ pub(super) async fn probe_point<P: Ports>(
     Ok(contact)
 }
 
-async fn touch<P: Ports>(hands: &mut Hands<'_, '_, P>, [x, y]: [f64; 2], height: f64) -> Result<PerAxis<f64>, Failure> {
+/// Touches the bed at each of these places, travelling at least at this height the first time: X, Y and
+/// height of each, mm. Says them.
+pub(crate) async fn touch_places<P: Ports, const N: usize>(
+    hands: &mut Hands<'_, '_, P>,
+    places: &Vec<[f64; 2], N>,
+    from: f64,
+) -> Result<Vec<[f64; 3], N>, Failure> {
+    let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
+    let mut touches = Vec::new();
+    for place in places {
+        let contact = probe_point(hands, nozzle_over(&offsets, *place), from).await?[Axis::Z];
+        let [x, y] = *place;
+        hands.say(format_args!("X:{x:.4} Y:{y:.4} Z:{contact:.4}\n"));
+        hands.drain().await;
+        // As many as places.
+        let _ = touches.push([x, y, contact]);
+    }
+    // What comes next may lie far away.
+    let heights = touches.iter().map(|touch| clear_of(&probe, touch[2]));
+    let clear = heights.reduce(if probe.reverse_z { f64::min } else { f64::max }).unwrap_or(from);
+    lift(hands, clear).await?;
+    Ok(touches)
+}
+
+/// Touches with the nozzle at X and Y, coming from this height, and stays there. What is measured is less
+/// what the axis's twist makes the probe read too high.
+async fn touch<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<PerAxis<f64>, Failure> {
+    let mut contact = touch_uncorrected(hands, at, height).await?;
+    let bed = hands.bed();
+    contact[Axis::Z] -= bed.twist.at(probe_at(bed, &contact));
+    Ok(contact)
+}
+
+/// The same, as the probe reads: as often as is configured. What the touches come to is where the contact
+/// was.
+pub(crate) async fn touch_uncorrected<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    [x, y]: [f64; 2],
+    height: f64,
+) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
+    let settings = probe.samples;
     let mut over = hands.position();
     (over[Axis::X], over[Axis::Y], over[Axis::Z]) = (x, y, height);
     hands.go_there(over, probe.fast_rate).await?;
-    let down = Search::down(hands.position(), probe.slow_rate, probe.max_travel.0, probe.reverse_z);
+    let at = probe_at(hands.bed(), &over);
+    for again in 0..=u32::from(settings.retries) {
+        let mut touches = Touches::default();
+        let mut contact = touch_once(hands, height).await?;
+        touches.add(contact[Axis::Z]);
+        while touches.len() < usize::from(settings.count) {
+            lift(hands, contact[Axis::Z] - towards_bed(&probe) * settings.retract.0).await?;
+            contact = touch_once(hands, height).await?;
+            touches.add(contact[Axis::Z]);
+        }
+        if touches.agree(&settings) {
+            hands.bed().scatter.add(at, &touches, again, settings.median);
+            contact[Axis::Z] = touches.result(&settings);
+            return Ok(contact);
+        }
+        lift(hands, height).await?;
+        let (range, [x, y]) = (touches.range(), at);
+        if again == u32::from(settings.retries) {
+            let text = format_args!(
+                "touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart, samples_tolerance is {}: is the probe firm and clean?",
+                settings.tolerance.0
+            );
+            return Err(Failure::Refused(message(text)));
+        }
+        hands.say(format_args!("// touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart: again\n"));
+        hands.drain().await;
+    }
+    // The last round returns.
+    Err(Failure::refused("the probe was not used"))
+}
+
+/// Searches from where the probe stands.
+async fn touch_once<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<PerAxis<f64>, Failure> {
+    let probe = hands.tuning().probe;
+    let over = hands.position();
+    let down = Search::down(over, probe.slow_rate, probe.max_travel.0, probe.reverse_z);
     let Some(contact) = search(hands, &down).await? else {
         lift(hands, height).await?;
-        let text = format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {} mm of way", probe.max_travel.0);
+        let (x, y, travel) = (over[Axis::X], over[Axis::Y], probe.max_travel.0);
+        let text = format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {travel} mm of way");
         return Err(Failure::Refused(message(text)));
     };
     Ok(contact)
+}
+
+/// Touches the bed under the probe, as the machine stands, and lifts to where it was.
+pub(crate) async fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
+    let start = hands.position();
+    let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z]).await;
+    let ended = match &touched {
+        Ok(_) => lift(hands, start[Axis::Z]).await.map(|()| Answer::Ok),
+        Err(failure) => Err(failure.clone()),
+    };
+    stow_after(hands, ended).await?;
+    touched
 }
 
 async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {

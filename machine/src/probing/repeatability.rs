@@ -1,8 +1,9 @@
-//! M48: how well the probe repeats itself.
+//! M48, and Klipper's PROBE_ACCURACY: how well the probe repeats itself.
 
 use program::Words;
 use units::{Axis, MmPerSecond};
 
+use super::samples::{MOST, Touches};
 use super::search::{Search, check_homed, search};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
@@ -25,6 +26,7 @@ pub(crate) async fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
     hands.standstill().await?;
     let start = hands.position();
     let mut seen = Spread::default();
+    let mut first = Touches::default();
     for _ in 0..repeats as u32 {
         let found = search(hands, &Search::down(start, rate, REPEAT_TRAVEL, probe.reverse_z)).await?;
         hands.go_there(start, probe.return_rate).await?;
@@ -33,10 +35,14 @@ pub(crate) async fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
         };
         let distance = start[Axis::Z] - contact[Axis::Z];
         seen.add(distance);
+        first.add(distance);
         hands.say(format_args!("Z:{distance:.4}\n"));
         hands.drain().await;
     }
     let (mean, deviation) = seen.mean_and_deviation();
+    let ([least, most], median) = (seen.ends(), first.median());
+    let of = if repeats > MOST as f64 { " of the first 50" } else { "" };
+    hands.say(format_args!("Minimum: {least:.4} Maximum: {most:.4} Median{of}: {median:.4}\n"));
     hands.say(format_args!("Delta: {:.4}\nMean: {mean:.4} Standard deviation: {deviation:.4}\n", seen.delta()));
     Ok(Answer::Ok)
 }
@@ -68,6 +74,10 @@ impl Spread {
         let part = value - self.first;
         self.sum += part;
         self.squares += part * part;
+    }
+
+    fn ends(&self) -> [f64; 2] {
+        [self.least, self.most]
     }
 
     fn delta(&self) -> f64 {

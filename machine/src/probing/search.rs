@@ -4,6 +4,7 @@ use motion::Mode;
 use program::Contact;
 use units::{Axis, Micros, MmPerSecond, PerAxis};
 
+use super::deployment;
 use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::grbl::numbers::Error;
@@ -14,6 +15,10 @@ use crate::tuning::Tuning;
 
 /// Searches that a contact which does not last may cut short; then the wiring is to blame.
 const RETRIES: u8 = 3;
+
+/// A probe that is brought out reads closed before it searches.
+const TOO_EARLY: &str =
+    "the probe reads triggered before it touches: is it out, is its wire whole? M670 I or ! at probe_pin inverts it";
 
 /// A search along a straight line from where the machine stands.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +61,7 @@ fn is_at_end<P: Ports>(hands: &mut Hands<'_, '_, P>, until: Contact) -> bool {
 }
 
 /// Probing moves, so it needs what moves need.
-pub(super) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
     if hands.config().motion.must_be_homed && !hands.all_homed() {
         return Err(Failure::alarm("Must be homed before moving"));
     }
@@ -70,6 +75,10 @@ pub(super) async fn search<P: Ports>(
     search: &Search,
 ) -> Result<Option<PerAxis<f64>>, Failure> {
     hands.standstill().await?;
+    if search.until == Contact::Closes {
+        // One that is to open touches already.
+        deployment::ensure(hands).await?;
+    }
     hands.apply(Event::ProbingBegins);
     let found = search_at_standstill(hands, search).await;
     // Ending in a hold would leave the operator to resume a search that is over. An alarm waits for nobody.
@@ -88,7 +97,10 @@ async fn search_at_standstill<P: Ports>(
     let dwell = hands.tuning().probe.dwell;
     hands.wait(dwell).await?;
     if is_at_end(hands, search.until) {
-        return Err(Failure::numbered(Error::Target, "ZProbe triggered before move, aborting command."));
+        // Smoothieware's words, where the machine knows no more than it.
+        let is_moved = search.until == Contact::Closes && deployment::is_moved(hands);
+        let text = if is_moved { TOO_EARLY } else { "ZProbe triggered before move, aborting command." };
+        return Err(Failure::numbered(Error::Target, text));
     }
     // Filters would delay the stop at the contact.
     hands.motion(|motion| motion.bypass_filters(true));
@@ -133,7 +145,7 @@ mod tests {
     #[test]
     fn an_inverted_contact_touches_while_its_input_is_open() {
         for (level, inverted) in [(false, false), (false, true), (true, false), (true, true)] {
-            let inputs = InputLevels(if level { Input::Probe.bit() } else { 0 });
+            let inputs = if level { InputLevels::default().with(Input::Probe) } else { InputLevels::default() };
             let mut tuning = Tuning::default();
             tuning.probe_inverted = inverted;
             assert_eq!(touches(inputs, &tuning), level != inverted);

@@ -1,53 +1,55 @@
 //! G29, G31 and G32: what they mean depends on the leveling strategy and on the machine.
 
 use config::{Leveling, MachineConfig};
-use motion::GridShape;
+use gcode::Code;
 use program::Words;
 
 use super::delta_calibration::{calibrate_delta, measure_delta};
 use super::grids::{level_by_delta_grid, prepare_cartesian_grid, scan_cartesian, scan_delta};
+use super::plan::Plan;
 use super::three_point::{level_by_three_points, measure_three_points, show_plane};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::leveling;
 use crate::ports::Ports;
 
-/// The strategy that these words ask for: P1 means calibration alone.
-fn strategy_of(config: &MachineConfig, words: &Words<'_>) -> Option<Leveling> {
-    config.leveling.strategy.filter(|_| words.get('P') != Some(1.0))
+/// The strategy that these words ask for: P1 means calibration alone, unless it is another firmware's.
+fn strategy_of(config: &MachineConfig, words: &Words<'_>, code: Code) -> Option<Leveling> {
+    config.leveling.strategy.filter(|_| words.code() != code || words.get('P') != Some(1.0))
 }
 
 /// Whether these words are answered by [`super::level_by_cartesian_grid`].
-fn levels_by_cartesian_grid(config: &MachineConfig, words: &Words<'_>) -> bool {
-    let code = words.code();
+fn levels_by_cartesian_grid(config: &MachineConfig, words: &Words<'_>, code: Code) -> bool {
     config.probe.enable
         && matches!((code.number, code.subcode), (31 | 32, 0))
-        && strategy_of(config, words) == Some(Leveling::CartesianGrid)
+        && strategy_of(config, words, code) == Some(Leveling::CartesianGrid)
 }
 
 /// What must happen before the configured `before_probe_gcode` runs: homing, and knowing the area. `Some`
 /// when these words probe a cartesian grid: then that script, [`super::level_by_cartesian_grid`] with the
-/// shape, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
+/// plan, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
 /// [`strategy`]'s.
 pub(crate) async fn prepare<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
-) -> Result<Option<GridShape>, Failure> {
-    if !levels_by_cartesian_grid(hands.config(), words) {
+    code: Code,
+) -> Result<Option<Plan>, Failure> {
+    if !levels_by_cartesian_grid(hands.config(), words, code) {
         return Ok(None);
     }
     prepare_cartesian_grid(hands, words).await.map(Some)
 }
 
 /// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the
-/// latter alone. The scripts around a cartesian grid are the caller's: see [`prepare`].
-pub(crate) async fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+/// latter alone. `code` is the one that is meant, which in other firmwares' dialects is not the one that is
+/// written. The scripts around a cartesian grid are the caller's: see [`prepare`].
+pub(crate) async fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, code: Code) -> Outcome {
     let config = hands.config();
     if !config.probe.enable {
         return Ok(Answer::Unknown);
     }
-    let (number, subcode) = (words.code().number, words.code().subcode);
-    match (strategy_of(config, words), number, subcode) {
+    let (number, subcode) = (code.number, code.subcode);
+    match (strategy_of(config, words, code), number, subcode) {
         (Some(Leveling::ThreePoint), 29, 0) => return measure_three_points(hands).await,
         (Some(Leveling::ThreePoint), 31, 0) => return Ok(show_plane(hands)),
         (Some(Leveling::ThreePoint), 32, 0) => return level_by_three_points(hands).await,

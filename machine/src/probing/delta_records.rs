@@ -1,0 +1,28 @@
+//! What was measured of a delta since it was switched on: touches of its bed, distances on what it printed.
+
+use heapless::Vec;
+
+use super::delta_fit::{Distance, Evidence, Ways};
+
+/// Touches at most: five rounds of the most places.
+pub(super) const MOST_TOUCHES: usize = 65;
+/// Distances at most.
+pub(super) const MOST_DISTANCES: usize = 24;
+
+/// The records. A calibration writes the touches, M665.1 the distances.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DeltaRecords {
+    pub(super) touches: Vec<Ways, MOST_TOUCHES>,
+    pub(super) distances: Vec<Distance, MOST_DISTANCES>,
+}
+
+impl DeltaRecords {
+    /// The last so many touches.
+    pub(super) fn touches_of_last_round(&self, count: usize) -> &[Ways] {
+        self.touches.get(self.touches.len().saturating_sub(count)..).unwrap_or(&[])
+    }
+
+    pub(super) fn evidence(&self) -> Evidence<'_> {
+        Evidence { touches: &self.touches, distances: &self.distances }
+    }
+}

@@ -1,0 +1,144 @@
+//! Probes that are brought out before they touch and put away afterwards: servo probes, and magnetic ones
+//! that are fetched from a dock.
+//!
+//! Whatever searches finds the probe deployed, or deploys it first and comes back to where it was. What
+//! deployed itself is stowed when the command has ended, well or not; after a halt nothing moves, and the
+//! probe stays as it is until M402. What M401 deployed stays until M402, and so it does where a search ends
+//! at its contact (G38, G30 Z).
+
+use units::{Axis, PerAxis};
+
+use super::deployed::Deployment;
+use super::search::{check_homed, touches};
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::{Input, Ports};
+
+/// Both settings, as messages name them.
+const DEPLOY: &str = "deploy_gcode";
+const STOW: &str = "stow_gcode";
+
+/// What an input tells; `None` where none does.
+fn sensed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<bool> {
+    let (probe, inputs) = (hands.config().probe, hands.inputs());
+    let by_pin = probe.deployed_pin.map(|_| inputs.is_active(Input::ProbeDeployed));
+    // The circuit is open while the probe hangs in its dock.
+    let by_contact = probe.stowed_reads_triggered.then(|| !touches(inputs, hands.tuning()));
+    by_pin.or(by_contact)
+}
+
+/// The configuration says how it is brought out.
+pub(super) fn is_moved<P: Ports>(hands: &Hands<'_, '_, P>) -> bool {
+    hands.config().probe_scripts.iter().any(|script| !script.is_empty())
+}
+
+fn is_deployed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> bool {
+    sensed(hands).unwrap_or(*hands.deployment() != Deployment::Stowed)
+}
+
+/// Before a search: the probe is out, and the machine where it was.
+pub(super) async fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    if is_deployed(hands) {
+        return Ok(());
+    }
+    if !is_moved(hands) {
+        return match sensed(hands) {
+            Some(false) => Err(Failure::refused(NOT_OUT)),
+            _ => Ok(()),
+        };
+    }
+    if *hands.deployment() != Deployment::Stowed {
+        *hands.deployment() = Deployment::Stowed;
+        return Err(Failure::refused(
+            "the probe was deployed and is not any more: has it come off? M401 deploys it again",
+        ));
+    }
+    let here = hands.position();
+    deploy(hands, Deployment::BySearch).await?;
+    come_back(hands, here).await
+}
+
+const NOT_OUT: &str = "the probe is not deployed: look at it, and at deployed_pin; nothing was probed";
+
+async fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), Failure> {
+    let [script, _] = &hands.config().probe_scripts;
+    hands.run_probe_script(DEPLOY, script).await?;
+    if sensed(hands) == Some(false) {
+        return Err(Failure::refused(NOT_OUT));
+    }
+    *hands.deployment() = by;
+    Ok(())
+}
+
+/// High first, and down last.
+async fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Result<(), Failure> {
+    let rate = hands.tuning().probe.fast_rate;
+    let mut over = hands.position();
+    if place == over {
+        return Ok(());
+    }
+    if place[Axis::Z] > over[Axis::Z] {
+        over[Axis::Z] = place[Axis::Z];
+        hands.go(over, rate, motion::Mode::Rapid).await?;
+    }
+    let high = over[Axis::Z];
+    over = place;
+    over[Axis::Z] = high;
+    hands.go(over, rate, motion::Mode::Rapid).await?;
+    hands.go_there(place, rate).await
+}
+
+async fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    let [_, script] = &hands.config().probe_scripts;
+    hands.run_probe_script(STOW, script).await?;
+    if sensed(hands) == Some(true) {
+        return Err(Failure::refused("the probe is still deployed: look at it, and at stow_gcode; M402 tries again"));
+    }
+    *hands.deployment() = Deployment::Stowed;
+    Ok(())
+}
+
+/// What a search has deployed stays out: after a halt nothing moves, and whoever searched along a line counts
+/// on where it ended.
+pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
+    if *hands.deployment() == Deployment::BySearch {
+        *hands.deployment() = Deployment::ByCommand;
+        hands.announce(format_args!("// NOTE the probe is still deployed: M402 stows it\n"));
+    }
+}
+
+/// A command that searched has ended like this: what it has deployed is stowed. After a halt it is not.
+pub(crate) async fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome) -> Outcome {
+    if *hands.deployment() != Deployment::BySearch {
+        return ended;
+    }
+    if matches!(ended, Err(Failure::Halted | Failure::Alarm(_))) || hands.standstill().await.is_err() {
+        leave_out(hands);
+        return ended;
+    }
+    let stowed = stow(hands).await;
+    if matches!(stowed, Err(Failure::Refused(_))) {
+        *hands.deployment() = Deployment::ByCommand;
+    }
+    let answer = ended?;
+    stowed.map(|()| answer)
+}
+
+/// M401 deploys the probe, M402 stows it, whatever is believed of it.
+pub(crate) async fn deploy_or_stow<P: Ports>(hands: &mut Hands<'_, '_, P>, deploys: bool) -> Outcome {
+    if !hands.config().probe.enable || !is_moved(hands) {
+        // Hosts send it to every printer.
+        return Ok(Answer::PassedOver);
+    }
+    check_homed(hands)?;
+    hands.standstill().await?;
+    if !deploys {
+        return stow(hands).await.map(|()| Answer::Ok);
+    }
+    if sensed(hands) == Some(true) {
+        *hands.deployment() = Deployment::ByCommand;
+        hands.say(format_args!("the probe is deployed already\n"));
+        return Ok(Answer::Ok);
+    }
+    deploy(hands, Deployment::ByCommand).await.map(|()| Answer::Ok)
+}

@@ -1,0 +1,126 @@
+//! M665.1 to M665.3: a delta's geometry from a part that it printed, measured with calipers.
+//!
+//! Touches say whether the bed is found flat, which hardly depends on how long the arms are; how large a part
+//! becomes does. So each distance is kept as the ways that the carriages made to its ends, and all of them
+//! together with the touches of the last calibration say what the machine is like.
+
+use program::Words;
+use units::{AxisSet, PerAxis};
+
+use super::delta_calibration::{adopt, assumed_touches, belief, sought};
+use super::delta_fit::{Belief, Distance, Evidence, deviation, fit};
+use super::delta_records::MOST_DISTANCES;
+use crate::arms::is_linear_delta;
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::Ports;
+
+/// A distance that differs by more than this share of itself was misread, or is another one.
+const MOST_ERROR: f64 = 0.1;
+/// Numbers that are found without S.
+const FACTORS: u8 = 9;
+
+/// M665.1: from X Y to I J the part is S long; without words, what is kept. M665.2 calibrates by them, S as
+/// that of G32. M665.3 forgets them.
+pub(crate) async fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    if !is_linear_delta(hands.config()) {
+        return Err(Failure::refused(
+            "only a linear delta is calibrated by measured parts; see M92 and M852 otherwise",
+        ));
+    }
+    match words.code().subcode {
+        1 if words.is_bare() => list(hands).await,
+        1 => keep(hands, words),
+        2 => calibrate(hands, words).await,
+        _ => {
+            hands.delta_records().distances.clear();
+            hands.say(format_args!("no distances are kept now\n"));
+            Ok(Answer::Ok)
+        }
+    }
+}
+
+fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let needs = || Failure::refused("M665.1 needs X Y I J, the places of both ends, and S, the measured distance");
+    let [x, y, i, j, measured] = ['X', 'Y', 'I', 'J', 'S'].map(|letter| words.as_length(letter));
+    let (Some(x), Some(y), Some(i), Some(j), Some(measured)) = (x, y, i, j, measured) else { return Err(needs()) };
+    let text = keep_distance(hands, [[x, y], [i, j]], measured)?;
+    hands.say(format_args!("{text}"));
+    Ok(Answer::Ok)
+}
+
+/// Keeps a distance between two places of the program; what there is to say of it.
+pub(super) fn keep_distance<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    ends: [[f64; 2]; 2],
+    measured: f64,
+) -> Result<crate::failure::Message, Failure> {
+    let belief = belief(hands)?;
+    let ends = ends.map(|[x, y]| belief.ways_to(&PerAxis([x, y, 0.0, 0.0, 0.0, 0.0])));
+    let distance = Distance { ends, measured };
+    let meant = belief.distance(&distance);
+    let error = libm::fabs(measured - meant);
+    if !meant.is_finite() || meant < 1.0 || error > MOST_ERROR * meant {
+        let text = format_args!("{meant:.3} mm are meant there and {measured:.3} mm were measured: check both");
+        return Err(Failure::Refused(message(text)));
+    }
+    let distances = &mut hands.delta_records().distances;
+    distances.push(distance).map_err(|_| {
+        Failure::Refused(message(format_args!("{MOST_DISTANCES} distances are kept at most: M665.3 forgets them")))
+    })?;
+    let count = distances.len();
+    Ok(message(format_args!("distance {count}: {meant:.3} mm meant, {:+.3} mm measured\n", measured - meant)))
+}
+
+async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let belief = belief(hands)?;
+    for index in 0..MOST_DISTANCES {
+        let Some(distance) = hands.delta_records().distances.get(index).copied() else { break };
+        let meant = belief.distance(&distance);
+        let (count, off) = (index + 1, distance.measured - meant);
+        hands.say(format_args!("distance {count}: {meant:.3} mm meant, {off:+.3} mm measured\n"));
+        hands.drain().await;
+    }
+    if hands.delta_records().distances.is_empty() {
+        hands.say(format_args!("no distances are kept: M665.1 X Y I J S\n"));
+    }
+    Ok(Answer::Ok)
+}
+
+/// Root of the mean square of what the distances are off by, mm.
+fn distances_off(belief: &Belief, distances: &[Distance]) -> f64 {
+    let squares = distances.iter().map(|distance| belief.distance(distance) - distance.measured).map(|off| off * off);
+    libm::sqrt(squares.sum::<f64>() / distances.len().max(1) as f64)
+}
+
+async fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let sought = sought(words.get('S').map_or(FACTORS, |factors| factors as u8), words)?;
+    let count = hands.delta_records().distances.len();
+    if count < 3 {
+        let text = format_args!("M665.2 needs three distances at least, in different directions, and has {count}");
+        return Err(Failure::Refused(message(text)));
+    }
+    hands.standstill().await?;
+    let believed = belief(hands)?;
+    if hands.delta_records().touches.is_empty() {
+        hands.say(format_args!(
+            "The bed was not touched since the start: it is taken for as flat as the machine finds it\n"
+        ));
+        let circle = hands.config().delta_calibration.radius.0;
+        assumed_touches(hands.delta_records(), &believed, circle);
+    }
+    let Evidence { touches, distances } = hands.delta_records().evidence();
+    let found = fit(&believed, Evidence { touches, distances }, sought).ok_or_else(|| {
+        Failure::refused("these distances make no sense together: M665.1 lists them; nothing was changed")
+    })?;
+    let [before, after] = [&believed, &found.belief].map(|belief| distances_off(belief, distances));
+    let flat = [&believed, &found.belief].map(|belief| deviation(belief, touches));
+    adopt(hands, &found, sought)?;
+    // The switches mean other places now.
+    hands.axes().forget_homed(AxisSet::PRIMARY);
+    hands.say(format_args!("{count} distances: {before:.3} mm off on average before, {after:.3} mm now\n"));
+    let [was, is] = flat;
+    hands.say(format_args!("The bed's touches deviate by {is:.4} mm then, {was:.4} mm before\n"));
+    hands.say(format_args!("Home the machine (G28), then G32 S6. M500 saves it\n"));
+    Ok(Answer::Ok)
+}
