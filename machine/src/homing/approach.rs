@@ -5,6 +5,7 @@ use motion::{Mode, Motion, Trigger};
 use units::{Axis, AxisSet, MmPerSecond, PerAxis};
 
 use super::overtravel::brakes_in_time;
+use super::samples::{Round, Samples, disagree};
 use super::slaves::SlavesAhead;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
 use crate::executor::Hands;
@@ -20,22 +21,55 @@ pub(super) async fn cycle<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     places: &PerAxis<f64>,
+    samples: &Samples,
 ) -> Result<(), Failure> {
     let config = hands.config();
     let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
     let far = Approach { set, rate: fast, travel: |stop| stop.max_travel.0, may_be_there: true };
     far.run(hands).await?;
-    back_off(hands, set, slow).await?;
-    let hits = slow_hits(hands, set, slow).await?;
+    let hits = agreed_hits(hands, set, slow, samples).await?;
     // The axes stand where their switches closed, plus what braking added.
     let mut position = hands.position();
-    set.axes().for_each(|axis| position[axis] += places[axis] - hits[axis]);
+    let mut off = samples.off.get();
+    set.axes().for_each(|axis| off[axis] = hits[axis] - places[axis]);
+    samples.off.set(off);
+    set.axes().for_each(|axis| position[axis] -= off[axis]);
     hands.mark_homed(set);
     hands.set_position(position)?;
     // Onto the switch positions themselves: braking went a little past them.
     set.axes().for_each(|axis| position[axis] = places[axis]);
     hands.go(position, slow, Mode::Feed).await?;
     hands.standstill().await
+}
+
+/// Where each axis is when its switch closes at the slow rate: the mean of approaches that agree.
+async fn agreed_hits<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    set: AxisSet,
+    slow: MmPerSecond,
+    samples: &Samples,
+) -> Result<PerAxis<f64>, Failure> {
+    let mut retries = samples.retries;
+    loop {
+        let mut round = Round::default();
+        let hits = loop {
+            back_off(hands, set, slow).await?;
+            let hits = slow_hits(hands, set, slow).await?;
+            round.add(set, &hits);
+            if round.count() >= samples.count {
+                break hits;
+            }
+        };
+        if samples.count <= 1 {
+            return Ok(hits);
+        }
+        round.say(hands, set, samples.tells_all);
+        match round.worst(set, samples.tolerance) {
+            None => return Ok(round.means(set, hits)),
+            Some(worst) if retries == 0 => return Err(disagree(worst, samples)),
+            Some(_) => retries -= 1,
+        }
+    }
 }
 
 /// Where each axis is when its switch closes at the slow rate. Each round settles one axis at least.

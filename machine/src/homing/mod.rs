@@ -12,12 +12,16 @@
 mod approach;
 mod motor_space;
 mod overtravel;
+mod safe_z;
+mod samples;
 mod slaves;
 mod switches;
 
+use core::cell::Cell;
+
 use config::MachineConfig;
-use motion::Mode;
-use units::{Axis, AxisSet, PerAxis};
+use motion::{Limits, Mode};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis};
 
 use crate::arms;
 use crate::executor::Hands;
@@ -29,6 +33,7 @@ pub(crate) use approach::wait_trigger;
 use motor_space::MotorSpace;
 pub(crate) use motor_space::come_to_rest;
 pub use overtravel::OVERTRAVEL;
+use samples::Samples;
 use switches::{homeable, operated, slowest, switch_of, towards};
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
@@ -38,6 +43,24 @@ const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 /// # Errors
 /// A refusal when none of them can be, an alarm when a switch is not found where it should be.
 pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
+    let homing = &hands.config().homing;
+    let (tolerance, retries) = (homing.tolerance.0, homing.retries);
+    let samples = Samples { count: homing.samples, tolerance, retries, tells_all: false, off: Cell::default() };
+    home_with(hands, named, &samples).await
+}
+
+/// Homes an axis with so many slow approaches to its switch, and says how well they agree. Gives how far from
+/// its place it has found the switch, mm.
+///
+/// # Errors
+/// As [`home`].
+pub(crate) async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, count: u8) -> Result<f64, Failure> {
+    let samples = Samples { count, tolerance: f64::INFINITY, retries: 0, tells_all: true, off: Cell::default() };
+    home_with(hands, AxisSet::of(axis), &samples).await?;
+    Ok(samples.off.get()[axis])
+}
+
+async fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     let chosen = chosen(config, named);
     if chosen.is_empty() {
@@ -49,7 +72,7 @@ pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet)
     hands.standstill().await?;
     hands.enable_motors()?;
     hands.apply(Event::HomingBegins);
-    let mut homed = find_switches(hands, chosen).await;
+    let mut homed = find_switches(hands, chosen, samples).await;
     if !matches!(homed, Err(Failure::Alarm(_))) {
         // A hold may have come with the very last step. In it homing would not end.
         homed = homed.and(hands.wait_while_held().await);
@@ -63,6 +86,35 @@ pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet)
     homed?;
     move_to_origin(hands, chosen).await?;
     leave_limits(hands, chosen).await
+}
+
+/// Where the machine is after homing these axes from here, if every switch is where it should be, mm.
+pub(crate) fn ends_at(config: &MachineConfig, tuning: &Tuning, named: AxisSet, from: &PerAxis<f64>) -> PerAxis<f64> {
+    let (chosen, places) = (chosen(config, named), switch_places(config, tuning));
+    let mut place = *from;
+    for axis in chosen.axes() {
+        place[axis] = places[axis];
+        if let Some((_, stop)) = switch_of(config, axis).filter(|(_, stop)| stop.limit_enable) {
+            place[axis] -= towards(stop) * stop.retract.0;
+        }
+    }
+    if config.homing.move_to_origin && chosen.has_all(XY) {
+        (place[Axis::X], place[Axis::Y]) = (0.0, 0.0);
+        if config.homing.delta {
+            place[Axis::Z] = places[Axis::Z] - switch_of(config, Axis::Z).map_or(0.0, |(_, stop)| stop.retract.0);
+        }
+    }
+    place
+}
+
+/// Which way an axis goes to its switch, 1 or -1, and how fast at last.
+pub(crate) fn homing_switch(config: &MachineConfig, axis: Axis) -> Option<(f64, MmPerSecond)> {
+    switch_of(config, axis).map(|(_, stop)| (towards(stop), stop.slow_rate))
+}
+
+/// Whether an axis may brake when its switch closes at this speed; else it must stop at once.
+pub(crate) fn stops_in_time(rate: MmPerSecond, limits: &Limits, axis: Axis) -> bool {
+    overtravel::brakes_in_time(rate, limits, core::iter::once(axis))
 }
 
 /// The axes to home of those named. Towers and arms home together.
@@ -84,7 +136,11 @@ fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
 
 /// Homes with the latch, the filters and the compensation out of the way, and puts them back whatever
 /// happens.
-async fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+async fn find_switches<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    chosen: AxisSet,
+    samples: &Samples,
+) -> Result<(), Failure> {
     hands.suspend_limits();
     // Filters would delay the stop at a switch.
     hands.motion(|motion| motion.bypass_filters(true));
@@ -92,7 +148,7 @@ async fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) 
     let was_suspended = hands.motion(|motion| motion.compensation().is_suspended());
     let suspended = hands.motion(|motion| motion.suspend_compensation(true));
     let homed = match suspended {
-        Ok(()) => home_in_space(hands, chosen).await,
+        Ok(()) => home_in_space(hands, chosen, samples).await,
         Err(busy) => Err(Failure::Refused(message(format_args!("{busy}")))),
     };
     hands.motion(|motion| motion.bypass_filters(false));
@@ -106,16 +162,20 @@ async fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) 
 }
 
 /// Homes axes, or motors where the kinematics mean nothing before.
-async fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+async fn home_in_space<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    chosen: AxisSet,
+    samples: &Samples,
+) -> Result<(), Failure> {
     let config = hands.config();
     if !are_motors(config, chosen) {
         let places = switch_places(config, hands.tuning());
-        let homed = home_in_order(hands, chosen, &places).await;
+        let homed = home_in_order(hands, chosen, &places, samples).await;
         hands.latch().disarm();
         return homed;
     }
     let space = MotorSpace::enter(hands)?;
-    let homed = home_motors(hands, chosen, &space.switches()).await;
+    let homed = home_motors(hands, chosen, &space.switches(), samples).await;
     hands.latch().disarm();
     let left = space.leave(hands).await;
     homed.and(left)
@@ -125,33 +185,38 @@ async fn home_motors<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
+    samples: &Samples,
 ) -> Result<(), Failure> {
-    approach::cycle(hands, chosen.and(AxisSet::PRIMARY), places).await?;
-    home_auxiliary(hands, chosen, places).await
+    approach::cycle(hands, chosen.and(AxisSet::PRIMARY), places, samples).await?;
+    home_auxiliary(hands, chosen, places, samples).await
 }
 
 async fn home_in_order<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
+    samples: &Samples,
 ) -> Result<(), Failure> {
     let homing = &hands.config().homing;
+    safe_z::lift(hands, chosen).await?;
     if !homing.order.is_empty() {
         for axis in homing.order.iter().copied().filter(|axis| chosen.has(*axis)) {
-            approach::cycle(hands, AxisSet::of(axis), places).await?;
+            safe_z::before(hands, AxisSet::of(axis)).await?;
+            approach::cycle(hands, AxisSet::of(axis), places, samples).await?;
         }
         return Ok(());
     }
     let z = AxisSet::of(Axis::Z);
     let cycles = if homing.z_first { [z, XY] } else { [XY, z] };
     for cycle in cycles.map(|cycle| cycle.and(chosen)).into_iter().filter(|cycle| !cycle.is_empty()) {
+        safe_z::before(hands, cycle).await?;
         if homing.corexy {
-            each_alone(hands, cycle, places).await?;
+            each_alone(hands, cycle, places, samples).await?;
         } else {
-            approach::cycle(hands, cycle, places).await?;
+            approach::cycle(hands, cycle, places, samples).await?;
         }
     }
-    home_auxiliary(hands, chosen, places).await
+    home_auxiliary(hands, chosen, places, samples).await
 }
 
 /// A, B and C.
@@ -159,17 +224,19 @@ async fn home_auxiliary<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
+    samples: &Samples,
 ) -> Result<(), Failure> {
-    each_alone(hands, chosen.without(AxisSet::PRIMARY), places).await
+    each_alone(hands, chosen.without(AxisSet::PRIMARY), places, samples).await
 }
 
 async fn each_alone<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     places: &PerAxis<f64>,
+    samples: &Samples,
 ) -> Result<(), Failure> {
     for axis in set.axes() {
-        approach::cycle(hands, AxisSet::of(axis), places).await?;
+        approach::cycle(hands, AxisSet::of(axis), places, samples).await?;
     }
     Ok(())
 }

@@ -128,6 +128,7 @@ mod tests {
         }
         let delta = Kinematics::LinearDelta(LinearDelta::new(LinearDeltaGeometry {
             arm_length: 250.0,
+            arm_offset: [0.0; 3],
             arm_radius: 124.0,
             tower_offset: [0.0; 3],
             tower_angle: [0.0; 3],
