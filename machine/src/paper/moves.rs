@@ -1,0 +1,53 @@
+//! How the tool moves in a paper test.
+
+use motion::Mode;
+use units::{Axis, MmPerSecond, PerAxis};
+
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::ports::Ports;
+
+/// The tool comes down from so much higher, mm: so backlash is always taken up the same way. As Klipper's.
+const APPROACH: f64 = 0.5;
+/// The tool is lifted by so much at the end, mm.
+pub(super) const CLEAR: f64 = 5.0;
+
+/// Down to a height, always from above.
+pub(super) async fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
+    let rate = rate(hands);
+    let mut target = hands.position();
+    if target[Axis::Z] < height + APPROACH {
+        target[Axis::Z] = height + APPROACH;
+        hands.go(target, rate, Mode::Rapid).await?;
+    }
+    target[Axis::Z] = height;
+    hands.go_there(target, rate).await
+}
+
+fn rate<P: Ports>(hands: &mut Hands<'_, '_, P>) -> MmPerSecond {
+    hands.tuning().probe.slow_rate
+}
+
+/// Over to a place at this height, then down to another.
+pub(super) async fn go_over<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    [x, y]: [f64; 2],
+    high: f64,
+    low: f64,
+) -> Result<(), Failure> {
+    let (travel, slowly) = (hands.tuning().probe.fast_rate, rate(hands));
+    let mut target: PerAxis<f64> = hands.position();
+    target[Axis::Z] = if target[Axis::Z] > high { target[Axis::Z] } else { high };
+    hands.go(target, travel, Mode::Rapid).await?;
+    (target[Axis::X], target[Axis::Y]) = (x, y);
+    hands.go(target, travel, Mode::Rapid).await?;
+    target[Axis::Z] = low;
+    hands.go_there(target, slowly).await
+}
+
+pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    let rate = rate(hands);
+    let mut target = hands.position();
+    target[Axis::Z] += CLEAR;
+    hands.go_there(target, rate).await
+}

@@ -1,0 +1,87 @@
+//! What a paper test is for: how it begins, and what its result changes.
+
+use units::{Axis, AxisSet};
+
+use super::moves::{CLEAR, go_over, lift};
+use super::state::{Along, Purpose, Walk};
+use crate::arms::homes_by_motor;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::ports::Ports;
+use crate::probing::touch_here;
+
+impl Purpose {
+    /// The tests by their numbers, and the tool where the paper goes.
+    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Result<Self, Failure> {
+        match number as u8 {
+            0 => begin_probe_offset(hands).await,
+            1 if hands.config().homing_endstop(Axis::Z).is_none() => {
+                Err(Failure::refused("Z has no switch to home with: [endstops] homing_direction"))
+            }
+            1 => Ok(Self::Endstop),
+            2 => Ok(Self::Height),
+            3 => Walk::begin(hands).await.map(Self::Screws),
+            _ => Along::begin(hands).await.map(Self::Twist),
+        }
+    }
+
+    /// The paper drags with the tool at this height: what is tried next, if anything.
+    pub async fn accept<P: Ports>(
+        self,
+        hands: &mut Hands<'_, '_, P>,
+        height: f64,
+        turned: bool,
+    ) -> Result<Option<Self>, Failure> {
+        match self {
+            Self::ProbeOffset { contact } => set_probe_offset(hands, contact - height),
+            Self::Endstop => set_homing_position(hands, height).await?,
+            Self::Height => hands.say(format_args!("the paper drags at Z {height:.4} of the machine\n")),
+            Self::Screws(walk) => return Ok(walk.next(hands, turned).await?.map(Self::Screws)),
+            Self::Twist(along) => return Ok(along.next(hands, height).await?.map(Self::Twist)),
+        }
+        Ok(None)
+    }
+}
+
+/// Touches the bed under the probe, and brings the tool over the same place.
+async fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose, Failure> {
+    if !hands.config().probe.enable {
+        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+    }
+    let contact = touch_here(hands).await?;
+    let [dx, dy, _] = hands.bed().probe_offsets;
+    let place = [contact[Axis::X] + dx, contact[Axis::Y] + dy];
+    let high = hands.position()[Axis::Z];
+    let low = contact[Axis::Z] - hands.bed().probe_offsets[2] + CLEAR;
+    go_over(hands, place, high, low).await?;
+    let [x, y] = place;
+    hands.say(format_args!(
+        "The probe's contact closed at X:{x:.4} Y:{y:.4}. The tool is over that place now, some {CLEAR} mm above the bed\n"
+    ));
+    Ok(Purpose::ProbeOffset { contact: contact[Axis::Z] })
+}
+
+fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
+    let [.., z] = &mut hands.bed().probe_offsets;
+    let before = core::mem::replace(z, offset);
+    hands.say(format_args!(
+        "The probe's contact closes with the tool {offset:.4} mm over the bed ({before:.4} before). M500 saves it (M565 Z, \
+         M851 Z-)\n"
+    ));
+}
+
+/// Z read this where it should read zero: so much less is what the switch means.
+async fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
+    let offset = hands.tuning().home_offset()[Axis::Z] - reads;
+    if !offset.is_finite() {
+        return Err(Failure::Refused(message(format_args!("Z reads {reads}"))));
+    }
+    lift(hands).await?;
+    hands.tuning().set_home_offset(Axis::Z, offset);
+    let by_motor = homes_by_motor(hands.config());
+    hands.axes().forget_homed(if by_motor { AxisSet::PRIMARY } else { AxisSet::of(Axis::Z) });
+    hands.say(format_args!(
+        "Z read {reads:.4} at the bed, and is zero there from the next homing on (M206 Z{offset:.4}). G28, then M500 saves it\n"
+    ));
+    Ok(())
+}

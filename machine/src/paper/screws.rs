@@ -1,0 +1,42 @@
+//! BED_SCREWS_ADJUST: the tool goes to each screw in turn, and a person turns it until paper drags.
+
+use super::moves::go_over;
+use super::state::Walk;
+use crate::alignment::Corner;
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::ports::Ports;
+
+impl Walk {
+    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+        if hands.config().bed_screws.screws.is_empty() {
+            return Err(Failure::refused(
+                "BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
+            ));
+        }
+        let walk = Self { screw: 0, accepted: 0 };
+        walk.go(hands).await?;
+        Ok(walk)
+    }
+
+    pub async fn next<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+        let count = hands.config().bed_screws.screws.len();
+        let next = self.after(turned, count);
+        match next {
+            Some(walk) => walk.go(hands).await?,
+            None => hands.say(format_args!("every screw was left as it is: the bed is level\n")),
+        }
+        Ok(next)
+    }
+
+    async fn go<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+        let screws = &hands.config().bed_screws;
+        let place = screws.screws.get(self.screw).copied().unwrap_or_default();
+        go_over(hands, place, screws.initial_height.0, screws.paper_height.0).await?;
+        let (corner, number, count) = (Corner::among(place, &screws.screws), self.screw + 1, screws.screws.len());
+        hands.say(format_args!(
+            "Screw {number} of {count}, {corner}: does paper just drag? ACCEPT. Else turn it until it does, and say ADJUSTED\n"
+        ));
+        Ok(())
+    }
+}

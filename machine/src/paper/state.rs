@@ -1,0 +1,90 @@
+//! Which paper test is under way, and how far it has come.
+
+use heapless::Vec;
+
+use super::tried::Tried;
+use crate::bed::MOST_TWIST_POINTS;
+
+/// Which test is under way.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Paper {
+    pub(super) test: Option<Test>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Test {
+    pub purpose: Purpose,
+    pub tried: Tried,
+}
+
+impl Paper {
+    /// Ends a test, as a halt does. True when there was one.
+    pub fn end(&mut self) -> bool {
+        self.test.take().is_some()
+    }
+}
+
+/// What is to be found.
+#[derive(Clone, Debug)]
+pub(super) enum Purpose {
+    /// How high the tool is over the bed as the probe's contact closes: it closed at this height, mm.
+    ProbeOffset { contact: f64 },
+    /// Where Z homes.
+    Endstop,
+    /// A height, to say it.
+    Height,
+    /// Whether the bed is as high over each screw.
+    Screws(Walk),
+    /// How the probe's offset changes along an axis.
+    Twist(Along),
+}
+
+/// Which screw is tried, and how many in a row were left as they were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Walk {
+    pub screw: usize,
+    pub accepted: usize,
+}
+
+impl Walk {
+    /// After ACCEPT, or ADJUSTED, of the present screw; `None` when every one was accepted in a row.
+    pub const fn after(self, turned: bool, count: usize) -> Option<Self> {
+        // Turning one screw tilts the bed at the others.
+        let accepted = if turned { 0 } else { self.accepted + 1 };
+        if accepted >= count {
+            return None;
+        }
+        Some(Self { screw: (self.screw + 1) % count, accepted })
+    }
+}
+
+/// How far it has come.
+#[derive(Clone, Debug)]
+pub(super) struct Along {
+    /// Height of the tool as the probe touched at the present place.
+    pub contact: f64,
+    /// What the probe's offset was at the places before.
+    pub offsets: Vec<f64, MOST_TWIST_POINTS>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn it_ends_when_every_screw_was_left_in_a_row(turns in proptest::collection::vec(any::<bool>(), 0..40), count in 2..8_usize) {
+            let mut walk = Some(Walk { screw: 0, accepted: 0 });
+            let mut left = 0;
+            for (n, turned) in turns.into_iter().chain([false; 8]).enumerate() {
+                let Some(now) = walk else { break };
+                prop_assert_eq!(now.screw, n % count);
+                left = if turned { 0 } else { left + 1 };
+                walk = now.after(turned, count);
+                prop_assert_eq!(walk.is_none(), left == count);
+            }
+            prop_assert!(walk.is_none());
+        }
+    }
+}

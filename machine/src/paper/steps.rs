@@ -1,0 +1,109 @@
+//! The codes of a paper test, one after the other.
+
+use program::Words;
+use units::{Axis, AxisSet};
+
+use super::moves::{go_to_height, lift};
+use super::state::{Purpose, Test};
+use super::tried::{Step, Tried};
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::Ports;
+
+/// A step is no longer, mm: nobody means more.
+const LONGEST_STEP: f64 = 20.0;
+
+const HOW: &str = "TESTZ Z=-1, Z=-0.1, Z=- (halfway) or Z=+ move the tool: until a sheet of paper just drags. Then ACCEPT, or ABORT\n";
+
+/// M851.1 to M851.5.
+pub(crate) async fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    hands.standstill().await?;
+    if hands.paper().test.is_some() && !hands.all_homed() {
+        hands.paper().end();
+        return Err(Failure::refused(
+            "the paper test has ended, for the machine does not know any more where it is: home it",
+        ));
+    }
+    match words.code().subcode {
+        1 => begin(hands, words.get('P').unwrap_or(0.0)).await,
+        2 => step(hands, words).await,
+        3 => accept(hands, false).await,
+        5 => accept(hands, true).await,
+        _ => give_up(hands).await,
+    }
+}
+
+async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
+    if hands.paper().test.is_some() {
+        return Err(Failure::refused("a paper test is under way: ACCEPT (M851.3) or ABORT (M851.4) it first"));
+    }
+    if !hands.all_homed() {
+        return Err(Failure::refused("a paper test needs a machine that knows where it is: home it first"));
+    }
+    let purpose = Purpose::begin(hands, number).await?;
+    await_paper(hands, purpose);
+    hands.say(format_args!("{HOW}"));
+    Ok(Answer::Ok)
+}
+
+/// The tool stands where the paper is to be tried.
+fn await_paper<P: Ports>(hands: &mut Hands<'_, '_, P>, purpose: Purpose) {
+    hands.paper().test = Some(Test { purpose, tried: Tried::default() });
+}
+
+const NONE: &str =
+    "no paper test is under way: PROBE_CALIBRATE, Z_ENDSTOP_CALIBRATE, MANUAL_PROBE and BED_SCREWS_ADJUST begin one";
+
+/// `M851.2 Z-0.1`, or S: -1 halfway to the next height tried below, -2 to it; 1 and 2 upwards.
+async fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let here = hands.position()[Axis::Z];
+    let step = match (words.as_length('Z'), words.get('S')) {
+        (Some(mm), None) => Step::By(mm),
+        (None, Some(share)) => {
+            let up = share > 0.0;
+            if libm::fabs(share) > 1.5 { Step::Whole { up } } else { Step::Halfway { up } }
+        }
+        _ => return Err(Failure::refused("M851.2 needs Z, by how much, or S: 1 or -1 halfway, 2 or -2 all the way")),
+    };
+    let Some(test) = &mut hands.paper().test else { return Err(Failure::refused(NONE)) };
+    test.tried.note(here);
+    let next = test.tried.next(here, step);
+    if libm::fabs(next - here) > LONGEST_STEP {
+        return Err(Failure::Refused(message(format_args!("a step of a paper test is {LONGEST_STEP} mm at most"))));
+    }
+    go_to_height(hands, next).await?;
+    if let Some(test) = &hands.paper().test {
+        let shown = test.tried.shown(next);
+        hands.say(format_args!("Z: {shown}\n"));
+    }
+    Ok(Answer::Ok)
+}
+
+async fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
+    let height = hands.position()[Axis::Z];
+    let Some(test) = &hands.paper().test else { return Err(Failure::refused(NONE)) };
+    let purpose = test.purpose.clone();
+    if turned && !matches!(purpose, Purpose::Screws(_)) {
+        return Err(Failure::refused("ADJUSTED says that a screw was turned: ACCEPT here"));
+    }
+    // A halt on the way ends the test by itself; nothing has been changed then.
+    match purpose.accept(hands, height, turned).await? {
+        Some(next) => await_paper(hands, next),
+        None => {
+            hands.paper().end();
+            if hands.axes().homed().has_all(AxisSet::PRIMARY) {
+                lift(hands).await?;
+            }
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+async fn give_up<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    if !hands.paper().end() {
+        return Err(Failure::refused(NONE));
+    }
+    lift(hands).await?;
+    hands.say(format_args!("the paper test has ended, nothing was changed\n"));
+    Ok(Answer::Ok)
+}

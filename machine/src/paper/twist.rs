@@ -1,0 +1,80 @@
+//! AXIS_TWIST_COMPENSATION_CALIBRATE: where the carriage's rail is twisted, the probe beside the tool rises
+//! and falls against it from one end to the other. At some places along the axis the bed is touched by the
+//! probe and then by paper; the difference, less its mean, is the twist.
+
+use heapless::Vec;
+use units::{Axis, PerAxis};
+
+use super::moves::{CLEAR, go_over, lift};
+use super::state::Along;
+use crate::bed::Twist;
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::ports::Ports;
+use crate::probing::{nozzle_over, stow_after, touch_uncorrected};
+
+/// The places along the axis, mm.
+fn place<P: Ports>(hands: &Hands<'_, '_, P>, index: usize) -> f64 {
+    let twist = &hands.config().axis_twist;
+    let share = index as f64 / f64::from(twist.samples.max(2) - 1);
+    twist.start.0 + share * (twist.end.0 - twist.start.0)
+}
+
+impl Along {
+    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+        let config = hands.config();
+        if !config.probe.enable {
+            return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+        }
+        if config.axis_twist.start == config.axis_twist.end {
+            return Err(Failure::refused(
+                "where is the twist to be measured? [axis twist compensation] start, end and line",
+            ));
+        }
+        Self { contact: 0.0, offsets: Vec::new() }.go(hands).await
+    }
+
+    /// To the place that comes next: touches there, and brings the tool over it.
+    async fn go<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+        let config = hands.config();
+        let (along, line) = (place(hands, self.offsets.len()), config.axis_twist.line.0);
+        let place = if config.axis_twist.along_y { [line, along] } else { [along, line] };
+        let (bed, high) = (*hands.bed(), config.axis_twist.initial_height.0);
+        let touched = touch_uncorrected(hands, nozzle_over(&bed, place), high).await;
+        if touched.is_ok() {
+            // Scripts do not begin at the bed.
+            lift(hands).await?;
+        }
+        let ended = touched.as_ref().map(|_| crate::failure::Answer::Ok).map_err(Clone::clone);
+        stow_after(hands, ended).await?;
+        let contact: PerAxis<f64> = touched?;
+        self.contact = contact[Axis::Z];
+        go_over(hands, place, high, self.contact - bed.probe_offsets[2] + CLEAR).await?;
+        let (number, count, letter) =
+            (self.offsets.len() + 1, config.axis_twist.samples, if config.axis_twist.along_y { 'Y' } else { 'X' });
+        hands.say(format_args!("Place {number} of {count}: {letter}{along:.2}\n"));
+        Ok(self)
+    }
+
+    pub async fn next<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>, height: f64) -> Result<Option<Self>, Failure> {
+        // As many as samples, which the schema bounds.
+        let _ = self.offsets.push(self.contact - height);
+        if self.offsets.len() < usize::from(hands.config().axis_twist.samples) {
+            return self.go(hands).await.map(Some);
+        }
+        let mean = self.offsets.iter().sum::<f64>() / self.offsets.len() as f64;
+        let mut twist = Twist::along(hands.config().axis_twist.along_y);
+        for (index, offset) in self.offsets.iter().enumerate() {
+            let (at, off) = (place(hands, index), offset - mean);
+            twist.push([at, off]);
+            hands.say(format_args!("{}{at:.2}: the probe reads {off:+.4} mm\n", if twist.along_y { 'Y' } else { 'X' }));
+        }
+        let offs = || twist.points().iter().map(|point| point[1]);
+        let range = offs().fold(f64::MIN, f64::max) - offs().fold(f64::MAX, f64::min);
+        hands.bed().twist = twist;
+        hands.say(format_args!(
+            "The axis twists the probe by {range:.4} mm from end to end. It is taken off what is probed. M500 saves it\n"
+        ));
+        Ok(None)
+    }
+}
