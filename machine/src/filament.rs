@@ -1,0 +1,269 @@
+//! The filament detector: notices that filament has run out, is too thick, or is stuck.
+//!
+//! What it does about it is to issue M600, as a person would. It looks while filament is used: while a file
+//! is played, or while a host streams moves. While it rests a person is told once, and `resume` is refused
+//! as long as there is none.
+
+use config::{Command, MachineConfig};
+use program::Words;
+use units::{Axis, Micros};
+
+use crate::failure::{Answer, Failure, message};
+use crate::ports::{Input, InputLevels};
+use crate::sessions::Reply;
+use crate::tuning::Tuning;
+
+/// An input that changes for less is noise, or a splice that passes.
+const DEBOUNCE: Micros = Micros::from_millis(50);
+/// Pulses that may be missing before the filament counts as stuck: the wheel stands anywhere between two, and
+/// has some play.
+const MISSING: f64 = 1.5;
+
+/// What is wrong with the filament.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// Its input says that there is none.
+    RunOut,
+    /// Its input says that it is too thick.
+    Bulge,
+    /// The extruder pushes, and the wheel does not turn.
+    Stuck,
+}
+
+impl Trouble {
+    /// For a person.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::RunOut => "the filament has run out",
+            Self::Bulge => "the filament is too thick (a bulge)",
+            Self::Stuck => "the filament does not move: a jam, a break, or its end",
+        }
+    }
+}
+
+/// What the machine is doing with filament.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// A file is played.
+    Plays,
+    /// Something moves: a host prints, or a person loads filament.
+    Moves,
+    /// A job is suspended, or paused.
+    Rests,
+    /// Nothing.
+    Idle,
+}
+
+/// The wheel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wheel {
+    level: bool,
+    pulses: u32,
+    due: Micros,
+    /// The extruder's axis, and how far it had pushed at the last look that counted, mm.
+    from: Option<(Axis, f64)>,
+    /// How far it has pushed since, mm.
+    pushed: f64,
+}
+
+/// What the look has shown, once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// The job is to be suspended.
+    Suspends(Trouble),
+    /// Filament is not used at present.
+    Noted(Trouble),
+}
+
+/// The detector.
+#[derive(Clone, Debug, Default)]
+pub struct Filament {
+    /// M405.
+    off: bool,
+    /// The input's level and since when it has had it.
+    level: (bool, Micros),
+    /// The same, for long enough: there is no filament, or it is too thick.
+    is_bad: bool,
+    /// A person knows of it.
+    was_noted: bool,
+    wheel: Wheel,
+    rested: bool,
+    /// The job is being suspended, or is, for its sake.
+    has_asked: bool,
+    command: bool,
+}
+
+impl Filament {
+    /// Counts the wheel's pulses. Called as often as the kill button is looked at.
+    pub fn count(&mut self, levels: InputLevels) {
+        let level = levels.is_active(Input::FilamentWheel);
+        self.wheel.pulses = self.wheel.pulses.saturating_add(u32::from(level && !self.wheel.level));
+        self.wheel.level = level;
+    }
+
+    /// Looks, a hundred times a second. `extruder`: the axis of the one in use, and where its motor is, mm.
+    pub fn look(
+        &mut self,
+        levels: InputLevels,
+        config: &MachineConfig,
+        tuning: &Tuning,
+        using: Use,
+        extruder: impl FnOnce() -> Option<(Axis, f64)>,
+        now: Micros,
+    ) -> Option<News> {
+        if !config.filament_detector.enable || self.off {
+            return None;
+        }
+        self.look_at_level(levels, now);
+        let rests = using == Use::Rests;
+        if core::mem::replace(&mut self.rested, rests) != rests {
+            // Whoever has loaded filament has turned the wheel, and has seen to what was wrong.
+            self.wheel = Wheel { level: self.wheel.level, ..Wheel::default() };
+            self.has_asked &= rests;
+        }
+        self.has_asked &= using != Use::Idle;
+        let is_used = matches!(using, Use::Plays | Use::Moves);
+        let has_wheel = config.filament_detector.encoder_pin.is_some();
+        let is_stuck = has_wheel && is_used && self.wheel.look(tuning, extruder, now);
+        let trouble = match (self.is_bad, is_stuck) {
+            (true, _) if config.filament_detector.bulge_pin.is_some() => Trouble::Bulge,
+            (true, _) => Trouble::RunOut,
+            (false, true) => Trouble::Stuck,
+            (false, false) => {
+                self.was_noted = false;
+                return None;
+            }
+        };
+        let is_new = !core::mem::replace(&mut self.was_noted, true);
+        // Without a file, what was wrong before it moved is known to whoever moves it: he loads filament.
+        if !self.has_asked && (using == Use::Plays || using == Use::Moves && is_new) {
+            (self.has_asked, self.command) = (true, true);
+            return Some(News::Suspends(trouble));
+        }
+        (is_new && !is_used).then_some(News::Noted(trouble))
+    }
+
+    /// The command to be issued, once.
+    pub fn take_command(&mut self, tuning: &Tuning) -> Option<Command> {
+        let command = if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" };
+        // It fits.
+        core::mem::take(&mut self.command).then(|| Command::try_from(command).unwrap_or_default())
+    }
+
+    /// The machine was halted, or the job is over: nothing is to be suspended any more.
+    pub fn forget(&mut self) {
+        (self.command, self.has_asked) = (false, false);
+    }
+
+    /// Why no job can go on, if so.
+    #[must_use]
+    pub fn is_missing(&self, config: &MachineConfig) -> Option<Trouble> {
+        let bulge = config.filament_detector.bulge_pin.is_some();
+        (self.is_bad && !self.off).then_some(if bulge { Trouble::Bulge } else { Trouble::RunOut })
+    }
+
+    /// A job that was begun goes on.
+    ///
+    /// # Errors
+    /// When there is no filament for it.
+    pub fn must_be_there(&self, config: &MachineConfig) -> Result<(), Failure> {
+        let Some(trouble) = self.is_missing(config) else { return Ok(()) };
+        let text = trouble.text();
+        Err(Failure::Refused(message(format_args!("{text}: see to it, or M405 has it passed over"))))
+    }
+
+    fn look_at_level(&mut self, levels: InputLevels, now: Micros) {
+        let level = levels.is_active(Input::Filament);
+        if level != self.level.0 {
+            self.level = (level, now);
+        }
+        if now.since(self.level.1) >= DEBOUNCE {
+            self.is_bad = level;
+        }
+    }
+
+    /// M404 to M407, M412: as Smoothieware v2 says it.
+    pub fn told(
+        &mut self,
+        config: &MachineConfig,
+        tuning: &mut Tuning,
+        words: &Words<'_>,
+        reply: &mut Reply<'_>,
+    ) -> Answer {
+        if !config.filament_detector.enable {
+            return Answer::Unknown;
+        }
+        match words.code().number {
+            404 => tell_settings(tuning, words, reply),
+            405 => self.switch(false),
+            406 => self.switch(true),
+            412 if words.has('S') => self.switch(words.get('S') != Some(0.0)),
+            _ => self.report(config, tuning, reply),
+        }
+        Answer::Ok
+    }
+
+    fn switch(&mut self, on: bool) {
+        *self = Self { off: !on, ..Self::default() };
+    }
+
+    /// M407.
+    fn report(&self, config: &MachineConfig, tuning: &Tuning, reply: &mut Reply<'_>) {
+        if config.filament_detector.wheel_pin().is_some() {
+            reply.say(format_args!("Extruder moved: {:.6} mm\n", self.wheel.pushed));
+            reply.say(format_args!("Encoder pulses: {}\n", self.wheel.pulses));
+        }
+        if let Some(trouble) = self.is_missing(config) {
+            reply.say(format_args!("Now {}\n", trouble.text()));
+        }
+        reply.say(format_args!("Filament detector is {}abled\n", if self.off { "dis" } else { "en" }));
+        reply.say(format_args!("Leave heaters on is {}\n", tuning.filament.leave_heaters_on));
+    }
+}
+
+fn tell_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) {
+    let detector = &mut tuning.filament;
+    if let Some(seconds) = words.get('S') {
+        detector.check_every = Micros::from_millis((seconds * 1000.0) as u64);
+    }
+    detector.pulses_per_mm = words.get('P').unwrap_or(detector.pulses_per_mm);
+    detector.leave_heaters_on = words.get('H').map_or(detector.leave_heaters_on, |on| on != 0.0);
+    reply.say(format_args!(
+        "// pulses per mm: {:.6}, seconds per check: {}, heaters: {}\n",
+        detector.pulses_per_mm,
+        detector.check_every.0 as f64 / 1e6,
+        if detector.leave_heaters_on { "on" } else { "off" }
+    ));
+}
+
+impl Wheel {
+    /// Whether the filament is stuck. What the extruder has pushed is added up until it is worth some pulses;
+    /// what it pushes again after drawing back says nothing.
+    fn look(&mut self, tuning: &Tuning, extruder: impl FnOnce() -> Option<(Axis, f64)>, now: Micros) -> bool {
+        if now < self.due {
+            return false;
+        }
+        self.due = now.plus(tuning.filament.check_every);
+        let Some((axis, here)) = extruder() else { return false };
+        let Some((_, most)) = self.from.filter(|(before, _)| *before == axis) else {
+            (self.from, self.pulses) = (Some((axis, here)), 0);
+            return false;
+        };
+        self.pushed = (here - most).max(0.0);
+        if here <= most {
+            // It draws back, or pushes again what it drew back; pulses of that are not those of the way on.
+            self.pulses = 0;
+            return false;
+        }
+        if self.pushed * tuning.filament.pulses_per_mm < MISSING {
+            return false;
+        }
+        let is_stuck = self.pulses == 0;
+        (self.from, self.pulses, self.pushed) = (Some((axis, here)), 0, 0.0);
+        is_stuck
+    }
+}
+
+#[cfg(test)]
+mod tests;
