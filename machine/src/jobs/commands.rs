@@ -3,10 +3,10 @@
 use program::Dialect;
 use units::Micros;
 
-use super::{Jobs, Listeners, PRINTING};
-use crate::failure::{Answer, Failure, Outcome};
+use super::{Job, Jobs, Listeners, PRINTING, Suspended};
+use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{Files, Path};
-use crate::ports::{Calendar, Storage};
+use crate::ports::{Calendar, OpenMode, Storage, StorageError};
 use crate::sessions::{Recipient, Reply};
 
 /// What is answered where a job would be lost, or go on from the wrong place.
@@ -98,10 +98,14 @@ impl Jobs {
     ///
     /// # Errors
     /// Without a selected file, and while the job is suspended: the machine is not where the job goes on.
-    pub fn start(&mut self, reply: &Reply<'_>) -> Outcome {
+    /// Where its card was taken out meanwhile, that has to be back, and the file as it was.
+    pub fn start(&mut self, storage: &mut impl Storage, reply: &Reply<'_>) -> Outcome {
         let Some(job) = &mut self.job else { return Err(Failure::refused(NOTHING_SELECTED)) };
         if self.suspended.is_some() {
             return Err(Failure::refused(SUSPENDED));
+        }
+        if job.is_lost {
+            find_again(job, storage)?;
         }
         (job.paused, job.waits_for_operator) = (false, false);
         job.listeners.tells_end = reply.to();
@@ -120,6 +124,64 @@ impl Jobs {
         restarted.map_err(|error| Failure::refused(error.text()))?;
         Ok(Answer::Ok)
     }
+
+    // --- suspending it ---
+
+    /// A suspension waits for its end.
+    #[must_use]
+    pub const fn is_suspended(&self) -> bool {
+        self.suspended.is_some()
+    }
+
+    /// What `resume` restores.
+    #[must_use]
+    pub const fn suspended(&self) -> Option<&Suspended> {
+        self.suspended.as_ref()
+    }
+
+    /// Keeps what `resume` restores.
+    pub fn suspend(&mut self, suspended: Suspended) {
+        self.suspended = Some(suspended);
+    }
+
+    /// Ends a suspension: what is to be restored.
+    #[must_use]
+    pub const fn take_suspended(&mut self) -> Option<Suspended> {
+        self.suspended.take()
+    }
+
+    /// Forgets a suspension; true when there was one.
+    pub fn cancel_suspend(&mut self) -> bool {
+        self.suspended.take().is_some()
+    }
+}
+
+/// Opens the file of a job again, on a card that was put back.
+fn find_again(job: &mut Job, storage: &mut impl Storage) -> Result<(), Failure> {
+    let failed = |error: StorageError| Failure::Refused(about_file(&job.path, error.text()));
+    if !job.callers.is_empty() {
+        return Err(Failure::refused("the card was taken out in the file of a subroutine: abort, and play it again"));
+    }
+    storage.mount().map_err(failed)?;
+    let file = storage.open(&job.path, OpenMode::Read).map_err(failed)?;
+    // What was changed behind the place where it is read shows in its size or in its date.
+    let is_alike = |storage: &mut _| -> Result<bool, StorageError> {
+        Ok(Storage::size(storage, file)? == job.size
+            && crate::journal::written(&job.path, storage).unwrap_or(0) == job.written)
+    };
+    let is_same = is_alike(storage)
+        .and_then(|is_alike| if is_alike { job.lines.take_up(file, job.here, storage) } else { Ok(false) });
+    if is_same != Ok(true) {
+        // It was only read.
+        let _ = storage.close(file);
+        is_same.map_err(failed)?;
+        return Err(Failure::Refused(about_file(
+            &job.path,
+            "is not the file that was played: put its card back, or abort",
+        )));
+    }
+    job.is_lost = false;
+    Ok(())
 }
 
 /// A name as M23 takes it: from the card's root, whatever the current directory. `None` when it is too long.
@@ -140,7 +202,6 @@ fn split_options(arguments: &str) -> (&str, &str) {
 mod tests {
     use super::*;
     use crate::files::bench::{Card, Desk};
-    use crate::jobs::Suspended;
     use crate::ports::PATH_BYTES;
     use crate::sessions::SessionId;
 
@@ -174,8 +235,8 @@ mod tests {
         }
 
         fn start(&mut self) -> Outcome {
-            let (Self { jobs, desk, .. }, mut done) = (self, Ok(Answer::Unknown));
-            desk.hears(|reply| done = jobs.start(reply));
+            let (Self { jobs, desk, card }, mut done) = (self, Ok(Answer::Unknown));
+            desk.hears(|reply| done = jobs.start(card, reply));
             done
         }
 
@@ -183,7 +244,12 @@ mod tests {
             let kept = program::Interpreter::new(program::Setup::default()).keep();
             let position = units::PerAxis([0.0; units::MAX_AXES]);
             self.jobs.set_paused(true);
-            self.jobs.suspend(Suspended { position, kept, targets: [units::Celsius(0.0); units::MAX_HEATERS] });
+            self.jobs.suspend(Suspended {
+                position,
+                kept,
+                targets: [units::Celsius(0.0); units::MAX_HEATERS],
+                change: None,
+            });
         }
     }
 

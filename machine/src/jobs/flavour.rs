@@ -8,6 +8,7 @@ use gcode::{Gathered, LineBuffer};
 use program::Dialect;
 
 use super::lines::{FileLines, Next};
+use super::slicer::SlicerTimes;
 use crate::ports::{FileHandle, Storage, StorageError};
 
 /// How much of the beginning is read, bytes.
@@ -37,12 +38,22 @@ pub struct Lookup {
     /// Its slicer writes its settings at the end, and unless they say otherwise this is what it writes for.
     slicer: Option<Dialect>,
     is_tail: bool,
+    /// What it says of time.
+    times: SlicerTimes,
 }
 
 impl Lookup {
     /// From the beginning of a file of this size.
     pub fn new(size: u32) -> Self {
-        Self { at: 0, end: size.min(HEAD), size, gathering: LineBuffer::new(), slicer: None, is_tail: false }
+        Self {
+            at: 0,
+            end: size.min(HEAD),
+            size,
+            gathering: LineBuffer::new(),
+            slicer: None,
+            is_tail: false,
+            times: SlicerTimes::default(),
+        }
     }
 
     /// Reads on by one chunk. The file is anywhere afterwards.
@@ -68,6 +79,7 @@ impl Lookup {
         self.at = if count == 0 { self.end } else { self.at.saturating_add(count as u32) };
         for byte in bytes.get(..count).unwrap_or(&[]) {
             if let Some(Gathered::Line(line)) = self.gathering.push(*byte) {
+                self.times.read(line);
                 match said_by(line) {
                     Some(Said::Dialect(dialect)) => return Ok(Step::Known(Some(dialect))),
                     Some(Said::Slicer(dialect)) => self.slicer = Some(dialect),
@@ -87,6 +99,7 @@ impl Lookup {
 pub(super) fn look(
     lookup: &mut Option<Lookup>,
     dialect: &mut Option<Dialect>,
+    times: &mut SlicerTimes,
     lines: &mut FileLines,
     storage: &mut impl Storage,
 ) -> Next {
@@ -96,11 +109,41 @@ pub(super) fn look(
         Ok(Step::Known(known)) => known,
         Err(error) => return Next::Failed(error.text()),
     };
+    *times = lookup.as_ref().map(|lookup| lookup.times).unwrap_or_default();
     (*lookup, *dialect) = (None, known);
     match lines.restart(storage) {
         Ok(()) => known.map_or(Next::Nothing, Next::Dialect),
         Err(error) => Next::Failed(error.text()),
     }
+}
+
+/// What a whole text says of its dialect, read as [`Lookup`] reads a file.
+#[must_use]
+pub(crate) fn of_text(text: &[u8]) -> Option<Dialect> {
+    let head = text.get(..text.len().min(HEAD as usize)).unwrap_or(text);
+    let mut slicer = None;
+    let mut end = head.len();
+    let mut at = 0;
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        if at >= end {
+            break;
+        }
+        at += line.len();
+        match said_by(line.trim_ascii_end()) {
+            Some(Said::Dialect(dialect)) => return Some(dialect),
+            Some(Said::Slicer(dialect)) => slicer = Some(dialect),
+            Some(Said::SettingsFollow) => end = text.len().min(TAIL as usize),
+            None => {}
+        }
+    }
+    slicer.map(|slicer| {
+        let tail = text.get(text.len().saturating_sub(TAIL as usize)..).unwrap_or(&[]);
+        let said = tail.split(|byte| *byte == b'\n').find_map(|line| match said_by(line.trim_ascii_end()) {
+            Some(Said::Dialect(dialect)) => Some(dialect),
+            _ => None,
+        });
+        said.unwrap_or(slicer)
+    })
 }
 
 /// What a line says.

@@ -1,8 +1,12 @@
 //! The lines of a file that is being played.
 
+use core::fmt::Write as _;
+
 use gcode::{Gathered, LineBuffer};
 use program::{Dialect, Place};
 
+use super::outline;
+use crate::files::Path;
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::LineBytes;
 
@@ -28,7 +32,7 @@ pub enum Next {
 
 /// A file, line by line.
 #[derive(Debug)]
-pub(super) struct FileLines {
+pub(crate) struct FileLines {
     file: FileHandle,
     /// What was read last, so many bytes of it. In place: it is read into where it stays.
     chunk: [u8; CHUNK],
@@ -69,8 +73,56 @@ impl FileLines {
 
     /// The next line.
     pub fn next(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
+        let begins = self.read;
         let next = self.gather(storage, line);
-        if next == Next::TooLong { cut(self.gathering.beginning(), line) } else { next }
+        if next != Next::TooLong {
+            return next;
+        }
+        let next = cut(self.gathering.beginning(), line);
+        if next == Next::Line && !line.trim_ascii_start().starts_with(b";") {
+            self.shorten_outline(begins, storage, line);
+        }
+        next
+    }
+
+    /// Of a definition that is too long the outline becomes the rectangle around it, which is read once more
+    /// for that: all that is used of it. A card that does not answer now is noticed by what follows.
+    #[cold]
+    fn shorten_outline(&self, begins: u32, storage: &mut impl Storage, line: &mut LineBytes) {
+        let around = outline::around(storage, self.file, begins..self.read);
+        let _ = storage.seek(self.file, self.chunk_at.saturating_add(self.filled as u32));
+        if let (Ok(Some(around)), Ok(text)) = (around, core::str::from_utf8(line))
+            && let Some(shorter) = outline::shortened(text, around)
+        {
+            *line = shorter;
+        }
+    }
+
+    /// The next line, of what is at hand. `None`: more has to be read first ([`Self::fill`]).
+    pub fn next_at_hand(&mut self, line: &mut LineBytes) -> Option<Next> {
+        let next = if self.at_end { Some(Next::End) } else { self.gather_at_hand(line) };
+        if next == Some(Next::TooLong) { Some(cut(self.gathering.beginning(), line)) } else { next }
+    }
+
+    /// What is at hand was the end of the file: its last line may have no end.
+    pub fn last(&mut self, line: &mut LineBytes) -> Next {
+        self.at_end = true;
+        self.gathering.finish().map_or(Next::End, |gathered| handed_out(gathered, line))
+    }
+
+    fn gather_at_hand(&mut self, line: &mut LineBytes) -> Option<Next> {
+        while let Some(rest) = self.chunk.get(self.next..self.filled).filter(|rest| !rest.is_empty()) {
+            let run = self.gathering.push_run(rest);
+            let special = rest.get(run).copied();
+            let taken = run + usize::from(special.is_some());
+            self.next += taken;
+            self.read = self.read.saturating_add(taken as u32);
+            self.ends += u32::from(special == Some(b'\n'));
+            if let Some(gathered) = special.and_then(|byte| self.gathering.push(byte)) {
+                return Some(handed_out(gathered, line));
+            }
+        }
+        None
     }
 
     fn gather(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
@@ -78,32 +130,24 @@ impl FileLines {
             return Next::End;
         }
         loop {
-            while let Some(rest) = self.chunk.get(self.next..self.filled).filter(|rest| !rest.is_empty()) {
-                let run = self.gathering.push_run(rest);
-                let special = rest.get(run).copied();
-                let taken = run + usize::from(special.is_some());
-                self.next += taken;
-                self.read = self.read.saturating_add(taken as u32);
-                self.ends += u32::from(special == Some(b'\n'));
-                if let Some(gathered) = special.and_then(|byte| self.gathering.push(byte)) {
-                    return handed_out(gathered, line);
-                }
+            if let Some(next) = self.gather_at_hand(line) {
+                return next;
             }
             match self.fill(storage) {
                 Ok(true) => {}
-                Ok(false) => break,
+                Ok(false) => return self.last(line),
                 Err(error) => return Next::Failed(error.text()),
             }
         }
-        self.at_end = true;
-        self.gathering.finish().map_or(Next::End, |gathered| handed_out(gathered, line))
     }
 
     /// Reads on. False at the end of the file.
-    fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
+    pub fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
+        let mut chunk = [0; CHUNK];
+        let filled = storage.read(self.file, &mut chunk)?.min(CHUNK);
+        // Until then what was read before stays: see `take_up`.
         self.chunk_at = self.chunk_at.saturating_add(self.filled as u32);
-        (self.next, self.filled) = (0, 0);
-        self.filled = storage.read(self.file, &mut self.chunk)?.min(CHUNK);
+        (self.chunk, self.next, self.filled) = (chunk, 0, filled);
         Ok(self.filled > 0)
     }
 
@@ -112,18 +156,51 @@ impl FileLines {
         Place { offset: self.read, line: self.ends }
     }
 
-    /// Goes on from a place between two lines. What is at hand is not read again: loops are mostly short.
-    pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
-        let in_chunk = place.offset.checked_sub(self.chunk_at).map(|offset| offset as usize);
-        if let Some(next) = in_chunk.filter(|next| *next < self.filled) {
-            self.next = next;
-        } else {
-            storage.seek(self.file, place.offset)?;
-            (self.chunk_at, self.next, self.filled) = (place.offset, 0, 0);
-        }
+    /// Whether going on from this place needs nothing to be read.
+    pub fn is_at_hand(&self, place: Place) -> bool {
+        place.offset.checked_sub(self.chunk_at).is_some_and(|offset| (offset as usize) < self.filled)
+    }
+
+    /// The same, where it [`is_at_hand`](Self::is_at_hand).
+    pub const fn go_to_at_hand(&mut self, place: Place) {
+        self.next = place.offset.saturating_sub(self.chunk_at) as usize;
         self.gathering = LineBuffer::new();
         (self.read, self.ends, self.at_end) = (place.offset, place.line, false);
+    }
+
+    /// Goes on from a place between two lines. What is at hand is not read again: loops are mostly short.
+    pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
+        if !self.is_at_hand(place) {
+            storage.seek(self.file, place.offset)?;
+            (self.chunk_at, self.filled) = (place.offset, 0);
+        }
+        self.go_to_at_hand(place);
         Ok(())
+    }
+
+    /// Goes on from this place with the same file, opened again on a card that was put back.
+    ///
+    /// # Errors
+    /// When the card does not answer.
+    pub fn take_up(
+        &mut self,
+        file: FileHandle,
+        place: Place,
+        storage: &mut impl Storage,
+    ) -> Result<bool, StorageError> {
+        let mut chunk = [0; CHUNK];
+        storage.seek(file, self.chunk_at)?;
+        let count = if self.filled == 0 { 0 } else { storage.read(file, &mut chunk)? };
+        if chunk.get(..count.min(self.filled)) != self.chunk.get(..self.filled) {
+            return Ok(false);
+        }
+        (self.file, self.filled, self.next) = (file, 0, 0);
+        self.go_to(place, storage).map(|()| true)
+    }
+
+    /// Nothing more is to be read.
+    pub const fn is_at_end(&self) -> bool {
+        self.at_end
     }
 
     /// Nothing more is read.
@@ -154,6 +231,20 @@ fn cut(beginning: &[u8], line: &mut LineBytes) -> Next {
     let text = beginning.trim_ascii_start();
     let is_outlined = text.get(..OUTLINED.len()).is_some_and(|start| start.eq_ignore_ascii_case(OUTLINED));
     if text.starts_with(b";") || is_outlined { handed_out(Gathered::Line(beginning), line) } else { Next::TooLong }
+}
+
+/// Where the file of a subroutine is; empty, which no file is, when that does not fit.
+pub(crate) fn sub_path(folder: &str, name: &str) -> Path {
+    let mut path = Path::new();
+    if write!(path, "{folder}/{name}.ngc").is_err() {
+        path.clear();
+    }
+    path
+}
+
+/// Whether a line says nothing to the machine: no moves are made for it.
+pub(crate) fn is_comment(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_start().first(), None | Some(b';' | b'%'))
 }
 
 #[cfg(test)]
@@ -206,15 +297,17 @@ mod tests {
     }
 
     #[test]
-    fn long_comments_and_outlines_lose_their_ends() {
+    fn long_comments_lose_their_ends_and_outlines_become_rectangles() {
         let mut card = Card::default();
         let comment = format!("  ; start_gcode = {}", "G28\\n".repeat(500));
         let outline = format!("EXCLUDE_OBJECT_DEFINE NAME=a POLYGON=[{}[1,1]]", "[100.5,100.5],".repeat(60));
         let mut lines = open(&mut card, &format!("{comment}\nG1 X1\n{outline}\nG1 {comment}"));
         let all = all(&mut lines, &mut card);
         let kinds: Vec<_> = all.iter().map(|(text, number, _)| (text.len(), *number)).collect();
-        assert_eq!(kinds, [(255, 1), (5, 2), (255, 3), (8, 4)], "the last is no comment from its beginning");
-        assert_eq!((all[0].0.as_str(), all[2].0.as_str()), (&comment[..255], &outline[..255]));
+        assert_eq!(kinds, [(255, 1), (5, 2), (70, 3), (8, 4)], "the last is no comment from its beginning");
+        assert_eq!(all[0].0.as_str(), &comment[..255]);
+        let around = "EXCLUDE_OBJECT_DEFINE NAME=a POLYGON=[[1.000,1.000],[100.500,100.500]]";
+        assert_eq!(all[2].0, around, "what is used of an outline is the rectangle around it");
         assert_eq!(all[3].0, "too long");
     }
 

@@ -7,16 +7,22 @@
 
 mod commands;
 mod flavour;
+mod layers;
 mod lines;
 mod objects;
+mod outline;
 mod passed_over;
+mod pauses;
 mod progress;
+mod queue;
+mod scripts;
+mod slicer;
+mod statistics;
 mod suspended;
 mod tags;
+mod tower;
 
-use core::fmt::Write as _;
-
-use config::MachineConfig;
+use config::{Command, MachineConfig};
 use heapless::Vec;
 use motion::Tag;
 use program::{Dialect, Place};
@@ -26,15 +32,25 @@ use crate::failure::{Failure, about_file};
 use crate::files::paths::Path;
 use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
-use flavour::Lookup;
-use lines::FileLines;
+pub(crate) use flavour::of_text;
+pub(crate) use flavour::{Lookup, Step};
+use layers::Layers;
 pub use lines::Next;
+pub(crate) use lines::{FileLines, is_comment, sub_path};
 use objects::Objects;
 pub use passed_over::Name;
 use passed_over::PassedOver;
+use pauses::{Pauses, Reached};
+pub use pauses::{Place as PausePlace, parse as parse_pause};
+pub use progress::{Outlook, Planned};
+use queue::Queue;
+pub use scripts::Scripts;
+use slicer::SlicerTimes;
+pub use statistics::{Duration, PATH as STATISTICS_PATH, Statistics, Sums};
 pub use suspended::Suspended;
 use tags::Tags;
 pub(crate) use tags::of_number;
+pub use tower::Tower;
 
 const PRINTING: &str = "Currently printing, abort print first";
 
@@ -63,6 +79,8 @@ pub struct Noted {
 struct Job {
     path: Path,
     size: u32,
+    /// When it was written, as its directory says.
+    written: u32,
     lines: FileLines,
     started: Micros,
     listeners: Listeners,
@@ -71,12 +89,23 @@ struct Job {
     waits_for_operator: bool,
     /// The line that was read last is a comment.
     in_comment: bool,
+    /// Its scripts that have not been run: the one before it, the one behind it.
+    scripts: Scripts,
     /// A line with a `%` has begun the program.
     has_begun: bool,
+    /// Nothing of it has been read.
+    is_new: bool,
+    /// It is begun whatever a look at it says.
+    is_forced: bool,
+    /// The card does not answer: it goes on from here once it does.
+    is_lost: bool,
     /// Where it begins.
     here: Place,
     /// Files that have called subroutines in files of their own, and wait for their ends.
     callers: Vec<FileLines, MOST_CALLERS>,
+    layers: Layers,
+    /// What its slicer says of time.
+    slicer: SlicerTimes,
     /// What it is written in is still looked for.
     lookup: Option<Lookup>,
     noted: Noted,
@@ -88,7 +117,16 @@ pub struct Jobs {
     job: Option<Job>,
     /// Of the file, or of what a host sends.
     pub objects: Objects,
+    /// Where it is to pause.
+    pub pauses: Pauses,
+    /// A setting that changes with the height.
+    pub tower: Option<Tower>,
+    /// What comes next.
+    pub queue: Queue,
+    pub statistics: Statistics,
     suspended: Option<Suspended>,
+    /// Jobs since boot.
+    opened: u32,
     tags: Tags,
     /// Moves of the line that was begun last have this one.
     tag: Tag,
@@ -204,21 +242,31 @@ impl Jobs {
         })?;
         // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
+        // Where that cannot be found out, its size and what is in it are all there is to go by.
+        let written = crate::journal::written(&path, storage).unwrap_or(0);
         self.job = Some(Job {
             path,
             size,
+            written,
             lines: FileLines::new(file),
             started: now,
             listeners,
             paused: false,
             waits_for_operator: false,
             in_comment: false,
+            scripts: Scripts::default(),
             has_begun: false,
+            is_new: true,
+            is_forced: false,
+            is_lost: false,
             here: Place::default(),
             callers: Vec::new(),
+            layers: Layers::default(),
+            slicer: SlicerTimes::default(),
             lookup: self.forced.is_none().then(|| Lookup::new(size)),
             noted: Noted::default(),
         });
+        self.opened = self.opened.wrapping_add(1);
         self.dialect = self.forced;
         self.objects = Objects::default();
         self.is_heating = false;
@@ -236,6 +284,8 @@ impl Jobs {
     /// Closes the file being played; false when there is none.
     pub fn close(&mut self, storage: &mut impl Storage) -> bool {
         let Some(job) = self.job.take() else { return false };
+        self.pauses.clear();
+        self.tower = None;
         for lines in job.callers.iter().chain([&job.lines]) {
             // It was only read: a failing close loses nothing.
             let _ = storage.close(lines.file());
@@ -257,6 +307,12 @@ impl Jobs {
         }
     }
 
+    /// Whether nothing of the file has been read, once.
+    #[inline]
+    pub fn take_new(&mut self) -> bool {
+        self.job.as_mut().is_some_and(|job| core::mem::take(&mut job.is_new))
+    }
+
     // --- its dialect ---
 
     /// What the file is written in; `None`: what the machine is configured for.
@@ -274,6 +330,11 @@ impl Jobs {
 
     // --- its lines ---
 
+    /// The scripts around it that are still to be run.
+    pub fn scripts(&mut self) -> Option<&mut Scripts> {
+        self.job.as_mut().map(|job| &mut job.scripts)
+    }
+
     /// What is noted of it.
     pub fn noted(&mut self) -> Option<&mut Noted> {
         self.job.as_mut().map(|job| &mut job.noted)
@@ -283,10 +344,13 @@ impl Jobs {
     pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let Some(job) = &mut self.job else { return Next::End };
         if job.lookup.is_some() {
-            return flavour::look(&mut job.lookup, &mut self.dialect, &mut job.lines, storage);
+            return flavour::look(&mut job.lookup, &mut self.dialect, &mut job.slicer, &mut job.lines, storage);
         }
         job.here = job.lines.place();
         let next = job.lines.next(storage, line);
+        if let Next::Failed(_) = next {
+            (job.is_lost, job.paused) = (true, true);
+        }
         job.in_comment = next == Next::Line && is_comment(line);
         if job.in_comment && line.trim_ascii_start().first() == Some(&b'%') {
             // The first one begins the program, the second one ends it (NIST RS-274/NGC, 3.3).
@@ -294,7 +358,41 @@ impl Jobs {
                 job.lines.end();
             }
         }
+        if next == Next::Line && matches!(line.first(), Some(b';' | b'S' | b's' | b' ' | b'M')) {
+            marked(job, line);
+        }
         next
+    }
+
+    /// The layer of the line that was read last, and how many there are.
+    #[must_use]
+    pub fn layers(&self) -> Layers {
+        self.job.as_ref().map(|job| job.layers).unwrap_or_default()
+    }
+
+    /// The command that a tower asks for before the line just read. That is read again afterwards.
+    pub fn take_tower(&mut self, text: &[u8], height: f64, storage: &mut impl Storage) -> Option<Command> {
+        let job = self.job.as_mut().filter(|job| !job.in_comment)?;
+        let command = self.tower.as_mut()?.command_before(text, height)?;
+        job.lines.go_to(job.here, storage).is_ok().then_some(command)
+    }
+
+    /// The place at which the job is to pause before the line just read, and the command for it. It is read
+    /// again afterwards.
+    pub fn take_pause(
+        &mut self,
+        text: &[u8],
+        height: f64,
+        storage: &mut impl Storage,
+    ) -> Option<(PausePlace, Command)> {
+        let job = self.job.as_mut()?;
+        // Lines are counted in the job's own file.
+        if job.in_comment || !job.callers.is_empty() {
+            return None;
+        }
+        let reached = Reached { layer: job.layers.current, line: job.lines.number(), height, text };
+        let due = self.pauses.take(&reached)?;
+        job.lines.go_to(job.here, storage).is_ok().then_some(due)
     }
 
     /// The line just read is carried out: what its moves are made for.
@@ -369,56 +467,24 @@ impl Jobs {
         true
     }
 
+    fn return_all(&mut self, storage: &mut impl Storage) {
+        while self.return_from_file(storage) {}
+    }
+
     /// The program has ended: nothing more is read.
     pub fn end_program(&mut self, storage: &mut impl Storage) {
-        while self.return_from_file(storage) {}
+        self.return_all(storage);
         if let Some(job) = &mut self.job {
             job.lines.end();
         }
     }
-
-    // --- suspending it ---
-
-    /// A suspension waits for its end.
-    #[must_use]
-    pub const fn is_suspended(&self) -> bool {
-        self.suspended.is_some()
-    }
-
-    /// What `resume` restores.
-    #[must_use]
-    pub const fn suspended(&self) -> Option<&Suspended> {
-        self.suspended.as_ref()
-    }
-
-    /// Keeps what `resume` restores.
-    pub fn suspend(&mut self, suspended: Suspended) {
-        self.suspended = Some(suspended);
-    }
-
-    /// Ends a suspension: what is to be restored.
-    #[must_use]
-    pub const fn take_suspended(&mut self) -> Option<Suspended> {
-        self.suspended.take()
-    }
-
-    /// Forgets a suspension; true when there was one.
-    pub fn cancel_suspend(&mut self) -> bool {
-        self.suspended.take().is_some()
-    }
 }
 
-/// Where the file of a subroutine is; empty, which no file is, when that does not fit.
-fn sub_path(folder: &str, name: &str) -> Path {
-    let mut path = Path::new();
-    if write!(path, "{folder}/{name}.ngc").is_err() {
-        path.clear();
-    }
-    path
-}
-
-fn is_comment(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start().first(), None | Some(b';' | b'%'))
+/// A line that may say how far the job is: seldom.
+#[cold]
+fn marked(job: &mut Job, line: &[u8]) {
+    job.layers.read(line);
+    job.slicer.read(line);
 }
 
 #[cfg(test)]

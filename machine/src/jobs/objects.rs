@@ -20,6 +20,8 @@ struct Object {
     /// Of the whole name.
     sum: u32,
     is_left_out: bool,
+    /// Least X and Y, greatest X and Y of its outline, mm.
+    outline: Option<[f32; 4]>,
 }
 
 /// What is known of the objects of a print.
@@ -33,9 +35,9 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// The text of M486: Marlin's `T3`, `S1`, `S-1`, `AName`, `P1`, `U1` and `C`; `D`, `B`, `E`, `X`, `Y` and
-    /// `R` where Klipper's commands define, begin and end one, leave one out by its name, take it in again,
-    /// and take all in again. Without text says what is known.
+    /// The text of M486: Marlin's `T3`, `S1`, `S-1`, `AName`, `P1`, `U1` and `C`; `D`, `O`, `B`, `E`, `X`,
+    /// `Y` and `R` where Klipper's commands define one, define it with an outline, begin and end one, leave
+    /// one out by its name, take it in again, and take all in again. Without text says what is known.
     ///
     /// # Errors
     /// When there is no such object, or there are too many.
@@ -48,6 +50,7 @@ impl Objects {
             "S" => return self.begin_numbered(rest),
             "A" => self.name_current(rest),
             "D" => drop(self.named(rest)),
+            "O" => self.define(rest)?,
             "B" => self.current = self.named(rest),
             "E" => self.current = None,
             "P" => self.of_number(rest).map(|object| object.is_left_out = true)?,
@@ -62,6 +65,50 @@ impl Objects {
             _ => return Err("M486 takes T, S, A, P, U or C"),
         }
         Ok(())
+    }
+
+    /// The rectangle around the outlines of all that are made: least X and Y, greatest X and Y. `None` where
+    /// no outline is known, or one of them has none.
+    pub fn area(&self) -> Option<[[f64; 2]; 2]> {
+        let mut around: Option<[f32; 4]> = None;
+        for object in self.all.iter().filter(|object| !object.is_left_out) {
+            let [left, near, right, far] = object.outline?;
+            let [l, n, r, f] = around.unwrap_or([left, near, right, far]);
+            around = Some([l.min(left), n.min(near), r.max(right), f.max(far)]);
+        }
+        let [left, near, right, far] = around?.map(f64::from);
+        Some([[left, near], [right, far]])
+    }
+
+    /// `x,y,x,y name`: an object and the rectangle around its outline.
+    fn define(&mut self, rest: &str) -> Result<(), &'static str> {
+        const MEANT: &str = "M486 O takes least X and Y, greatest X and Y, and a name: O10,20,50,60 part";
+        let (box_of, name) = rest.split_once(' ').ok_or(MEANT)?;
+        let mut outline = [0.0_f32; 4];
+        let mut numbers = box_of.split(',');
+        for number in &mut outline {
+            let read = numbers.next().and_then(|text| text.parse().ok());
+            *number = read.filter(|number: &f32| number.is_finite()).ok_or(MEANT)?;
+        }
+        let [left, near, right, far] = outline;
+        if numbers.next().is_some() || left > right || near > far {
+            return Err(MEANT);
+        }
+        if let Some(object) = self.named(name).and_then(|place| self.all.get_mut(place)) {
+            object.outline = Some(outline);
+        }
+        Ok(())
+    }
+
+    /// Which are left out, a bit each in the order in which the file names them.
+    pub fn left_out(&self) -> u64 {
+        let bits = self.all.iter().enumerate().filter(|(_, object)| object.is_left_out);
+        bits.fold(0, |bits, (place, _)| bits | 1 << place)
+    }
+
+    /// Leaves these out.
+    pub fn set_left_out(&mut self, bits: u64) {
+        self.all.iter_mut().enumerate().for_each(|(place, object)| object.is_left_out = bits >> place & 1 != 0);
     }
 
     /// Whether the lines that are read make an object that is left out.
@@ -116,7 +163,7 @@ impl Objects {
             let mut name = String::new();
             // It fits.
             let _ = core::fmt::write(&mut name, format_args!("{number}"));
-            let object = Object { number: Some(number), sum: sum(&name), name, is_left_out: false };
+            let object = Object { number: Some(number), sum: sum(&name), name, is_left_out: false, outline: None };
             self.all.push(object).ok().map(|()| self.all.len() - 1)
         })
     }
@@ -126,7 +173,7 @@ impl Objects {
         let (name, sum) = beginning_and_sum(unquoted(name));
         let known = self.all.iter().position(|object| object.sum == sum);
         known.or_else(|| {
-            let object = Object { number: None, name, sum, is_left_out: false };
+            let object = Object { number: None, name, sum, is_left_out: false, outline: None };
             self.all.push(object).ok().map(|()| self.all.len() - 1)
         })
     }
@@ -203,6 +250,20 @@ mod tests {
     }
 
     #[test]
+    fn the_area_is_around_the_outlines_of_what_is_made() {
+        let area = |texts: &[&str]| told(texts).0.area();
+        assert_eq!(area(&[]), None);
+        assert_eq!(area(&["O10,20,30,40 a"]), Some([[10.0, 20.0], [30.0, 40.0]]));
+        assert_eq!(area(&["O10,20,30,40 a", "O-5,25.5,12,90 b"]), Some([[-5.0, 20.0], [30.0, 90.0]]));
+        assert_eq!(area(&["O10,20,30,40 a", "O-5,25.5,12,90 b", "Xb"]), Some([[10.0, 20.0], [30.0, 40.0]]));
+        assert_eq!(area(&["O10,20,30,40 a", "Db"]), None, "one could be anywhere");
+        let mut desk = Desk::new();
+        for text in ["O", "O1,2,3 a", "O1,2,3,4", "O3,2,1,4 a", "O1,2,3,nan a", "O1,2,3,4,5 a"] {
+            desk.hears(|reply| assert!(Objects::default().label(text, reply).is_err(), "{text}"));
+        }
+    }
+
+    #[test]
     fn names_that_begin_alike_are_told_apart() {
         let (one, two) = (format!("{}1", "x".repeat(50)), format!("{}2", "x".repeat(50)));
         let left_out = format!("X{one}");
@@ -220,7 +281,7 @@ mod tests {
 
     proptest::proptest! {
         #[test]
-        fn any_text_is_taken_or_refused(texts in proptest::collection::vec("[TSAPUCDBEXYR][ -~]{0,60}", 0..100)) {
+        fn any_text_is_taken_or_refused(texts in proptest::collection::vec("[TSAPUCDOBEXYR][ -~]{0,60}", 0..100)) {
             let (mut objects, mut desk) = (Objects::default(), Desk::new());
             for text in &texts {
                 desk.hears(|reply| { let _ = objects.label(text, reply); });

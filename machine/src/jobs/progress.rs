@@ -2,13 +2,33 @@
 //!
 //! What counts is the line whose moves the motors make; while they rest, what has been read.
 
-use core::fmt;
-
+use config::MachineConfig;
 use motion::Tag;
 use units::Micros;
 
+use super::objects::Objects;
 use super::{Job, Jobs};
+use crate::files::Path;
+use crate::journal::{self, PlayedFile};
+use crate::ports::{Storage, StorageError};
+use crate::preflight::Clock;
 use crate::sessions::Reply;
+
+/// What a look ahead at the file says of time, at the present overrides.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outlook {
+    /// What is left, and of how much.
+    pub planned: Option<Planned>,
+    /// Per cent of the file that have been looked at, while that goes on.
+    pub looked_at: Option<u8>,
+}
+
+/// Seconds of motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Planned {
+    pub left: f32,
+    pub total: f32,
+}
 
 impl Jobs {
     /// The motors make the moves with this tag now; `None` while they rest. Moves that are not of the job, a
@@ -47,21 +67,35 @@ impl Jobs {
         Some((percent.min(100) as u8, name))
     }
 
+    /// What is left, seconds, by the planner or by the slicer, and who says so.
+    fn time_left(&self, job: &Job, outlook: &Outlook) -> Option<(f32, f32, &'static str)> {
+        if let Some(Planned { left, total }) = outlook.planned {
+            return Some((left, total, "planner"));
+        }
+        let total = job.slicer.total?;
+        let done = self.place(job).1 as f32 / job.size.max(1) as f32;
+        Some((job.slicer.left.unwrap_or(total * (1.0 - done)), total, "slicer"))
+    }
+
     /// M27 and `progress -b`.
-    pub fn say_bytes(&self, reply: &mut Reply<'_>) {
+    pub fn say_bytes(&self, outlook: &Outlook, reply: &mut Reply<'_>) {
         match &self.job {
             Some(job) => {
                 let (_, done) = self.place(job);
                 reply.say(format_args!("SD printing byte {done}/{}\n", job.size));
+                if let Some((left, total, who)) = self.time_left(job, outlook) {
+                    let (left, total) = (Clock(f64::from(left)), Clock(f64::from(total)));
+                    reply.say(format_args!("// time left: {left} of {total}, by the {who}\n"));
+                }
             }
             None => reply.say(format_args!("Not currently playing\n")),
         }
     }
 
     /// `progress [-b]`
-    pub fn progress_command(&self, arguments: &str, now: Micros, reply: &mut Reply<'_>) {
+    pub fn progress_command(&self, arguments: &str, now: Micros, outlook: &Outlook, reply: &mut Reply<'_>) {
         if arguments.contains("-b") {
-            return self.say_bytes(reply);
+            return self.say_bytes(outlook, reply);
         }
         if self.suspended.is_some() {
             return reply.say(format_args!("Suspended\n"));
@@ -76,22 +110,118 @@ impl Jobs {
         }
         let share = f64::from(done) / f64::from(size);
         let elapsed = now.since(job.started).millis() / 1_000;
-        let (percent, time) = (share * 100.0, Clock(elapsed));
+        let (percent, time) = (share * 100.0, Clock(elapsed as f64));
         reply.say(format_args!("file: {}, {percent:.1} % complete, elapsed time: {time}", job.path));
-        if done > 0 {
+        if let Some((left, total, who)) = self.time_left(job, outlook) {
+            let (left, total) = (Clock(f64::from(left)), Clock(f64::from(total)));
+            reply.say(format_args!(", est time: {left} of {total} by the {who}"));
+        } else if done > 0 {
             let left = elapsed as f64 / share - elapsed as f64;
-            reply.say(format_args!(", est time: {}", Clock(left as u64)));
+            reply.say(format_args!(", est time: {}", Clock(libm::floor(left))));
+        }
+        if let Some(percent) = outlook.looked_at {
+            reply.say(format_args!(", the planner has looked at {percent} %"));
         }
         reply.say(format_args!("{}\n", if self.is_heating { ", heating" } else { "" }));
     }
 }
 
-/// Seconds as `hh:mm:ss`.
-struct Clock(u64);
+/// What a look ahead at its file has to know.
+impl Jobs {
+    /// It is to be asked again whether it is new.
+    pub const fn is_new_again(&mut self) {
+        if let Some(job) = &mut self.job {
+            job.is_new = true;
+        }
+    }
 
-impl fmt::Display for Clock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:02}:{:02}:{:02}", self.0 / 3_600, self.0 / 60 % 60, self.0 % 60)
+    /// Which job since boot it is.
+    #[must_use]
+    pub const fn count(&self) -> u32 {
+        self.opened
+    }
+
+    /// It is begun whatever a look at it says.
+    pub const fn force(&mut self) {
+        if let Some(job) = &mut self.job {
+            job.is_forced = true;
+        }
+    }
+
+    /// Whether it is.
+    #[must_use]
+    pub fn is_forced(&self) -> bool {
+        self.job.as_ref().is_some_and(|job| job.is_forced)
+    }
+
+    /// All of its lines have been read; its last moves may still be made.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        self.job.as_ref().is_some_and(|job| job.lines.is_at_end() && job.callers.is_empty())
+    }
+
+    /// The file that is played.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.job.as_ref().map(|job| &job.path)
+    }
+}
+
+/// What the journal of a job is made of, and how it is read again.
+impl Jobs {
+    /// Which file is played, before anything of it is read.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn played_file(&self, storage: &mut impl Storage) -> Result<PlayedFile, StorageError> {
+        let Some(job) = &self.job else { return Err(StorageError::NotFound) };
+        let check = journal::check_value(job.lines.file(), job.size, storage)?;
+        storage.seek(job.lines.file(), 0)?;
+        Ok(PlayedFile {
+            path: job.path.clone(),
+            size: job.size,
+            written: journal::written(&job.path, storage)?,
+            check,
+            machine: journal::machine_value(storage)?,
+            dialect: self.dialect.map_or(0, |dialect| dialect as u8 + 1),
+        })
+    }
+
+    /// From the file's beginning again, without its moves.
+    ///
+    /// # Errors
+    /// When the card does not answer.
+    pub fn read_again(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        self.return_all(storage);
+        self.objects = Objects::default();
+        self.forget_places();
+        let Some(job) = &mut self.job else { return Ok(()) };
+        job.has_begun = false;
+        job.lines.restart(storage)
+    }
+
+    /// Whether it is the file of every boot.
+    #[must_use]
+    pub fn is_boot_file(&self, config: &MachineConfig) -> bool {
+        self.job.as_ref().is_some_and(|job| job.path.eq_ignore_ascii_case(&config.player.on_boot_gcode))
+    }
+
+    /// The line that the motors make, or that was read last.
+    #[must_use]
+    pub fn line_now(&self) -> u32 {
+        self.place.map_or_else(|| self.line(), |(line, _)| line)
+    }
+
+    /// Lines that have been made when the motors make the moves with this tag.
+    #[must_use]
+    pub fn made(&self, tag: Tag) -> Option<u32> {
+        self.tags.ordinal(tag).map(|ordinal| ordinal.saturating_sub(1))
+    }
+
+    /// Lines of this job that have begun and are no comments, each as often as it did.
+    #[must_use]
+    pub const fn begun(&self) -> u32 {
+        self.tags.count()
     }
 }
 
@@ -120,7 +250,7 @@ mod tests {
     }
 
     fn said(jobs: &Jobs, arguments: &str) -> String {
-        Desk::new().hears(|reply| jobs.progress_command(arguments, NOW, reply))
+        Desk::new().hears(|reply| jobs.progress_command(arguments, NOW, &Outlook::default(), reply))
     }
 
     #[test]
@@ -194,6 +324,7 @@ mod tests {
 
     #[test]
     fn times_read_as_a_clock() {
-        assert_eq!(std::format!("{}", Clock(3_725)), "01:02:05");
+        assert_eq!(std::format!("{}", Clock(3_725.4)), "01:02:05");
+        assert_eq!(std::format!("{}", Clock(59.5)), "00:01:00");
     }
 }

@@ -70,6 +70,19 @@ impl Tags {
         Some((place.line, place.offset))
     }
 
+    /// How many lines of this job have begun.
+    #[must_use]
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Which line of this job moves with this tag are made for, in the order of their beginnings, from 1.
+    #[must_use]
+    pub fn ordinal(&self, tag: Tag) -> Option<u32> {
+        let age = self.newest.0.wrapping_sub(tag.0) & !NUMBERED;
+        if tag == Tag::NONE || tag.0 & NUMBERED != 0 { None } else { self.count.checked_sub(age).filter(|n| *n > 0) }
+    }
+
     /// The number of the line that moves with this tag are made for.
     #[must_use]
     pub fn number(&self, tag: Tag) -> Option<u32> {
