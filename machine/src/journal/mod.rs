@@ -1,0 +1,417 @@
+//! The journal of a job: what is needed to go on with it after a power cut, kept on the card while a file is
+//! played.
+//!
+//! A file of twelve blocks that is made once and written in place, a whole block at a time, so that neither
+//! allocation table nor directory is touched while a file is played. Two places, used in turns, hold what
+//! stays the same during a job (the file, and what the program stood on where it began); a ring of eight
+//! holds how far the motors are. Each block has a sequence number and a check value: whichever write the
+//! power cuts off, the entry before it is whole.
+
+mod record;
+
+use config::MAX_SWITCHES;
+use program::Kept;
+use units::{Micros, PerAxis};
+
+use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path};
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+use record::{BLOCK, Block, Fields, Kind, crc32};
+pub(crate) use record::{Beginning, Entry, PlayedFile};
+
+/// Where it is.
+pub const PATH: &str = "/sd/power-loss.journal";
+/// Blocks of a job's file and beginning, twice.
+const JOBS: u32 = 4;
+/// Entries in the ring.
+const ENTRIES: u32 = 8;
+const BLOCKS: u32 = JOBS + ENTRIES;
+/// Blocks of a played file that its check value is over, the first and the last among them.
+const SAMPLES: u32 = 16;
+
+/// A job to go on with.
+#[derive(Clone, Debug)]
+pub(crate) struct Offer {
+    pub file: PlayedFile,
+    pub beginning: Beginning,
+    pub entry: Entry,
+}
+
+/// A step of going on with a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// The line that was made has been read: was the machine on its way?
+    Compare,
+    /// What follows it has been read: is Z known?
+    Look,
+    /// The file has been read up to that line: heat, lift, home.
+    Prepare,
+    /// The script has ended: back to the part.
+    GoBack,
+}
+
+/// A job that is gone on with, on its way there.
+#[derive(Clone, Debug)]
+pub(crate) struct Recovery {
+    pub offer: Offer,
+    /// Where the machine stands, Z, mm.
+    pub z: f64,
+    /// Somebody has said it.
+    pub z_is_told: bool,
+    /// The highest Z that the job has been to, mm.
+    pub highest: f64,
+    /// Motion knows where the machine is.
+    pub is_placed: bool,
+    /// Where its next line begins.
+    pub place: PerAxis<f64>,
+    /// Modes of the program there.
+    pub kept: Option<Kept>,
+    /// What was asked of switches last.
+    pub switches: [Option<(bool, Option<f32>)>; MAX_SWITCHES],
+}
+
+/// What the journal on the card says.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "it is read seldom, and there is no heap")]
+pub(crate) enum Found {
+    Nothing,
+    Offer(Offer),
+    /// There was a job, and what is known of it does not suffice.
+    Broken,
+}
+
+/// The journal of the job that is played.
+#[derive(Debug, Default)]
+pub(crate) struct Journal {
+    /// M413.
+    pub is_on: bool,
+    file: Option<FileHandle>,
+    /// Its card was taken out.
+    is_lost: bool,
+    /// The sequence number of the next block.
+    next: u32,
+    /// The job's own.
+    job: u32,
+    /// When the next entry is due.
+    pub due: Micros,
+    /// When the next look is.
+    pub look_due: Micros,
+    /// When the next look at the motors' supply is, and whether it was too low at the last one.
+    pub supply_due: Micros,
+    pub supply_is_low: bool,
+    /// The last entry.
+    pub last: Entry,
+    /// The machine halts: a last entry follows when it stands.
+    pub halts: bool,
+    /// Where motion believed the machine to be when it came to rest, or was switched on, mm.
+    pub stood_at: PerAxis<f64>,
+    /// Filament has been laid: there is something to go on with.
+    pub has_laid: bool,
+    pub look: Look,
+}
+
+/// What was seen at the last look.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Look {
+    /// mm.
+    pub z: f64,
+    /// mm.
+    pub filament: f64,
+}
+
+impl Journal {
+    /// Of no job yet.
+    pub fn new(is_on: bool) -> Self {
+        Self { is_on, ..Self::default() }
+    }
+
+    /// A job is noted.
+    pub const fn is_noting(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Begins a job: what stays the same during it.
+    ///
+    /// # Errors
+    /// Those of the card; nothing is noted then.
+    pub fn begin(
+        &mut self,
+        file: &PlayedFile,
+        beginning: &Beginning,
+        storage: &mut impl Storage,
+    ) -> Result<(), StorageError> {
+        self.open(storage)?;
+        // Whoever plays a file goes on with no other one.
+        self.put_entry(Kind::Ended, storage)?;
+        let (mut block, place) = ([0; BLOCK], self.next % 2 * 2);
+        self.job = self.next;
+        let mut fields = Fields::write(&mut block, Kind::File, self.job);
+        file.clone().go_through(&mut fields);
+        fields.seal();
+        self.put(place, &block, storage)?;
+        let mut fields = Fields::write(&mut block, Kind::Beginning, self.job);
+        fields.bytes(&mut beginning.clone());
+        fields.seal();
+        self.put(place + 1, &block, storage)?;
+        self.next = self.next.wrapping_add(1);
+        Ok(())
+    }
+
+    /// Goes on with a job that was found.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn go_on(&mut self, offer: &Offer, storage: &mut impl Storage) -> Result<(), StorageError> {
+        self.open(storage)?;
+        (self.job, self.last, self.has_laid) = (offer.entry.job, offer.entry, true);
+        Ok(())
+    }
+
+    /// The card does not answer: what was noted stays.
+    pub fn lose(&mut self) {
+        self.is_lost |= self.file.take().is_some();
+    }
+
+    /// The card is back: the journal is kept on, where it is the same one.
+    pub fn reopen(&mut self, storage: &mut impl Storage) {
+        if !self.is_lost {
+            return;
+        }
+        self.is_lost = false;
+        if newest(storage).is_ok_and(|newest| newest.wrapping_add(1) == self.next) {
+            self.file = storage.open(PATH, OpenMode::Append).ok();
+        }
+    }
+
+    fn open(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        self.close(storage);
+        prepare(storage, |_| {})?;
+        self.next = newest(storage)?.wrapping_add(1);
+        self.file = Some(storage.open(PATH, OpenMode::Append)?);
+        Ok(())
+    }
+
+    /// Notes how far the job is: one block.
+    ///
+    /// # Errors
+    /// Those of the card; nothing more is noted then.
+    pub fn note(&mut self, entry: Entry, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let kind = if entry.stands { Kind::Stopped } else { Kind::Running };
+        self.last = Entry { job: self.job, ..entry };
+        self.put_entry(kind, storage)
+    }
+
+    /// The job is over.
+    pub fn end(&mut self, storage: &mut impl Storage) {
+        if self.file.is_some() {
+            // Of a card that is gone there is nothing to say.
+            let _ = self.put_entry(Kind::Ended, storage);
+        }
+        self.close(storage);
+    }
+
+    /// Nothing more is noted; what was stays.
+    pub fn close(&mut self, storage: &mut impl Storage) {
+        if let Some(file) = self.file.take() {
+            // Its blocks have been written.
+            let _ = storage.close(file);
+        }
+    }
+
+    fn put_entry(&mut self, kind: Kind, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let mut block = [0; BLOCK];
+        let mut fields = Fields::write(&mut block, kind, self.next);
+        self.last.go_through(&mut fields);
+        fields.seal();
+        self.put(JOBS + self.next % ENTRIES, &block, storage)?;
+        self.next = self.next.wrapping_add(1);
+        Ok(())
+    }
+
+    fn put(&mut self, place: u32, block: &Block, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let file = self.file.ok_or(StorageError::NotFound)?;
+        let put = storage.seek(file, place * BLOCK as u32).and_then(|()| storage.write(file, block));
+        if put.is_err() {
+            self.close(storage);
+            self.is_lost = true;
+        }
+        put
+    }
+}
+
+/// Makes the file, where there is none. That is some sixty block writes, between which `alive` is called: a
+/// card may take a quarter of a second for each.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn prepare<S: Storage>(storage: &mut S, alive: impl Fn(&mut S)) -> Result<(), StorageError> {
+    if let Ok(file) = storage.open(PATH, OpenMode::Read) {
+        let size = storage.size(file);
+        storage.close(file)?;
+        if size == Ok(BLOCKS * BLOCK as u32) {
+            return Ok(());
+        }
+    }
+    let file = storage.open(PATH, OpenMode::Write)?;
+    let written = (0..BLOCKS).try_for_each(|_| {
+        alive(storage);
+        storage.write(file, &[0; BLOCK])
+    });
+    alive(storage);
+    written.and(storage.close(file))
+}
+
+/// Gives each block that is whole; how many were written and are not.
+fn each(storage: &mut impl Storage, mut take: impl FnMut(Kind, u32, &mut Fields<'_>)) -> Result<u32, StorageError> {
+    let file = match storage.open(PATH, OpenMode::Read) {
+        Err(StorageError::NotFound) => return Ok(0),
+        opened => opened?,
+    };
+    let (mut block, mut broken) = ([0; BLOCK], 0);
+    let read = loop {
+        match storage.read(file, &mut block) {
+            Ok(BLOCK) => {}
+            Ok(_) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+        match Fields::read(&mut block.clone()) {
+            Some((kind, sequence, mut fields)) => take(kind, sequence, &mut fields),
+            None => broken += u32::from(block != [0; BLOCK]),
+        }
+    };
+    // It was only read.
+    let _ = storage.close(file);
+    read.map(|()| broken)
+}
+
+fn newest(storage: &mut impl Storage) -> Result<u32, StorageError> {
+    let mut newest = 0;
+    each(storage, |_, sequence, _| newest = newest.max(sequence))?;
+    Ok(newest)
+}
+
+/// Looks for a job to go on with.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn find(storage: &mut impl Storage) -> Result<Found, StorageError> {
+    let mut entry: Option<(u32, Entry, bool)> = None;
+    let broken = each(storage, |kind, sequence, fields| {
+        if !matches!(kind, Kind::Running | Kind::Stopped | Kind::Ended) {
+            return;
+        }
+        if entry.as_ref().is_none_or(|(newest, ..)| sequence > *newest) {
+            let mut read = Entry { stands: kind == Kind::Stopped, ..Entry::default() };
+            read.go_through(fields);
+            entry = Some((sequence, read, kind == Kind::Ended));
+        }
+    })?;
+    let Some((_, entry, has_ended)) = entry else {
+        // The very first write of all may have been cut off: then there was no job yet.
+        return Ok(if broken > 1 { Found::Broken } else { Found::Nothing });
+    };
+    let (mut file, mut beginning, mut later) = (None, None, false);
+    each(storage, |kind, sequence, fields| match kind {
+        Kind::File | Kind::Beginning if sequence > entry.job => later = true,
+        Kind::File if sequence == entry.job => {
+            let mut read = PlayedFile::default();
+            read.go_through(fields);
+            file = Some(read);
+        }
+        Kind::Beginning if sequence == entry.job => {
+            let mut read = [0; program::BEGINNING_BYTES];
+            fields.bytes(&mut read);
+            beginning = Some(read);
+        }
+        _ => {}
+    })?;
+    Ok(match (file, beginning) {
+        // A job was begun behind it, and had not made a line yet.
+        _ if has_ended || later => Found::Nothing,
+        (Some(file), Some(beginning)) => Found::Offer(Offer { file, beginning, entry }),
+        _ => Found::Broken,
+    })
+}
+
+/// Forgets the job that was found.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn forget(offer: &Offer, storage: &mut impl Storage) -> Result<(), StorageError> {
+    let mut journal = Journal::default();
+    journal.go_on(offer, storage)?;
+    journal.put_entry(Kind::Ended, storage)?;
+    journal.close(storage);
+    Ok(())
+}
+
+/// A check value over samples of a file that is open; it is anywhere afterwards.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn check_value(file: FileHandle, size: u32, storage: &mut impl Storage) -> Result<u32, StorageError> {
+    let (mut sum, mut block) = (crc32(0, &size.to_le_bytes()), [0; BLOCK]);
+    let last = size.saturating_sub(1) / BLOCK as u32;
+    for sample in 0..SAMPLES {
+        let number = u64::from(last) * u64::from(sample) / u64::from(SAMPLES - 1);
+        storage.seek(file, number as u32 * BLOCK as u32)?;
+        let count = storage.read(file, &mut block)?;
+        sum = crc32(sum, block.get(..count).unwrap_or(&[]));
+    }
+    Ok(sum)
+}
+
+/// A check value over what the configuration and the saved settings say: comments and blanks are none of it.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn machine_value(storage: &mut impl Storage) -> Result<u32, StorageError> {
+    let mut sum = 0;
+    for path in [CONFIG_PATH, OVERRIDE_PATH] {
+        let file = match storage.open(path, OpenMode::Read) {
+            Err(StorageError::NotFound) => continue,
+            opened => opened?,
+        };
+        let (mut block, mut in_comment) = ([0; BLOCK], false);
+        let read = loop {
+            let count = match storage.read(file, &mut block) {
+                Ok(0) => break Ok(()),
+                Ok(count) => count,
+                Err(error) => break Err(error),
+            };
+            for byte in block.get(..count).unwrap_or(&[]) {
+                in_comment = matches!(byte, b'#' | b';') || in_comment && *byte != b'\n';
+                if !in_comment && !byte.is_ascii_whitespace() {
+                    sum = crc32(sum, &[*byte]);
+                }
+            }
+        };
+        // It was only read.
+        let _ = storage.close(file);
+        read?;
+    }
+    Ok(sum)
+}
+
+/// When a file was written, as its directory says; 0 where that cannot be found out.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn written(path: &Path, storage: &mut impl Storage) -> Result<u32, StorageError> {
+    let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+    let (mut skip, mut entries) = (0, heapless::Vec::new());
+    loop {
+        storage.list(folder, skip, &mut entries)?;
+        if let Some(entry) = entries.iter().find(|entry| entry.name.eq_ignore_ascii_case(name)) {
+            let at = entry.written;
+            let day = (u32::from(at.year) * 13 + u32::from(at.month)) * 32 + u32::from(at.day);
+            return Ok((day * 24 + u32::from(at.hour)) * 60 + u32::from(at.minute));
+        }
+        if entries.is_empty() {
+            return Ok(0);
+        }
+        skip += entries.len();
+    }
+}
+
+#[cfg(test)]
+mod tests;
