@@ -1,0 +1,47 @@
+//! What the executor has open for a forecast.
+
+use heapless::Vec;
+use units::Micros;
+
+use crate::files::Path;
+use crate::jobs::{FileLines, Lookup};
+use crate::ports::{FileHandle, Storage};
+
+/// Files that wait for each other's subroutines, at most.
+const MOST_CALLERS: usize = 3;
+
+/// The files that a forecast reads, and what it is to the job.
+#[derive(Debug, Default)]
+pub(crate) struct Ahead {
+    pub path: Path,
+    pub file: Option<FileHandle>,
+    pub size: u32,
+    /// Files that have called subroutines in files of their own.
+    pub callers: Vec<FileLines, MOST_CALLERS>,
+    /// What it is written in is still looked for.
+    pub lookup: Option<Lookup>,
+    /// Which job it is for.
+    pub job: u32,
+    /// What stops the job has been said, so often.
+    pub warned: u32,
+    /// The job waits for its end.
+    pub holds: bool,
+    /// Lines of the job that have been made, and since when.
+    pub made: (u32, Micros),
+}
+
+impl Ahead {
+    /// Something is open.
+    pub const fn is_open(&self) -> bool {
+        self.file.is_some()
+    }
+
+    pub fn close(&mut self, storage: &mut impl Storage) {
+        let callers = core::mem::take(&mut self.callers);
+        for file in callers.iter().map(FileLines::file).chain(self.file.take()) {
+            // It was only read.
+            let _ = storage.close(file);
+        }
+        self.lookup = None;
+    }
+}

@@ -1,0 +1,296 @@
+//! What the executor and the work on a forecast have of each other.
+
+use core::cell::{Cell, RefCell};
+
+use config::MachineConfig;
+use heapless::Deque;
+use motion::Motion;
+use program::Place;
+
+use super::course::Course;
+use crate::files::Path;
+use crate::jobs::FileLines;
+use crate::ports::{FileHandle, Workspace};
+use crate::preflight::{AsItIs, Finding, Kind, Preflight, Severity, Totals};
+
+/// Findings that wait to be told.
+const FINDINGS: usize = 16;
+/// With fewer than this free, the next line waits until somebody has heard of those before.
+const ROOM: usize = 8;
+
+/// What the forecast is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// `check`: somebody hears what is found.
+    Check,
+    /// The job.
+    Job,
+}
+
+/// How far it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// There is none.
+    #[default]
+    Free,
+    /// It is to begin.
+    Ready,
+    /// It goes on.
+    Running,
+    /// The file has been read to its end.
+    Done,
+    /// It could not be read.
+    Failed(&'static str),
+}
+
+/// What the work needs before it can go on.
+#[allow(clippy::large_enum_variant, reason = "there is one of it, in place")]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wanted {
+    /// More of the file.
+    More,
+    /// What stands at another place of it.
+    At(Place),
+    /// The file of a subroutine.
+    Call(Path),
+    /// The file that called it.
+    Caller,
+}
+
+/// What came of that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Answer {
+    /// It is there.
+    #[default]
+    Here,
+    /// There is no such file, or no more of it.
+    None,
+    /// It cannot be read, for this reason.
+    Failed(&'static str),
+}
+
+/// Preflight and the motion object that makes no steps.
+pub(super) struct Desk<'a> {
+    pub preflight: Preflight<'a>,
+    pub motion: &'a mut Motion,
+}
+
+/// What the executor and the work on a forecast have of each other. Neither holds on to anything of it while
+/// the other runs, but the work to its desk.
+pub struct Foresight<'a> {
+    /// `None`: there is no memory for one.
+    pub(super) desk: RefCell<Option<Desk<'a>>>,
+    pub(super) lines: RefCell<FileLines>,
+    pub(super) wanted: RefCell<Option<Wanted>>,
+    pub(super) answer: Cell<Answer>,
+    found: RefCell<Deque<Finding, FINDINGS>>,
+    missed: Cell<u32>,
+    /// What comes depends on what only the job finds.
+    guesses: Cell<bool>,
+    course: RefCell<Course>,
+    /// The course is that of the job that is open, from its beginning to its end.
+    has_course: Cell<bool>,
+    totals: Cell<Totals>,
+    purpose: Cell<Purpose>,
+    pub(super) stage: Cell<Stage>,
+    /// The work that goes on is for nothing.
+    is_dropped: Cell<bool>,
+    may_run: Cell<bool>,
+}
+
+impl<'a> Foresight<'a> {
+    /// None yet.
+    pub fn new(config: &'a MachineConfig, workspace: Option<&'a mut Workspace>) -> Self {
+        let desk = workspace
+            .map(|Workspace { motion, program }| Desk { preflight: Preflight::of_nothing(config, program), motion });
+        Self {
+            desk: RefCell::new(desk),
+            lines: RefCell::new(FileLines::new(FileHandle(0))),
+            wanted: RefCell::new(None),
+            answer: Cell::default(),
+            found: RefCell::default(),
+            missed: Cell::new(0),
+            guesses: Cell::new(false),
+            course: RefCell::default(),
+            has_course: Cell::new(false),
+            totals: Cell::default(),
+            purpose: Cell::new(Purpose::Check),
+            stage: Cell::default(),
+            is_dropped: Cell::new(false),
+            may_run: Cell::new(false),
+        }
+    }
+
+    // --- the executor's side ---
+
+    /// Whether one is being made.
+    pub fn is_under_way(&self) -> bool {
+        matches!(self.stage.get(), Stage::Ready | Stage::Running)
+    }
+
+    /// How far it is.
+    pub const fn stage(&self) -> Stage {
+        self.stage.get()
+    }
+
+    /// What the one under way, or made last, is for.
+    pub const fn purpose(&self) -> Purpose {
+        self.purpose.get()
+    }
+
+    /// Whether it may have its turns.
+    pub fn allow(&self, may_run: bool) {
+        self.may_run.set(may_run);
+    }
+
+    /// Looks ahead from where `motion` is. False while the last one is still being put away.
+    pub fn stand_as(&self, motion: &Motion) -> bool {
+        let Ok(mut desk) = self.desk.try_borrow_mut() else {
+            self.forget();
+            return false;
+        };
+        let stands = desk.as_mut().is_some_and(|Desk { preflight, motion: own }| {
+            preflight.settles_in(motion.config().map_or(0.0, Motion::settling));
+            own.pass_as(motion).is_ok()
+        });
+        let failed = Stage::Failed("there is no machine that could move, or no memory to look ahead");
+        self.stage.set(if stands { Stage::Free } else { failed });
+        true
+    }
+
+    /// Begins one, of a file that is open and of the machine as it is, after [`Self::stand_as`].
+    pub fn begin(&self, purpose: Purpose, file: FileHandle, machine: &AsItIs<'_>) {
+        let Ok(mut desk) = self.desk.try_borrow_mut() else { return };
+        if let Some(desk) = &mut *desk {
+            desk.preflight.begin(machine);
+        }
+        self.is_dropped.set(false);
+        self.lines(|lines| *lines = FileLines::new(file));
+        self.wanted.replace(None);
+        self.found.borrow_mut().clear();
+        self.missed.set(0);
+        self.guesses.set(false);
+        self.totals.set(Totals::default());
+        self.purpose.set(purpose);
+        if self.stage.get() == Stage::Free {
+            self.stage.set(Stage::Ready);
+        }
+    }
+
+    /// The file says what it is written in, or does not.
+    pub fn read_as(&self, dialect: Option<program::Dialect>) {
+        if let Ok(mut desk) = self.desk.try_borrow_mut()
+            && let Some(desk) = &mut *desk
+        {
+            desk.preflight.read_as(dialect);
+        }
+    }
+
+    /// It is of no use any more.
+    pub fn forget(&self) {
+        self.stage.set(Stage::Free);
+        self.wanted.replace(None);
+        self.is_dropped.set(true);
+    }
+
+    /// It cannot go on.
+    pub fn fail(&self, why: &'static str) {
+        self.forget();
+        self.stage.set(Stage::Failed(why));
+    }
+
+    /// What it waits for, once.
+    pub fn take_wanted(&self) -> Option<Wanted> {
+        self.wanted.take()
+    }
+
+    /// Something is waited for.
+    pub fn wants(&self) -> bool {
+        self.wanted.borrow().is_some()
+    }
+
+    /// What it has waited for has been tried.
+    pub fn answer(&self, answer: Answer) {
+        self.answer.set(answer);
+    }
+
+    /// The lines of the file, for whoever reads it.
+    pub fn lines<R>(&self, f: impl FnOnce(&mut FileLines) -> R) -> R {
+        f(&mut self.lines.borrow_mut())
+    }
+
+    /// The next finding that nobody has heard of.
+    pub fn take_finding(&self) -> Option<Finding> {
+        self.found.borrow_mut().pop_front()
+    }
+
+    /// Findings that there was no room for.
+    pub const fn missed(&self) -> u32 {
+        self.missed.get()
+    }
+
+    /// Whether what comes depends on what only the job finds.
+    pub const fn guesses(&self) -> bool {
+        self.guesses.get()
+    }
+
+    /// What the file has come to so far.
+    pub fn totals(&self) -> Totals {
+        self.totals.get()
+    }
+
+    /// The course of the job, once it is known to its end.
+    pub fn course<R>(&self, f: impl FnOnce(&Course) -> R) -> Option<R> {
+        self.has_course.get().then(|| f(&self.course.borrow()))
+    }
+
+    /// Another job begins.
+    pub fn forget_course(&self) {
+        self.has_course.set(false);
+        self.course.borrow_mut().clear();
+    }
+
+    // --- the work's side ---
+
+    /// The work that goes on is to be dropped; once.
+    pub(super) fn take_dropped(&self) -> bool {
+        self.is_dropped.take()
+    }
+
+    pub(super) fn has_its_turn(&self) -> bool {
+        let waits = self.stage.get() == Stage::Ready || (self.stage.get() == Stage::Running && !self.wants());
+        waits && self.may_run.get()
+    }
+
+    pub(super) fn has_room(&self) -> bool {
+        let found = self.found.borrow();
+        found.capacity() - found.len() >= ROOM
+    }
+
+    pub(super) fn found(&self, finding: &Finding) {
+        if finding.kind == Kind::Unforeseen {
+            self.guesses.set(true);
+        }
+        // Of a job only what stops it is told.
+        let is_told = self.purpose.get() == Purpose::Check || finding.kind.severity() == Severity::Stop;
+        if is_told && self.found.borrow_mut().push_back(finding.clone()).is_err() {
+            self.missed.set(self.missed.get().saturating_add(1));
+        }
+    }
+
+    pub(super) fn with_course(&self, f: impl FnOnce(&mut Course)) {
+        if self.purpose.get() == Purpose::Job {
+            f(&mut self.course.borrow_mut());
+        }
+    }
+
+    pub(super) fn course_is_whole(&self) {
+        if self.purpose.get() == Purpose::Job {
+            self.has_course.set(true);
+        }
+    }
+
+    pub(super) fn count(&self, totals: &Totals) {
+        self.totals.set(*totals);
+    }
+}

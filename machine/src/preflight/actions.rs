@@ -1,0 +1,238 @@
+//! What actions come to when nothing is carried out.
+
+use motion::{Latch, Motion};
+use program::{Action, Effect, Function, Next, Part, Place, Words};
+use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
+
+use super::finding::Kind;
+use super::homing;
+use super::lines::{Reading, Said};
+use crate::failure::message;
+use crate::heat::OFF_BELOW;
+use crate::motion_codes;
+use crate::needs::needs;
+use crate::outputs::Outputs;
+use crate::ports::MotionPort;
+
+/// The motion object that makes no steps, for codes that set limits.
+struct Shadow<'m> {
+    motion: &'m mut Motion,
+    latch: Latch,
+}
+
+impl MotionPort for Shadow<'_> {
+    fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
+        f(self.motion)
+    }
+
+    fn latch(&self) -> &Latch {
+        &self.latch
+    }
+}
+
+impl Reading<'_, '_> {
+    pub(super) async fn action(&mut self, action: &Action<'_>, next: &mut Next) -> Result<(), Said> {
+        match *action {
+            Action::Move(ref request) => return self.movement(request).await,
+            Action::Effect(effect) => return self.effect(effect),
+            Action::Dwell(time) => {
+                self.standstill().await;
+                self.wait(time.0 as f64 * 1e-6);
+            }
+            Action::HeatAndWait { heater, target } => {
+                self.standstill().await;
+                self.preflight.totals.heat_waits += 1;
+                return self.target(heater, target);
+            }
+            Action::Home(axes) => self.home(axes).await,
+            Action::SetPosition { ref to, homed } => self.set_position(to, homed).await,
+            Action::ForgetHoming(axes) => self.preflight.homed = self.preflight.homed.without(axes),
+            Action::Acceleration(value) => {
+                let set = motion_codes::acceleration(&mut self.shadow(), value);
+                return set.map(drop).map_err(|failure| self.failed(Kind::Word, failure));
+            }
+            Action::Function(function, ref words) => return self.function(function, words).await,
+            Action::EndProgram => {
+                self.standstill().await;
+                self.preflight.program.end_program();
+                self.preflight.has_ended = true;
+            }
+            Action::Call { number, times } => match self.preflight.program.call(number, times, self.after) {
+                Ok(place) => *next = place,
+                Err(fault) => return Err(self.say(Kind::Flow, message(format_args!("{fault}")))),
+            },
+            Action::Return => {
+                *next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
+                if *next == Next::At(Place::default()) {
+                    // M99 of the main program: it begins anew, for ever.
+                    self.preflight.has_ended = true;
+                }
+            }
+            Action::Finish | Action::Overrides { .. } | Action::Orient { .. } => self.standstill().await,
+            Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => {
+                self.standstill().await;
+                self.unforeseen();
+            }
+            Action::Pause(_) | Action::ChangeTool(_) | Action::Suspend { .. } | Action::RetractByHand => {
+                self.standstill().await;
+            }
+            Action::Halt => return Err(self.say(Kind::Unforeseen, message(format_args!("M112 halts the machine")))),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// An output that changes by the way.
+    pub(super) fn effect(&mut self, effect: Effect) -> Result<(), Said> {
+        match effect {
+            Effect::Target { heater, target } => self.target(heater, target),
+            Effect::Switch { switch, on, value } => {
+                let checked = Outputs::check(self.preflight.config, switch, on, value, true);
+                checked.map_err(|failure| self.failed(Kind::Off, failure))
+            }
+        }
+    }
+
+    fn target(&mut self, heater: HeaterId, target: Celsius) -> Result<(), Said> {
+        if let Some(slot) = self.preflight.targets.get_mut(heater.index()) {
+            *slot = target;
+        }
+        if target <= OFF_BELOW {
+            return Ok(());
+        }
+        let config = self.preflight.config;
+        needs(config, Part::Heater(heater), true).map_err(|failure| self.failed(Kind::Off, failure))?;
+        let Some(settings) = config.heater(heater) else { return Ok(()) };
+        let (name, most) = (settings.name.as_str(), settings.max_temp);
+        if settings.heater_pin.is_none() {
+            return Err(self.say(Kind::TooHot, message(format_args!("{name} is a sensor without a heater"))));
+        }
+        if target > most {
+            let text = format_args!("{name}: {:.1} C is above its max_temp {:.1} C", target.0, most.0);
+            return Err(self.say(Kind::TooHot, message(text)));
+        }
+        Ok(())
+    }
+
+    fn shadow(&mut self) -> Shadow<'_> {
+        Shadow { motion: self.motion, latch: Latch::new() }
+    }
+
+    /// Of the codes that the machine does itself, those that change where and how fast it may go.
+    async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
+        let config = self.preflight.config;
+        let tools = self.preflight.program.tools().clone();
+        let mut rate = None;
+        let set = match function {
+            Function::LabelObject => {
+                self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
+                Ok(())
+            }
+            _ if words.is_bare() && !matches!(function, Function::LevelingOff | Function::WaitForHeaters) => Ok(()),
+            Function::AxisSpeeds => {
+                let set = motion_codes::set_axis_speeds(&mut self.shadow(), config, &tools, words);
+                set.map(|seek| rate = seek)
+            }
+            Function::MotorSpeeds => {
+                motion_codes::set_motor_speeds(&mut self.shadow(), config, &tools, words).map(drop)
+            }
+            Function::Accelerations => motion_codes::accelerations(&mut self.shadow(), config, &tools, words).map(drop),
+            Function::CornerSettings => motion_codes::corner_settings(&mut self.shadow(), words).map(drop),
+            Function::Jerk => motion_codes::jerk(&mut self.shadow(), words).map(drop),
+            Function::SpeedFactor => {
+                let factor = words.get('S').unwrap_or(1.0).clamp(0.1, 10.0);
+                self.motion.set_overrides(factor, factor);
+                Ok(())
+            }
+            Function::SoftEndstops => {
+                if let Some(on) = words.get('S') {
+                    self.preflight.travel.switch(on != 0.0);
+                }
+                Ok(())
+            }
+            Function::WaitForHeaters => {
+                self.standstill().await;
+                self.preflight.totals.heat_waits += 1;
+                Ok(())
+            }
+            _ => Ok(()),
+        };
+        if let Some(rate) = rate {
+            self.preflight.program.set_seek_rate(rate);
+        }
+        set.map_err(|failure| self.failed(Kind::Word, failure))
+    }
+
+    /// What comes now depends on what only the job finds.
+    fn unforeseen(&mut self) {
+        if !core::mem::replace(&mut self.preflight.once.unforeseen, true) {
+            let text = "what is found here decides what follows: it is looked at as if nothing had been found";
+            self.say(Kind::Unforeseen, message(format_args!("{text}")));
+        }
+    }
+
+    // --- places ---
+
+    async fn set_position(&mut self, to: &PerAxis<Option<f64>>, homed: bool) {
+        self.standstill().await;
+        let mut position = self.motion.commanded_position();
+        let named = AxisSet::collect(Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
+        named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
+        self.stand_at(position);
+        if homed {
+            self.preflight.homed = self.preflight.homed.or(named);
+        }
+    }
+
+    /// The machine stands there now.
+    fn stand_at(&mut self, position: PerAxis<f64>) {
+        // What steps cannot count the machine refuses; then the place stays.
+        let _ = self.motion.set_position(position);
+        let position = self.motion.commanded_position();
+        self.preflight.program.resynchronise(position);
+    }
+
+    async fn home(&mut self, named: AxisSet) {
+        self.standstill().await;
+        let preflight = &mut *self.preflight;
+        let here = self.motion.commanded_position();
+        let homed = homing::foresee(preflight.config, &preflight.tuning, preflight.can_home, named, &here);
+        preflight.totals.homing_seconds += homed.seconds;
+        preflight.homed = preflight.homed.or(homed.axes);
+        self.listener.waited(preflight.begun, homed.seconds);
+        self.stand_at(homed.place);
+    }
+
+    // --- time ---
+
+    /// Everything submitted has been made.
+    pub(super) async fn standstill(&mut self) {
+        self.motion.flush();
+        while self.pass() {
+            self.preflight.turn().await;
+        }
+        if core::mem::take(&mut self.preflight.moves) {
+            let settling = self.preflight.settling;
+            self.wait(settling);
+        }
+    }
+
+    fn wait(&mut self, seconds: f64) {
+        self.preflight.totals.waiting_seconds += seconds;
+        self.listener.waited(self.preflight.begun, seconds);
+    }
+
+    /// Passes a block, if one can be begun.
+    pub(super) fn pass(&mut self) -> bool {
+        let Some(passage) = self.motion.pass_block() else { return false };
+        let totals = &mut self.preflight.totals;
+        totals.even_seconds += passage.even_seconds;
+        totals.ramp_seconds += passage.ramp_seconds;
+        let (asked, limit) = (passage.requested.get(), passage.limit.get());
+        if asked > limit && passage.mode == motion::Mode::Feed {
+            totals.lost_seconds += passage.even_seconds * (1.0 - limit / asked);
+        }
+        self.listener.passed(&passage, self.motion);
+        true
+    }
+}

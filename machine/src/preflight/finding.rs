@@ -1,0 +1,113 @@
+//! What a preflight finds, in words for whoever wrote the file.
+
+use core::fmt;
+
+use crate::failure::Message;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The job goes on, and makes something else than the file says, or makes it more slowly.
+    Warning,
+    /// The job stops there.
+    Stop,
+}
+
+/// What sort of thing it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A move leaves the travel of an axis.
+    OutOfTravel,
+    /// Arms do not reach it, or motion refuses it otherwise.
+    Unreachable,
+    /// It moves before the machine knows where it is.
+    NotHomed,
+    /// A code that nobody knows, or whose part the machine has not.
+    Unknown,
+    /// A code that is known and not carried out.
+    PassedOver,
+    /// A word of a code is wrong.
+    Word,
+    /// A tool that there is not.
+    Tool,
+    /// A part that an error in the configuration keeps off.
+    Off,
+    /// A temperature above the heater's maximum.
+    TooHot,
+    /// Filament is fed by a cold nozzle.
+    Cold,
+    /// A speed that a limit cuts.
+    Speed,
+    /// The line cannot be read.
+    Text,
+    /// Subroutines and loops do not fit together.
+    Flow,
+    /// It waits for something that only the job can know.
+    Unforeseen,
+}
+
+impl Kind {
+    /// What to do about it.
+    #[must_use]
+    pub const fn fix(self) -> &'static str {
+        match self {
+            Self::OutOfTravel => "place the part elsewhere, or correct [soft endstop] or the work offset",
+            Self::Unreachable => "place the part where the arms reach it",
+            Self::NotHomed => "begin with G28",
+            Self::Unknown => "leave it out, or choose this machine's firmware in the slicer",
+            Self::PassedOver => "nothing need be done",
+            Self::Word => "correct the line",
+            Self::Tool => "slice for the extruders that there are, or add an [extruder] section",
+            Self::Off => "mend config.ini",
+            Self::TooHot => "lower the temperature, or raise max_temp if the hardware bears it",
+            Self::Cold => "set the temperature and wait for it (M109) before",
+            Self::Speed => "slice for that speed, or raise the limit",
+            Self::Text => "the file may be damaged: copy it anew",
+            Self::Flow => "close what is open",
+            Self::Unforeseen => "watch the job there",
+        }
+    }
+
+    /// How bad it is.
+    #[must_use]
+    pub const fn severity(self) -> Severity {
+        match self {
+            Self::NotHomed | Self::PassedOver | Self::Cold | Self::Speed | Self::Unforeseen => Severity::Warning,
+            _ => Severity::Stop,
+        }
+    }
+}
+
+/// Something that is wrong with a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The line, from 1.
+    pub line: u32,
+    /// What sort of thing.
+    pub kind: Kind,
+    /// What is wrong.
+    pub what: Message,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = if self.kind.severity() == Severity::Stop { "stops" } else { "warning" };
+        write!(f, "line {}: {word}: {} ({})", self.line, self.what, self.kind.fix())
+    }
+}
+
+/// What is said once of a file, however often it is found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Once {
+    pub not_homed: bool,
+    pub cold: [bool; units::MAX_AXES],
+    /// Of the axes X Y Z, the path, the motors of A B C.
+    pub speed: [bool; 7],
+    pub unforeseen: bool,
+    /// How many of a kind that may come in thousands have been said.
+    pub out_of_travel: u32,
+    pub passed_over: u32,
+}
+
+/// Of findings that may come with every line, so many are said.
+pub(super) const MOST_ALIKE: u32 = 5;

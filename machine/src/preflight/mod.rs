@@ -1,0 +1,25 @@
+//! Preflight: what a file asks of this machine, and how long it takes, before anything moves.
+//!
+//! The same interpreter reads the lines, and a second motion object, which makes no steps, is given the same
+//! moves ([`motion::Motion::pass_block`]). So what is found here is what the machine would say line by line,
+//! and the time is the planner's own. The desk and the board run this very code; each brings the lines, and
+//! hears what is found.
+//!
+//! What only the job itself can know is left out: what probing finds, what inputs read, what an operator
+//! does. A file is read as on a machine that has just been switched on.
+
+mod actions;
+mod entry;
+mod finding;
+mod homing;
+mod lines;
+mod moves;
+mod state;
+mod text;
+mod told;
+
+pub use finding::{Finding, Kind, Severity};
+pub(crate) use state::AsItIs;
+pub use state::{Listener, MOST_LINES, Preflight, Totals};
+pub use text::{dialect_of, read};
+pub use told::{Clock, TOLD_LINES, Told};

@@ -1,0 +1,223 @@
+//! A file on its way through a preflight: the program's state, and what the file has come to so far.
+
+use config::MachineConfig;
+use motion::{Motion, Passage, Tag};
+use program::{Dialect, Facts, Interpreter, copy_program};
+use units::{Axis, AxisSet, Celsius, MAX_HEATERS, PerAxis};
+
+use super::finding::{Finding, Once};
+use crate::motion_config::motion_config;
+use crate::program_setup;
+use crate::safety::travel::Travel;
+use crate::tuning::Tuning;
+use crate::wait::yield_once;
+
+/// Lines that are read at most: loops may have no end.
+pub const MOST_LINES: u32 = 20_000_000;
+
+/// Blocks and lines that are done with before everybody else gets a turn: a tenth of a millisecond on the
+/// board.
+const IN_A_ROW: u8 = 4;
+
+/// Who hears what a preflight finds.
+pub trait Listener {
+    /// Something that is wrong with the file.
+    fn found(&mut self, finding: &Finding);
+
+    /// A block of the look-ahead queue has been passed. Its way is [`Motion::passed_path`].
+    fn passed(&mut self, _passage: &Passage, _motion: &Motion) {}
+
+    /// A line says which object the lines behind it make, with the text of M486. Lines are counted here as
+    /// tags of moves are: each that is no comment, as often as it is carried out.
+    fn labelled(&mut self, _line: u32, _text: &str) {}
+
+    /// At this line, counted so, the machine waits for so many seconds.
+    fn waited(&mut self, _line: u32, _seconds: f64) {}
+}
+
+/// What a file comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Lines read.
+    pub lines: u32,
+    /// Moves at even speed, seconds.
+    pub even_seconds: f64,
+    /// Moves whose speed changes, seconds.
+    pub ramp_seconds: f64,
+    /// Dwells, and coming to a standstill and from it, seconds.
+    pub waiting_seconds: f64,
+    /// Homing, by what the configuration says of ways and speeds, seconds.
+    pub homing_seconds: f64,
+    /// What limits of speed cost beside what the file asks for, seconds.
+    pub lost_seconds: f64,
+    /// Filament, mm.
+    pub filament: f64,
+    /// Path of moves that feed filament, mm.
+    pub printed: f64,
+    /// Path of moves that do not, mm.
+    pub travelled: f64,
+    /// The least and the greatest places, mm; none where nothing moved.
+    pub extents: Option<[PerAxis<f64>; 2]>,
+    /// Times that the file waits for a temperature.
+    pub heat_waits: u32,
+    /// Findings that stop the job.
+    pub stops: u32,
+    /// Other findings.
+    pub warnings: u32,
+}
+
+impl Totals {
+    /// Everything but heating, seconds.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.even_seconds + self.ramp_seconds + self.waiting_seconds + self.homing_seconds
+    }
+}
+
+/// A machine in the middle of its work.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AsItIs<'m> {
+    /// What it has been told.
+    pub program: &'m Interpreter,
+    pub tuning: &'m Tuning,
+    pub travel: &'m Travel,
+    pub homed: AxisSet,
+    pub targets: [Celsius; MAX_HEATERS],
+    /// What the file says it is written in.
+    pub dialect: Option<Dialect>,
+    /// The file is what the program does next.
+    pub goes_on: bool,
+}
+
+/// Never inlined: what it is made of is on the stack meanwhile.
+#[inline(never)]
+fn new_program<'p>(config: &MachineConfig, place: &'p mut Option<Interpreter>) -> &'p mut Interpreter {
+    place.insert(Interpreter::new(program_setup::setup(config)))
+}
+
+/// A file on its way through.
+#[derive(Debug)]
+pub struct Preflight<'c> {
+    pub(super) config: &'c MachineConfig,
+    pub(super) program: &'c mut Interpreter,
+    pub(super) tuning: Tuning,
+    pub(super) travel: Travel,
+    pub(super) homed: AxisSet,
+    pub(super) can_home: AxisSet,
+    pub(super) dialect: Dialect,
+    pub(super) targets: [Celsius; MAX_HEATERS],
+    /// What a standstill takes, seconds.
+    pub(super) settling: f64,
+    /// Moves have been submitted since the last standstill.
+    pub(super) moves: bool,
+    pub(super) totals: Totals,
+    pub(super) once: Once,
+    pub(super) line: u32,
+    /// Lines that are no comments, as often as they were carried out.
+    pub(super) begun: u32,
+    pub(super) has_begun: bool,
+    pub(super) has_ended: bool,
+    /// Done with since everybody else had a turn.
+    in_a_row: u8,
+}
+
+impl<'c> Preflight<'c> {
+    /// Of a machine that was just switched on. `motion` is set up for it, and `program` holds its program,
+    /// which is large; `dialect` is what the file says it is written in, if it does.
+    ///
+    /// # Errors
+    /// When the machine has no geometry that can move.
+    pub fn new(
+        config: &'c MachineConfig,
+        dialect: Option<Dialect>,
+        program: &'c mut Option<Interpreter>,
+        motion: &mut Motion,
+    ) -> Result<Self, config::ArmSolution> {
+        let own = motion_config(config)?;
+        motion.configure_to_pass(&own).map_err(|_| config.motion.arm_solution)?;
+        let mut preflight = Self::of_nothing(config, program);
+        preflight.settling = Motion::settling(&own);
+        preflight.read_as(dialect);
+        Ok(preflight)
+    }
+
+    /// Of no file yet.
+    pub(crate) fn of_nothing(config: &'c MachineConfig, program: &'c mut Option<Interpreter>) -> Self {
+        let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
+        Self {
+            config,
+            program: new_program(config, program),
+            tuning: Tuning::new(config),
+            travel: Travel::default(),
+            homed: AxisSet::NONE,
+            can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
+            dialect: program_setup::dialect(config),
+            targets: [Celsius(0.0); MAX_HEATERS],
+            settling: 0.0,
+            moves: false,
+            totals: Totals::default(),
+            once: Once::default(),
+            line: 0,
+            begun: 0,
+            has_begun: false,
+            has_ended: false,
+            in_a_row: 0,
+        }
+    }
+
+    /// Each standstill takes so many seconds.
+    pub(crate) const fn settles_in(&mut self, seconds: f64) {
+        self.settling = seconds;
+    }
+
+    /// Another file, of the machine as it is. In place: it is large.
+    pub(crate) fn begin(&mut self, machine: &AsItIs<'_>) {
+        copy_program(self.program, machine.program);
+        self.tuning.clone_from(machine.tuning);
+        self.travel.clone_from(machine.travel);
+        (self.homed, self.targets) = (machine.homed, machine.targets);
+        self.read_as(machine.dialect);
+        if !machine.goes_on {
+            // Another file's loops and subroutines are none of this one's.
+            self.program.end_program();
+        }
+        (self.totals, self.once) = (Totals::default(), Once::default());
+        (self.line, self.begun) = (0, 0);
+        (self.moves, self.has_begun, self.has_ended) = (false, false, false);
+    }
+
+    /// What the file says it is written in.
+    pub(crate) fn read_as(&mut self, dialect: Option<Dialect>) {
+        let forced = program_setup::file_dialect(self.config);
+        self.dialect = forced.or(dialect).unwrap_or(program_setup::dialect(self.config));
+    }
+
+    /// The program has ended before its file does.
+    #[must_use]
+    pub const fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    /// What it has come to so far.
+    #[must_use]
+    pub const fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// A line or a block is done with: now and then everybody else gets a turn.
+    pub(super) async fn turn(&mut self) {
+        self.in_a_row += 1;
+        if self.in_a_row >= IN_A_ROW {
+            self.in_a_row = 0;
+            yield_once().await;
+        }
+    }
+
+    pub(super) const fn facts(&self) -> Facts {
+        Facts { homed: self.homed, can_home: self.can_home }
+    }
+
+    pub(super) const fn tag(&self) -> Tag {
+        Tag(self.begun)
+    }
+}
