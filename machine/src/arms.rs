@@ -27,6 +27,11 @@ pub(crate) const fn homes_by_motor(config: &MachineConfig) -> bool {
     homing.delta || homing.rotary_delta || homing.scara
 }
 
+/// Three towers.
+pub(crate) fn is_linear_delta(config: &MachineConfig) -> bool {
+    config.motion.arm_solution == config::ArmSolution::LinearDelta
+}
+
 /// The homing position of Z is a place of the tool, which M665 changes.
 const fn homes_by_tool(config: &MachineConfig) -> bool {
     config.homing.delta || config.homing.scara
@@ -245,12 +250,19 @@ pub(crate) fn write_arms(
     let parameters = motion_config.kinematics.parameters();
     if parameters.iter().next().is_some() {
         write!(text, ";Arm solution:\nM665")?;
-        for (letter, value) in parameters.iter() {
+        // Smoothieware's deltas have rods of one length.
+        let is_delta = matches!(motion_config.kinematics, Kinematics::LinearDelta(_));
+        let is_of_one_rod = |letter: char| is_delta && "IJK".contains(letter);
+        let all = config.motion.arms.linear_delta.arm_offset != [0.0; 3]
+            || parameters.iter().any(|(letter, value)| is_of_one_rod(letter) && value != 0.0);
+        for (letter, value) in parameters.iter().filter(|(letter, _)| all || !is_of_one_rod(*letter)) {
             write!(text, " {letter}{value:.5}")?;
         }
         writeln!(text)?;
     }
-    if homes_by_motor(config) {
+    // G28.7 puts slaves at theirs.
+    let has_slaves = Axis::PRIMARY.into_iter().any(|axis| config.slave_endstops(axis).next().is_some());
+    if homes_by_motor(config) || has_slaves {
         let [x, y, z] = tuning.trim();
         writeln!(text, ";Trim:\nM666 X{x:.5} Y{y:.5} Z{z:.5}")?;
     }

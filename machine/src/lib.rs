@@ -10,13 +10,16 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+mod alignment;
 mod arms;
 mod autotune;
 mod axes;
 mod bed;
 mod executor;
 mod failure;
+mod filament;
 mod files;
+mod forecast;
 mod gpio;
 mod grbl;
 pub mod heat;
@@ -24,13 +27,17 @@ mod heat_codes;
 mod homing;
 mod jobs;
 mod jog;
+mod journal;
+mod least_squares;
 mod leveling;
 mod motion_codes;
 pub mod motion_config;
 mod motors;
 mod needs;
 mod outputs;
+mod paper;
 pub mod ports;
+pub mod preflight;
 mod probing;
 mod program_setup;
 mod reports;
@@ -39,10 +46,12 @@ mod saved_settings;
 pub mod sessions;
 pub mod supervisor;
 pub mod tasks;
+mod thermal;
 mod tuning;
 pub mod wait;
 pub mod watchdog;
 
 pub use executor::run;
 pub use files::{CONFIG_PATH, kept, safe_file};
+pub use leveling::{findings, form, map, profile_file};
 pub use program::{Dialect, State};

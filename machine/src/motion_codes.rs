@@ -76,11 +76,24 @@ pub(crate) fn axis_speeds(
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Result<Option<MmPerSecond>, Failure> {
-    let mut limits = motion_config(ports)?.limits;
     if words.is_bare() {
-        report_axis_speeds(&limits, program, reply);
+        report_axis_speeds(&motion_config(ports)?.limits, program, reply);
         return Ok(None);
     }
+    set_axis_speeds(ports, config, program.tools(), words)
+}
+
+/// M203 with words.
+///
+/// # Errors
+/// As [`axis_speeds`].
+pub(crate) fn set_axis_speeds(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+) -> Result<Option<MmPerSecond>, Failure> {
+    let mut limits = motion_config(ports)?.limits;
     for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
         if let Some(speed) = words.axis(axis) {
             *limit = (speed > 0.0).then_some(MmPerSecond(speed));
@@ -90,7 +103,7 @@ pub(crate) fn axis_speeds(
     if let Some(speed) = words.get('P').filter(|_| !words.has('E') && !words.has('V')) {
         limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
     }
-    if let Some((motor, speed)) = extruder_word(words, program.tools(), config)? {
+    if let Some((motor, speed)) = extruder_word(words, tools, config)? {
         limits.actuator_rate[motor] = MmPerSecond(speed);
     }
     set_limits(ports, limits)?;
@@ -126,8 +139,8 @@ pub(crate) fn motor_speeds(
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let mut limits = motion_config(ports)?.limits;
     if words.is_bare() {
+        let limits = motion_config(ports)?.limits;
         let own = motors().filter(|(axis, motor)| config.actuators[*motor].present && !tools.uses(*axis));
         for (axis, motor) in own {
             reply.say(format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
@@ -136,6 +149,20 @@ pub(crate) fn motor_speeds(
         reply.say(format_args!("\n"));
         return Ok(Answer::Ok);
     }
+    set_motor_speeds(ports, config, tools, words)
+}
+
+/// M203.1 with words.
+///
+/// # Errors
+/// As [`motor_speeds`].
+pub(crate) fn set_motor_speeds(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+) -> Outcome {
+    let mut limits = motion_config(ports)?.limits;
     for (axis, motor) in motors() {
         let rate = &mut limits.actuator_rate[motor];
         *rate = words.axis(axis).map_or(*rate, MmPerSecond);

@@ -48,6 +48,7 @@ pub fn kinematics(config: &MachineConfig) -> Option<Kinematics> {
         ArmSolution::Polar => Kinematics::Polar,
         ArmSolution::LinearDelta => Kinematics::LinearDelta(LinearDelta::new(LinearDeltaGeometry {
             arm_length: arms.linear_delta.arm_length,
+            arm_offset: arms.linear_delta.arm_offset,
             arm_radius: arms.linear_delta.arm_radius,
             tower_offset: arms.linear_delta.tower_offset,
             tower_angle: arms.linear_delta.tower_angle,

@@ -6,8 +6,9 @@
 use core::fmt::Write;
 
 use config::{MAX_EXTRUDERS, MachineConfig, OffModule, ToolId};
+use gcode::{Block, Letter};
 use heapless::Vec;
-use program::{Fault, Part, Problem};
+use program::{CodeInfo, Fault, Part, Problem};
 
 use crate::failure::{Failure, Message, message};
 use crate::grbl::numbers::Error;
@@ -26,6 +27,8 @@ fn explained(off: &OffModule) -> Message {
 fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
     match part {
         Part::Probe => ("zprobe", ""),
+        Part::ZAlignment => ("z alignment", ""),
+        Part::BedScrews => ("bed screws", ""),
         Part::Lathe => ("lathe", ""),
         Part::DrillingCycles => ("drillingcycles", ""),
         Part::Laser => ("laser", ""),
@@ -80,6 +83,22 @@ fn no_such_tool(config: &MachineConfig, word: f64) -> Message {
         let _ = write!(text, "{comma} P{id} {name}");
     }
     text
+}
+
+/// Whether a file whose code of this row is not carried out makes another part, or harms somebody: why.
+#[cold]
+pub(crate) fn makes_another_part(row: Option<&CodeInfo>, block: &Block<'_>) -> Option<Failure> {
+    let code = block.code?;
+    let is_off = block.get('S') == Some(0.0);
+    let why = match row {
+        None if code.letter == Letter::G => "is not known here, and what follows counts on it",
+        Some(row) if row.is_missing() => {
+            return Some(Failure::Refused(message(format_args!("{code} is not carried out here: {}", row.help))));
+        }
+        Some(row) if row.is_needed && !is_off || code.letter == Letter::G => "is for a part that this machine has not",
+        _ => return None,
+    };
+    Some(Failure::Refused(message(format_args!("{code} {why}"))))
 }
 
 /// At boot: what stays off, in one line.

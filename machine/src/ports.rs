@@ -12,6 +12,9 @@ mod consoles;
 mod drivers;
 mod io;
 mod storage;
+mod workspace;
+
+use core::ops::DerefMut;
 
 use motion::{Latch, Motion};
 use units::Micros;
@@ -30,6 +33,7 @@ pub use storage::{
     DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage,
     StorageError,
 };
+pub use workspace::Workspace;
 
 /// What time it is.
 pub trait Clock {
@@ -44,6 +48,15 @@ pub trait MotionPort {
 
     /// The latch that input interrupts report to: bit n of its mask is [`Input::bit`] n.
     fn latch(&self) -> &Latch;
+}
+
+/// What a look ahead at files works with.
+pub trait Ahead {
+    /// Where it is.
+    type Workspace: DerefMut<Target = Workspace>;
+
+    /// Gives it away, once. `None`: there is no memory for it.
+    fn workspace(&mut self) -> Option<Self::Workspace>;
 }
 
 /// Heaters, fans and switched outputs.
@@ -78,11 +91,11 @@ pub trait Inputs {
 
 /// The world of one machine.
 pub trait Ports:
-    Clock + MotionPort + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
 {
 }
 
 impl<P> Ports for P where
-    P: Clock + MotionPort + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    P: Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
 {
 }

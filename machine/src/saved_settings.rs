@@ -5,7 +5,7 @@
 
 use core::fmt::{self, Write};
 
-use config::MachineConfig;
+use config::{FilamentDetectorConfig, MachineConfig};
 use motion::MotionConfig;
 use program::{Interpreter, ParkPosition, Tool, write_system_name};
 use units::{Actuator, Axis};
@@ -19,6 +19,7 @@ use crate::motion_codes::advance_of;
 use crate::motors::write_currents;
 use crate::ports::{HeatPort, MotionPort};
 use crate::probing::write_probe;
+use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 
 /// The lines of one part of the machine.
@@ -59,7 +60,7 @@ pub(crate) fn part(
     ports: &mut (impl MotionPort + HeatPort),
     program: &Interpreter,
     config: &MachineConfig,
-    tuning: &Tuning,
+    (tuning, thermal): (&Tuning, &Thermal),
     bed: &Bed,
 ) -> Result<Text, fmt::Error> {
     let mut text = Text::new();
@@ -68,10 +69,14 @@ pub(crate) fn part(
         0 => motion.map_or(Ok(()), |motion| write_motion(&mut text, &motion, program, config)),
         1 => motion.map_or(Ok(()), |motion| write_arms(&mut text, &motion, tuning, config)),
         2 => write_offsets(&mut text, program, config),
-        3 => motion.map_or(Ok(()), |motion| write_extruders(&mut text, &motion, program, config)),
+        3 => motion
+            .map_or(Ok(()), |motion| write_extruders(&mut text, &motion, program, config))
+            .and_then(|()| write_filament(&mut text, tuning, config)),
         4 => write_heaters(&mut text, ports, config, tuning),
         5 => write_homing(&mut text, tuning, config),
-        6 => write_probe(&mut text, config, tuning).and_then(|()| write_leveling(&mut text, ports, config, bed)),
+        6 => write_probe(&mut text, config, tuning)
+            .and_then(|()| write_leveling(&mut text, ports, config, bed))
+            .and_then(|()| thermal.write(&mut text, config)),
         _ => write_currents(&mut text, tuning, config),
     }?;
     Ok(text)
@@ -169,6 +174,22 @@ fn write_extruders(
     config: &MachineConfig,
 ) -> fmt::Result {
     program.tools().all().iter().try_for_each(|tool| write_extruder(text, motion, tool, config))
+}
+
+/// What M404 and M603 have changed; nothing where it is as configured.
+fn write_filament(text: &mut Text, tuning: &Tuning, config: &MachineConfig) -> fmt::Result {
+    let (now, configured) = (&tuning.filament, &config.filament_detector);
+    let of =
+        |detector: &FilamentDetectorConfig| (detector.check_every, detector.pulses_per_mm, detector.leave_heaters_on);
+    if of(now) != of(configured) {
+        let (seconds, heaters) = (now.check_every.0 as f64 / 1e6, u8::from(now.leave_heaters_on));
+        writeln!(text, ";Filament detector:\nM404 S{} P{} H{heaters}", Value(seconds, 1), Value(now.pulses_per_mm, 4))?;
+    }
+    let (now, configured) = (&tuning.filament_change, &config.filament_change);
+    if (now.load, now.unload) != (configured.load, configured.unload) {
+        writeln!(text, ";Filament change:\nM603 L{} U{}", Value(now.load.0, 4), Value(now.unload.0, 4))?;
+    }
+    Ok(())
 }
 
 fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &MachineConfig) -> fmt::Result {

@@ -4,7 +4,7 @@
 //! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
 //! rest.
 
-use config::{MachineConfig, ProbeConfig, ThermistorConfig};
+use config::{FilamentChangeConfig, FilamentDetectorConfig, MachineConfig, ProbeConfig, ThermistorConfig};
 use motion::geometry::LineSettings;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
@@ -25,6 +25,10 @@ pub struct Tuning {
     pub lines: LineSettings,
     /// Thermistors that are not as configured (M305), by temperature control.
     pub thermistors: [Option<ThermistorConfig>; units::MAX_HEATERS],
+    /// How the filament detector looks (M404).
+    pub filament: FilamentDetectorConfig,
+    /// How far filament is moved to change it (M603).
+    pub filament_change: FilamentChangeConfig,
 }
 
 /// Where axes home.
@@ -53,6 +57,8 @@ impl Tuning {
             currents,
             lines: line_settings(config),
             thermistors: [None; units::MAX_HEATERS],
+            filament: config.filament_detector,
+            filament_change: config.filament_change,
         }
     }
 

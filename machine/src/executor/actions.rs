@@ -6,7 +6,8 @@ use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, flow, functions, halt, holes, kept, objects, operator, program_io, shapes, suspend, tool_change,
+    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, objects, operator, program_io, shapes,
+    suspend, tool_change,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
@@ -74,18 +75,13 @@ pub(super) async fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Re
 }
 
 async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
-    if machine.safety.state() == State::Check
-        && !matches!(
-            action,
-            Action::Halt
-                | Action::Note(_)
-                | Action::Function(..)
-                | Action::Call { .. }
-                | Action::Return
-                | Action::EndProgram
-        )
-    {
-        return Ok(Answer::Ok);
+    if machine.safety.state() == State::Check {
+        if let Some(outcome) = fast_forward::pass_over(machine, action).await {
+            return outcome;
+        }
+        if !is_checked(machine, action) {
+            return Ok(Answer::Ok);
+        }
     }
     match *action {
         Action::Move(ref request) => {
@@ -125,17 +121,40 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
     Ok(Answer::Ok)
 }
 
+/// Whether an action is carried out although nothing is to move or heat: what only the program and its files
+/// know of, and what is only said.
+const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> bool {
+    match action {
+        Action::Halt | Action::Note(_) | Action::Function(..) => true,
+        Action::Call { .. } | Action::Return | Action::EndProgram => true,
+        Action::Acceleration(_) => machine.passed.is_some(),
+        _ => false,
+    }
+}
+
 /// What begins from standstill, or ends somewhere that only the machine knows.
 async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     let done = match *action {
-        Action::Home(axes) => crate::homing::home(&mut Hands::new(machine, to), axes).await.map(|()| Answer::Ok),
+        Action::Home(axes) => home::home(machine, axes, to).await,
         Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed).await,
         Action::ForgetHoming(axes) => {
             machine.axes.forget_homed(axes);
             Ok(Answer::Ok)
         }
-        Action::ProbeDown(ref probe) => crate::probing::probe_down(&mut Hands::new(machine, to), probe).await,
-        Action::ProbeAlong(ref probe) => crate::probing::probe_along(&mut Hands::new(machine, to), probe).await,
+        Action::ProbeDown(ref probe) => {
+            let hands = &mut Hands::new(machine, to);
+            let ended = crate::probing::probe_down(hands, probe).await;
+            if probe.stays {
+                crate::probing::leave_out(hands);
+            }
+            crate::probing::stow_after(hands, ended).await
+        }
+        Action::ProbeAlong(ref probe) => {
+            let hands = &mut Hands::new(machine, to);
+            let ended = crate::probing::probe_along(hands, probe).await;
+            crate::probing::leave_out(hands);
+            ended
+        }
         Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
         Action::EndProgram => end_program(machine).await,
         Action::Pause(why) => operator::pause(machine, why).await,
@@ -145,7 +164,7 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             Err(Failure::refused("this needs a spindle encoder"))
         }
-        Action::Suspend { heaters_stay } => suspend::suspend(machine, heaters_stay, to).await,
+        Action::Suspend { heaters_stay, words } => suspend::suspend(machine, heaters_stay, Some(&words), to).await,
         Action::Resume => suspend::resume(machine, to).await,
         Action::Function(function, words) => functions::run(machine, function, words, to).await,
         _ => Ok(Answer::Ok),
@@ -209,6 +228,9 @@ pub(super) async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: 
 /// Changes an output where the path has come this far.
 pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
+        if let Some(passed) = &mut machine.passed {
+            passed.note(effect);
+        }
         return Ok(());
     }
     let is_playing = machine.jobs.is_playing();

@@ -116,6 +116,11 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
 
 /// The line just read cannot be carried out: what comes after it counts on it, so it waits for a person.
 pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
+    if let Some(passed) = &mut machine.passed {
+        // It is only read, and somebody has gone on with the next line then.
+        passed.refused = passed.refused.saturating_add(1);
+        return;
+    }
     let Machine { jobs, sessions, .. } = machine;
     jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
 }

@@ -75,7 +75,15 @@ pub(super) async fn run_line<P: Ports>(
         }
         last = block.code;
         let height = machine.frames.len();
-        match run_block(machine, &block, source).await {
+        let outcome = match begin(machine, &block, source) {
+            // So nearly every line of a program ends.
+            Begun::Done => {
+                answer = Answer::Ok;
+                continue;
+            }
+            begun => run_begun(machine, begun, &block, source).await,
+        };
+        match outcome {
             Ok(now) if is_settled(&now, source) => answer = now,
             Ok(_) => match passed_over::settle(machine, &block, source.dialect) {
                 Ok(now) => answer = now,
@@ -94,7 +102,10 @@ pub(super) async fn run_line<P: Ports>(
             }
         }
     };
-    finish(machine, failed.map_or(Ok(answer), Err), last, source);
+    match failed {
+        None => finish(machine, Ok(answer), last, source),
+        Some(failure) => finish(machine, Err(failure), last, source),
+    }
 }
 
 /// Runs the codes of a line in RS-274's order, from this place of that order on, and answers it. False when
@@ -197,38 +208,84 @@ const fn is_settled(answer: &Answer, source: Source) -> bool {
     !matches!((answer, source.origin), (Answer::Unknown | Answer::PassedOver, Origin::Job))
 }
 
+/// How far a command has come without waiting.
+enum Begun<'b> {
+    /// It is done.
+    Done,
+    /// Something else must come to its end before it may begin.
+    Waits(States),
+    /// This is left to be done.
+    Means(Meaning<'b>),
+    /// It has ended.
+    Ended(Outcome),
+}
+
 /// One command: may it run now, what does it mean, do it.
 pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
-    machine.wait_release().await;
-    let state = machine.safety.state();
-    let Source { to, origin, dialect } = source;
-    let row = machine.program.row(block, dialect);
+    let begun = begin(machine, block, source);
+    run_begun(machine, begun, block, source).await
+}
+
+/// Begins a command: may it run now, what does it mean. The commonest move of all is done at once.
+fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, source: Source) -> Begun<'b> {
+    let row = machine.program.row(block, source.dialect);
     let allowed = row.map_or(States::WORKING, |row| row.states);
-    if !allowed.has(state) {
-        return Err(match state {
-            State::Invalid => Failure::refused("the configuration has errors: mend config.ini and reset"),
-            _ => Failure::Halted,
-        });
+    if machine.safety.release_is_pending() {
+        return Begun::Waits(allowed);
     }
-    if state == State::Door {
-        machine.wait_for_door(allowed).await?;
+    match machine.safety.state() {
+        State::Door if allowed.has(State::Door) && !allowed.has(State::Alarm) => return Begun::Waits(allowed),
+        state if allowed.has(state) => {}
+        State::Invalid => {
+            let text = "the configuration has errors: mend config.ini and reset";
+            return Begun::Ended(Err(Failure::refused(text)));
+        }
+        _ => return Begun::Ended(Err(Failure::Halted)),
     }
-    let Some(row) = row else { return unknown(machine, block.code, to) };
+    let Some(row) = row else { return Begun::Ended(unknown(machine, block.code, source.to)) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
-    if origin == Origin::Settings && is_about_settings {
-        return Ok(Answer::Ok);
+    if source.origin == Origin::Settings && is_about_settings {
+        return Begun::Done;
     }
-    if let Some(part) = row.part {
-        needs(machine.config, part, machine.jobs.is_playing())?;
+    if let Some(part) = row.part
+        && let Err(failure) = needs(machine.config, part, machine.jobs.is_playing())
+    {
+        return Begun::Ended(Err(failure));
     }
     if program::objects::is_apart(&machine.program) {
         objects::begin_block(machine, source);
     }
     let facts = machine.facts();
-    let meaning = match machine.program.run(block, row, facts, dialect) {
-        Ok(meaning) => meaning,
-        Err(fault) => return Err(actions::failed_by(machine, &fault)),
+    match machine.program.run(block, row, facts, source.dialect) {
+        Ok(Meaning::Action(Action::Move(request)))
+            if !machine.program.has_more() && shapes::take_at_once(machine, &request) =>
+        {
+            Begun::Done
+        }
+        Ok(meaning) => Begun::Means(meaning),
+        Err(fault) => Begun::Ended(Err(actions::failed_by(machine, &fault))),
+    }
+}
+
+/// Brings a command that has been begun to its end.
+async fn run_begun<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    mut begun: Begun<'_>,
+    block: &Block<'_>,
+    source: Source,
+) -> Outcome {
+    while let Begun::Waits(allowed) = begun {
+        machine.wait_release().await;
+        if machine.safety.state() == State::Door {
+            machine.wait_for_door(allowed).await?;
+        }
+        begun = begin(machine, block, source);
+    }
+    let meaning = match begun {
+        Begun::Means(meaning) => meaning,
+        Begun::Ended(outcome) => return outcome,
+        Begun::Done | Begun::Waits(_) => return Ok(Answer::Ok),
     };
     while let Some(effect) = machine.program.next_effect() {
         actions::effect(machine, effect).await?;
@@ -236,14 +293,9 @@ pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Bl
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
-        Meaning::Unknown => unknown(machine, block.code, to),
-        Meaning::Action(Action::Move(request))
-            if machine.program.is_last_action() && shapes::take_at_once(machine, request) =>
-        {
-            Ok(Answer::Ok)
-        }
-        Meaning::Action(action) => match actions::carry_out_all(machine, action, to).await {
-            Ok(Answer::Unknown) => without_its_part(machine, block.code, to),
+        Meaning::Unknown => unknown(machine, block.code, source.to),
+        Meaning::Action(action) => match actions::carry_out_all(machine, action, source.to).await {
+            Ok(Answer::Unknown) => without_its_part(machine, block.code, source.to),
             outcome => outcome,
         },
     }

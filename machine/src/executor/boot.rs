@@ -9,7 +9,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, grbl, kept, suspend};
+use super::{Machine, grbl, kept, recover, statistics, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -133,6 +133,7 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     if usable && start_parts(machine).await {
         read_grbls_own(machine);
         load_settings(machine);
+        recover::say_offer(machine);
         machine.jobs.queue_boot_file(machine.config);
     } else {
         machine.safety.apply(Event::ConfigurationFails);
@@ -255,6 +256,7 @@ fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Saved settings are replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
     kept::load(machine);
+    statistics::load(machine);
     if !machine.config.general.config_override {
         return;
     }

@@ -9,8 +9,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, editing, functions, grbl, log, motion_tests, objects, passed_over, program_io,
-    suspend,
+    Hands, Machine, actions, answers, editing, foresee, functions, grbl, home, job_control, log, long_answers,
+    motion_tests, objects, passed_over, play_from, program_io, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -129,8 +129,9 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "progress" => {
             let now = machine.ports.now();
             machine.follow_job();
+            let outlook = foresee::outlook(machine);
             let Machine { jobs, sessions, .. } = machine;
-            jobs.progress_command(arguments, now, &mut Reply::new(sessions, to));
+            jobs.progress_command(arguments, now, &outlook, &mut Reply::new(sessions, to));
             return Some(Ok(Answer::Ok));
         }
         "echo" => return Some(echo(machine, arguments, to)),
@@ -146,7 +147,9 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "dialect" => return Some(speak(machine, arguments, to)),
         "$C" => return Some(machine.check_mode(to)),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
+        "check" => return Some(foresee::check(machine, arguments, to)),
         "play" => return Some(play(machine, arguments, to)),
+        "queue" => return Some(job_control::queue(machine, arguments, to)),
         "config-load" | "load" => return Some(load(machine, arguments, to)),
         _ => {}
     }
@@ -252,14 +255,14 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         _ => listings::section(arguments, ports, reply),
     }?;
     match listing {
-        Some(listing) => functions::begin_listing(machine, listing, to),
+        Some(listing) => long_answers::begin(machine, listing, to),
         None => Ok(Answer::Said),
     }
 }
 
 fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> Outcome {
     if about.is_empty() {
-        return functions::begin_listing(machine, Listing::Help { line: 0 }, to);
+        return long_answers::begin(machine, Listing::Help { line: 0 }, to);
     }
     if let Some(info) = find(about) {
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
@@ -283,9 +286,19 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
 
 fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    let forced = arguments.strip_prefix("--force ").or_else(|| arguments.strip_suffix(" --force"));
+    let (arguments, from) = play_from::split(forced.unwrap_or(arguments))?;
+    let was_open = machine.jobs.is_open();
     let now = machine.ports.now();
     let Machine { ports, files, jobs, sessions, .. } = machine;
-    jobs.play_command(files, arguments, now, ports, &mut Reply::new(sessions, to))
+    let played = jobs.play_command(files, arguments, now, ports, &mut Reply::new(sessions, to));
+    if forced.is_some() && !was_open {
+        jobs.force();
+    }
+    match from {
+        Some(until) if played.is_ok() && !was_open && machine.jobs.is_open() => play_from::begin(machine, until, to),
+        _ => played,
+    }
 }
 
 fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
@@ -315,7 +328,7 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
             files.transfers.receive_plain(arguments.trim_matches('"'), path, ports, reply)
         }
     }?;
-    functions::begin_transfer(machine, to)
+    long_answers::begin_transfer(machine, to)
 }
 
 fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
@@ -342,22 +355,20 @@ fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
 /// What takes time.
 async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     // Read, and not carried out, as the codes for it.
-    if machine.safety.state() == State::Check && matches!(word, "suspend" | "resume" | "$H" | "test" | "gpio") {
+    if machine.safety.state() == State::Check && matches!(word, "pause" | "suspend" | "resume" | "$H" | "test" | "gpio")
+    {
         return Ok(Answer::Ok);
     }
     match word {
         "abort" => abort(machine, to).await,
-        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), to).await,
+        "pause" => job_control::pause(machine, arguments, to).await,
+        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to).await,
         "resume" => suspend::resume(machine, to).await,
         "switch" => switch(machine, arguments, to).await,
         "config-set" => {
             files::config_edit::config_set(&mut Hands::new(machine, to), arguments).await.map(|()| Answer::Said)
         }
-        "$H" => {
-            let homed = crate::homing::home(&mut Hands::new(machine, to), units::AxisSet::NONE).await;
-            machine.resynchronise_if_still();
-            homed.map(|()| Answer::Ok)
-        }
+        "$H" => home::home(machine, units::AxisSet::NONE, to).await,
         "$J" => {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
             let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis).await;
@@ -396,6 +407,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
         log::close(machine);
         program_io::overrides_count_again(machine);
     }
+    statistics::end_job(machine, false, Recipient::Nobody);
     if !machine.jobs.close(&mut machine.ports) {
         if !suspended {
             machine.say(to, format_args!("Not currently playing\n"));
@@ -412,6 +424,9 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     // A halt meanwhile has dropped everything too.
     let _ = machine.standstill().await;
     machine.resynchronise();
+    if !machine.safety.is_halted() {
+        suspend::start_unless_empty(machine, &machine.config.player.after_abort_gcode);
+    }
     Ok(Answer::Ok)
 }
 

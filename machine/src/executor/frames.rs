@@ -4,13 +4,14 @@
 
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
-use motion::GridShape;
 use program::LeftHole;
 
 use super::source::Source;
 use crate::failure::{Answer, Failure};
 use crate::files::Path;
+use crate::journal::Step;
 use crate::ports::FileHandle;
+use crate::probing::Plan;
 use crate::sessions::{LineBytes, Recipient};
 
 /// Frames at most: a script that suspends within a line of a file of settings.
@@ -58,13 +59,17 @@ pub(super) struct Replay {
 #[derive(Clone, Debug)]
 pub(super) enum Then {
     /// The bed is probed and leveled by this grid; whoever asked hears how it goes.
-    LevelByGrid(GridShape, Recipient),
+    LevelByGrid(Plan, Recipient),
     /// What came before the script ended like this.
     Ended(Result<(), Failure>),
+    /// A job is gone on with after a power cut: the next step of that.
+    Recover(Step, Recipient),
     /// The job is suspended.
     Suspended,
     /// The job goes on.
     Resumed,
+    /// The lines before the one that a job is to begin with have been read over.
+    PlayFrom(Recipient),
 }
 
 /// One thing to be done.
@@ -81,6 +86,8 @@ pub(super) enum Frame<'c> {
     /// The startup lines of GRBL's dialect from this one on.
     Startup(u8),
     Then(Then),
+    /// Lines of the job are read up to a place, and not carried out.
+    FastForward,
     /// The job goes on once the operator has done what it was asked for.
     Operator,
     /// A hole that the operator draws the tool out of, and those behind it in its line.
@@ -121,9 +128,24 @@ impl<'c> Frames<'c> {
         self.frames.truncate(height);
     }
 
+    /// Whether this line of the configuration is being run.
+    pub fn run_script(&self, line: &str) -> bool {
+        self.frames.iter().any(|frame| matches!(frame, Frame::Script(script, _) if core::ptr::eq(*script, line)))
+    }
+
     /// What is next waits for the operator.
     pub fn wait_for_operator(&self) -> bool {
         matches!(self.frames.last(), Some(Frame::Operator))
+    }
+
+    /// What is next are lines of the job that are only read.
+    pub fn fast_forward(&self) -> bool {
+        matches!(self.frames.last(), Some(Frame::FastForward))
+    }
+
+    /// Drops what was started last.
+    pub fn drop_top(&mut self) {
+        self.frames.truncate(self.frames.len().saturating_sub(1));
     }
 
     pub fn pop(&mut self) -> Option<Frame<'c>> {

@@ -3,19 +3,18 @@
 //! Those that only say or set something never wait, and questions among them are answered at any waiting
 //! point. The others are sequences.
 
-use gcode::Blocks;
+use gcode::{Blocks, Code};
 use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::frames::Then;
-use super::{Hands, Machine, objects, program_io, suspend};
+use super::{Hands, Machine, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
-use crate::grbl::hal;
 use crate::ports::Ports;
 use crate::reports::Status;
-use crate::sessions::{Listing, Recipient, Reply, SessionId};
-use crate::{arms, autotune, heat_codes, leveling, motion_codes, motors, probing, reports, saved_settings};
+use crate::sessions::{Listing, Recipient, Reply};
+use crate::{alignment, arms, autotune, heat_codes, leveling, motion_codes, motors, probing, reports, saved_settings};
 
 /// Does one, and waits for its end.
 pub(super) async fn run<P: Ports>(
@@ -24,6 +23,9 @@ pub(super) async fn run<P: Ports>(
     words: Words<'_>,
     to: Recipient,
 ) -> Outcome {
+    if machine.passed.is_some() {
+        return read_over(machine, function, &words);
+    }
     if let Some(outcome) = say_or_set(machine, function, &words, to) {
         return outcome;
     }
@@ -41,28 +43,47 @@ pub(super) async fn run<P: Ports>(
     if is_checking {
         return Ok(Answer::Ok);
     }
-    let function = match function {
-        Function::UseGrid if words.get('S') == Some(0.0) => Function::LevelingOff,
-        // What was measured must not give way to what was saved once.
-        Function::UseGrid
-            if machine.ports.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat) =>
-        {
-            return Ok(Answer::Ok);
-        }
-        Function::UseGrid => Function::LoadGrid,
-        function => function,
-    };
+    if function == Function::GoOnWithJob {
+        return recover::command(machine, &words, to);
+    }
     let hands = &mut Hands::new(machine, to);
     match function {
-        Function::ProbeStrategy => probe_strategy(machine, &words, to).await,
-        Function::ProbeRepeatability => probing::repeatability(hands, &words).await,
+        Function::ProbeStrategy => probe_strategy(machine, &words, words.code(), to).await,
+        Function::MeasureBed => probe_strategy(machine, &words, Code::g(31), to).await,
+        Function::ProbeRepeatability => {
+            let ended = probing::repeatability(hands, &words).await;
+            probing::stow_after(hands, ended).await
+        }
+        Function::AlignZ => {
+            let ended = alignment::align(hands, &words).await;
+            probing::stow_after(hands, ended).await
+        }
+        Function::AlignSlave => alignment::align_slave(hands, &words).await,
+        Function::BedScrews => {
+            let ended = alignment::advise(hands).await;
+            probing::stow_after(hands, ended).await
+        }
+        Function::PaperTest => crate::paper::paper_test(hands, &words).await,
+        Function::DeployProbe => probing::deploy_or_stow(hands, true).await,
+        Function::StowProbe => probing::deploy_or_stow(hands, false).await,
         Function::LevelingOff => leveling::level_off(hands).await,
-        Function::SaveGrid => leveling::save_grid(hands).await,
-        Function::LoadGrid => leveling::load_grid(hands).await,
+        Function::SaveGrid => leveling::save(hands, &words).await,
+        Function::ListMeshes => leveling::list(hands).await,
+        Function::LoadGrid => leveling::load(hands, &words).await,
+        Function::UseGrid => leveling::use_mesh(hands, &words).await,
+        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H')).await,
+        Function::MeshOffset => leveling::mesh_offset(hands, &words).await,
         Function::GridPoint => leveling::grid_point(hands, &words).await,
         Function::BedPlane => leveling::bed_plane(hands, &words).await,
         Function::Skew => leveling::skew(hands, &words).await,
+        Function::MeasuredPart => probing::measured_part(hands, &words).await,
         Function::ArmSettings => arms::arm_settings(hands, &words).await.map(|()| Answer::Ok),
+        Function::Statistics => Ok(statistics::told(machine, &words, to)),
+        Function::Park => filament::go_aside(machine, &words).await,
+        Function::LoadFilament => filament::by_hand(machine, true, words.get('L')).await,
+        Function::UnloadFilament => filament::by_hand(machine, false, words.get('U')).await,
+        // What stands still goes on from where it was.
+        Function::StartJob => suspend::resume(machine, to).await,
         Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).await.map(|()| Answer::Ok),
         Function::TunePid => autotune::tune_pid(hands, &words).await,
         Function::SaveSettings => save_settings(machine, words.text(), to).await,
@@ -71,13 +92,22 @@ pub(super) async fn run<P: Ports>(
 }
 
 /// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run from here.
-async fn probe_strategy<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    match probing::prepare(&mut Hands::new(machine, to), words).await? {
-        Some(shape) => {
+async fn probe_strategy<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    words: &Words<'_>,
+    code: Code,
+    to: Recipient,
+) -> Outcome {
+    match probing::prepare(&mut Hands::new(machine, to), words, code).await? {
+        Some(plan) => {
             let [before, _] = &machine.config.probe_gcode;
-            suspend::start_script(machine, before, Then::LevelByGrid(shape, to))
+            suspend::start_script(machine, before, Then::LevelByGrid(plan, to))
         }
-        None => probing::strategy(&mut Hands::new(machine, to), words).await,
+        None => {
+            let hands = &mut Hands::new(machine, to);
+            let ended = probing::strategy(hands, words, code).await;
+            probing::stow_after(hands, ended).await
+        }
     }
 }
 
@@ -91,6 +121,21 @@ fn stands_first(function: Function, words: &Words<'_>) -> bool {
             true
         }
         _ => false,
+    }
+}
+
+/// One that a fast-forward reads over: what a file sets of speeds, motors, filters, gains and objects counts
+/// from there on too.
+#[cold]
+fn read_over<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>) -> Outcome {
+    let nobody = Recipient::Nobody;
+    match function {
+        Function::LabelObject => objects::label(machine, words.text().unwrap_or(""), nobody),
+        Function::MotorsOn | Function::MotorsOff => Ok(Answer::Ok),
+        _ => {
+            let set = motion_or_heat(machine, function, words, nobody);
+            set.or_else(|| set_standing(machine, function, words, nobody)).unwrap_or(Ok(Answer::Ok))
+        }
     }
 }
 
@@ -145,7 +190,7 @@ fn motion_or_heat<P: Ports>(
         return Some(said);
     }
     let now = machine.ports.now();
-    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, .. } = machine;
+    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
         Function::MotorsOn => axes.enable(ports, config, tuning, now).map(ok),
@@ -169,14 +214,16 @@ fn motion_or_heat<P: Ports>(
             motors::motor_currents(ports, config, axes, tuning, words, reply)
         }
         Function::ProbeSettings => probing::probe_settings(tuning, words, reply),
+        Function::ThermalAdjust => thermal.command(words, reply),
         Function::ProbePoint => leveling::probe_point(bed, words, reply),
         Function::ProbeOffset => leveling::probe_offset(bed, words, reply),
+        Function::AxisTwist => leveling::axis_twist(bed, words, reply),
+        Function::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, reply),
         Function::MaximumTemperature => heat_codes::maximum_temperature(ports, config, words, reply),
         Function::PidGains => heat_codes::pid_gains(ports, config, words, reply),
         Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
         Function::DriverOption => motors::driver_option(ports, config, words, reply),
-        Function::AlignSlave => Err(Failure::refused("G28.7 needs motors of one axis that turn alone (not there yet)")),
         _ => return None,
     })
 }
@@ -192,7 +239,7 @@ fn report<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     let dialect = machine.sessions.dialect_of(to);
-    let Machine { ports, program, sessions, axes, tuning, config, .. } = machine;
+    let Machine { ports, program, sessions, axes, tuning, config, filament, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let code = words.code();
     Some(match function {
@@ -221,13 +268,16 @@ fn report<P: Ports>(
             sessions.say(Recipient::All, format_args!("{text}\n"));
             Ok(Answer::Ok)
         }
+        Function::FilamentDetector => Ok(filament.told(config, tuning, words, reply)),
+        Function::FilamentLengths => Ok(filament::lengths(tuning, words, reply)),
         Function::RetractSettings | Function::RecoverSettings => Ok(Answer::Ok),
-        Function::DriverStatus => describe_drivers(machine, words, to),
-        Function::ShowGrid => begin_listing(machine, Listing::Grid { row: 0 }, to),
+        Function::DriverStatus => long_answers::describe_drivers(machine, words, to),
+        Function::ShowMap => long_answers::begin(machine, Listing::Map { line: 0 }, to),
+        Function::ShowGrid => long_answers::begin(machine, Listing::Grid { row: 0 }, to),
         Function::ShowSettings => {
             let loaded = if machine.settings_loaded { "config override loaded" } else { "No config override loaded" };
             machine.say(to, format_args!("// NOTE: {loaded}\n"));
-            begin_listing(machine, Listing::Settings { part: 0 }, to)
+            long_answers::begin(machine, Listing::Settings { part: 0 }, to)
         }
         _ => return None,
     })
@@ -243,28 +293,50 @@ fn file_or_job<P: Ports>(
         Function::ListFiles => {
             machine.say(to, format_args!("Begin file list\n"));
             let listing = listings::card();
-            return Some(begin_listing(machine, listing, to));
+            return Some(long_answers::begin(machine, listing, to));
+        }
+        Function::ReportJob => {
+            let outlook = foresee::outlook(machine);
+            let Machine { jobs, sessions, .. } = machine;
+            jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
+            return Some(Ok(Answer::Ok));
         }
         Function::LoadSettings => return Some(load_settings(machine, words.text(), to)),
         Function::LabelObject => return Some(objects::label(machine, words.text().unwrap_or(""), to)),
         _ => {}
     }
     let now = machine.ports.now();
-    let Machine { ports, sessions, files, jobs, config, .. } = machine;
+    let Machine { ports, sessions, files, jobs, journal, filament, config, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
     Some(match function {
         Function::Mount => files::commands::mount(ports, reply),
         Function::SelectFile => jobs.select(name, false, now, ports, reply),
         Function::StartFile => jobs.select(name, true, now, ports, reply),
-        Function::StartJob => jobs.start(reply),
+        // A suspended job is where its machine is not.
+        Function::StartJob if jobs.is_suspended() => return None,
+        // One that has not begun is suspended before its first move.
+        Function::StartJob if jobs.begun() > 0 && filament.is_missing(config).is_some() => {
+            filament.must_be_there(config).map(|()| Answer::Ok)
+        }
+        Function::StartJob => {
+            let started = jobs.start(ports, reply);
+            journal.reopen(ports);
+            started
+        }
         Function::PauseJob => {
             let _was_open = jobs.set_paused(true);
             Ok(Answer::Ok)
         }
+        Function::RestartJob if words.get('S').is_some_and(|offset| offset > 0.0) => Err(Failure::refused(
+            "M26 S: play file --from byte N begins there, with modes and E as the file has them by then",
+        )),
         Function::RestartJob => jobs.restart(ports),
-        Function::ReportJob => {
-            jobs.say_bytes(reply);
+        Function::PowerLoss => {
+            if let Some(on) = words.get('S') {
+                journal.is_on = on != 0.0;
+            }
+            reply.say(format_args!("power-loss recovery is {}\n", if journal.is_on { "on" } else { "off" }));
             Ok(Answer::Ok)
         }
         Function::Upload => match to {
@@ -273,7 +345,7 @@ fn file_or_job<P: Ports>(
         },
         Function::EndUpload => Ok(Answer::Ok),
         Function::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
-        Function::DeleteGrid => leveling::delete_grid(config, ports, reply),
+        Function::DeleteGrid => leveling::delete(config, ports, words, reply),
         Function::ForgetSettings => {
             let removed = safe_file::remove(ports, OVERRIDE_PATH);
             match removed {
@@ -304,8 +376,8 @@ pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: O
     let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&path, error.text()));
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
     for part in 0..saved_settings::PARTS {
-        let Machine { ports, program, config, tuning, bed, .. } = machine;
-        let written = match saved_settings::part(part, ports, program, config, tuning, bed) {
+        let Machine { ports, program, config, tuning, bed, thermal, .. } = machine;
+        let written = match saved_settings::part(part, ports, program, config, (tuning, thermal), bed) {
             Ok(text) => draft.write(ports, text.as_bytes()).map(|_| ()),
             Err(_) => Err(crate::ports::StorageError::Full),
         };
@@ -324,7 +396,7 @@ pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: O
     Ok(Answer::Ok)
 }
 
-// --- questions and long answers ---
+// --- questions ---
 
 /// `?`. A function of its own in the image too: there the virtual board's tests put faults.
 #[inline(never)]
@@ -358,135 +430,5 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<
         }
         // What is wrong with it is said in its turn.
         _ => false,
-    }
-}
-
-/// A long answer: given as fast as a session takes it, beside everything else. A file that is played has
-/// nobody to read one.
-pub(super) fn begin_listing<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
-    match to.session().and_then(|id| machine.sessions.get_mut(id)) {
-        Some(session) => {
-            session.listing = Some(listing);
-            Ok(Answer::Said)
-        }
-        None => {
-            listings::close(&listing, &mut machine.ports);
-            Ok(Answer::Ok)
-        }
-    }
-}
-
-fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    let motors = motors::named_drivers(words, machine.config)?;
-    if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
-        machine.say(to, format_args!("VMOT is off\n"));
-    }
-    begin_listing(machine, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
-}
-
-/// The next piece of a long answer, when there is one and room for it.
-pub(super) fn continue_listing<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
-    let Some(mut listing) = session.listing.take() else { return };
-    let to = Recipient::Session(id);
-    if matches!(listing, Listing::Transfer) {
-        return continue_transfer(machine, id);
-    }
-    if machine.sessions.take_stop(to) {
-        // He waits for its end all the same.
-        listings::close(&listing, &mut machine.ports);
-        machine.say(to, format_args!("{}", listings::ending(&listing)));
-        return settle(machine, id);
-    }
-    let more = piece(machine, &mut listing, to);
-    match more {
-        Ok(true) => {
-            if let Some(session) = machine.sessions.get_mut(id) {
-                session.listing = Some(listing);
-            }
-        }
-        Ok(false) => {
-            listings::close(&listing, &mut machine.ports);
-            machine.say(to, format_args!("{}", listings::ending(&listing)));
-        }
-        Err(failure) => {
-            listings::close(&listing, &mut machine.ports);
-            if let Failure::Refused(text) | Failure::Alarm(text) = failure {
-                machine.sessions.refuse(to, text.error, format_args!("{text}"));
-            }
-        }
-    }
-    settle(machine, id);
-}
-
-/// A console takes what it sends for a file from now on.
-pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if let Recipient::Session(id) = to {
-        machine.ports.inbox(id).set_raw(true);
-    }
-    begin_listing(machine, Listing::Transfer, to)
-}
-
-fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let to = Recipient::Session(id);
-    let now = machine.ports.now();
-    let Machine { files, ports, sessions, .. } = machine;
-    let directory = files.directory().clone();
-    let goes_on = files.transfers.go_on(&directory, id, now, ports, &mut Reply::new(sessions, to));
-    if goes_on {
-        if let Some(session) = machine.sessions.get_mut(id) {
-            session.listing = Some(Listing::Transfer);
-        }
-        return;
-    }
-    machine.ports.inbox(id).set_raw(false);
-    machine.say(to, format_args!("ok\n"));
-    settle(machine, id);
-}
-
-fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    if let Some(session) = machine.sessions.get_mut(id) {
-        session.settle();
-    }
-}
-
-/// Says one piece. True while there are more.
-fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
-    let now = machine.ports.now();
-    let Machine { ports, program, sessions, config, tuning, bed, .. } = machine;
-    let reply = &mut Reply::new(sessions, to);
-    match listing {
-        Listing::Settings { part } => {
-            let text = saved_settings::part(*part, ports, program, config, tuning, bed);
-            let text = text.map_err(|_| Failure::refused("the settings are too many to show"))?;
-            reply.say(format_args!("{text}"));
-            if *part == 1 {
-                arms::say_line_cutting(tuning, reply);
-            }
-            *part += 1;
-            Ok(*part < saved_settings::PARTS)
-        }
-        Listing::Grid { row } => {
-            let more = leveling::grid_line(ports, config.leveling.grid.human_readable, *row, reply)?;
-            *row += 1;
-            Ok(more)
-        }
-        Listing::Help { line } => {
-            let Some(command) = program::commands::COMMANDS.get(*line) else { return Ok(false) };
-            reply.say(format_args!("{}\n", command.word));
-            *line += 1;
-            Ok(*line < program::commands::COMMANDS.len())
-        }
-        Listing::Enumeration { list, line } => {
-            *line += 1;
-            Ok(hal::list_line(*list, *line - 1, reply))
-        }
-        Listing::Drivers { motors, all } => {
-            let Some(motor) = crate::axes::motors(*motors).next() else { return Ok(false) };
-            *motors &= !motor.bit();
-            motors::describe_driver(ports, motor, *all, reply);
-            Ok(*motors != 0)
-        }
-        listing => listings::piece(listing, now, ports, reply),
     }
 }

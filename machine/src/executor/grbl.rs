@@ -6,7 +6,7 @@ use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Hands, Machine, actions, functions, kept, program_io};
+use super::{Hands, Machine, actions, functions, kept, long_answers, program_io};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
@@ -59,7 +59,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         "I+" if machine.config.general.grblhal => report(machine, command, to),
         "EA" | "EE" | "EG" | "ES" if machine.config.general.grblhal => {
             let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
-            return functions::begin_listing(machine, Listing::Enumeration { list, line: 0 }, to);
+            return long_answers::begin(machine, Listing::Enumeration { list, line: 0 }, to);
         }
         _ => match command.split_once('=') {
             Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
@@ -320,9 +320,7 @@ async fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient)
         }
         _ => return Err(Failure::numbered(Error::NotIdle, "homing begins from standstill")),
     }
-    let homed = crate::homing::home(&mut Hands::new(machine, to), named).await;
-    machine.resynchronise_if_still();
-    homed.map(|()| Answer::Ok)
+    super::home::home(machine, named, to).await
 }
 
 /// Whether the machine jogs, for a session of this dialect: then it takes nothing but jogs.

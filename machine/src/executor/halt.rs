@@ -9,7 +9,7 @@ use core::fmt::Arguments;
 use program::{Dialect, State};
 use units::Micros;
 
-use super::{Machine, log, program_io};
+use super::{Machine, journal, log, program_io};
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
@@ -26,6 +26,9 @@ impl<P: Ports> Machine<'_, P> {
         if self.safety.halt(now) {
             self.stop_everything();
             self.announce(why);
+            if self.paper.end() {
+                self.announce(format_args!("// NOTE the paper test has ended, nothing was changed\n"));
+            }
             self.sessions.alarm(alarm);
             self.drop_job();
         }
@@ -93,12 +96,16 @@ impl<P: Ports> Machine<'_, P> {
 
     /// A file being played and a suspended job end with a halt.
     fn drop_job(&mut self) {
+        journal::halts(self);
         log::close(self);
         program_io::overrides_count_again(self);
+        // It is saved when the machine has come to rest.
+        let _ = self.jobs.statistics.end_job(false);
         self.jobs.close(&mut self.ports);
         if self.jobs.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
         }
+        self.filament.forget();
         self.files.spoil_upload(&mut self.ports);
     }
 
@@ -151,10 +158,12 @@ impl<P: Ports> Machine<'_, P> {
             Stopping::Cut => {
                 self.ports.motion(motion::Motion::abort);
                 self.axes.forget_all_homed();
+                journal::stands(self);
                 return;
             }
             Stopping::Over => {}
         }
+        journal::stands(self);
         self.axes.disable_all(&mut self.ports, self.config);
         self.ports.set_motor_power(false);
         self.resynchronise();

@@ -11,13 +11,15 @@ use motion::{Latch, Mode, Motion, MotionConfig};
 use program::State;
 use units::{AxisSet, Micros, MmPerSecond, PerAxis};
 
-use super::Machine;
+use super::{Machine, probe_script};
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
+use crate::paper::Paper;
 use crate::ports::{InputLevels, Ports};
+use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::Event;
 use crate::safety::travel::Travel;
 use crate::sessions::{Recipient, Reply};
@@ -51,6 +53,11 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// What probing a bed starts from.
     pub const fn bed(&mut self) -> &mut Bed {
         &mut self.machine.bed
+    }
+
+    /// What was measured of a delta.
+    pub const fn delta_records(&mut self) -> &mut DeltaRecords {
+        &mut self.machine.delta
     }
 
     /// Axes and motors.
@@ -110,6 +117,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// A file is being played and not paused.
     pub fn is_playing(&self) -> bool {
         self.machine.jobs.is_playing()
+    }
+
+    /// The rectangle around the outlines of the job's objects, least and greatest X and Y; those that are
+    /// left out do not count.
+    pub fn objects_area(&self) -> Option<[[f64; 2]; 2]> {
+        self.machine.jobs.objects.area()
     }
 
     // --- what it says ---
@@ -185,6 +198,26 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
             self.pause().await?;
         }
         Ok(())
+    }
+
+    // --- the probe ---
+
+    /// The paper test that is under way.
+    pub const fn paper(&mut self) -> &mut Paper {
+        &mut self.machine.paper
+    }
+
+    /// Whether the probe is out.
+    pub const fn deployment(&mut self) -> &mut Deployment {
+        &mut self.machine.deployment
+    }
+
+    /// Carries out a line of the configuration that moves the probe.
+    ///
+    /// # Errors
+    /// As moves; and where it holds what is none of moves, waits, modes and switches.
+    pub async fn run_probe_script(&mut self, key: &str, script: &str) -> Result<(), Failure> {
+        probe_script::run(self.machine, key, script).await
     }
 
     // --- moving ---

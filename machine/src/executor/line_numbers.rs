@@ -27,7 +27,7 @@ fn number_in(digits: &[u8]) -> Option<i64> {
 /// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
 /// upload), its checksum is not.
 #[inline]
-pub(super) fn decoder_expecting(line: &[u8]) -> Decoder {
+pub(crate) fn decoder_expecting(line: &[u8]) -> Decoder {
     // Most lines have none, and this is asked for every line.
     number_of(line).map_or(const { Decoder::new() }, decoder_before)
 }

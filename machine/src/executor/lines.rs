@@ -8,13 +8,17 @@ use program::{State, Waits};
 
 use super::answers::{alarm, answered, finish, pause_job, say_refusal};
 use super::blocks::Start;
+use super::foresee::Start as JobStart;
 use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
-use super::{Machine, actions, blocks, commands, editing, flow, grbl, kept, log, named, objects, passed_over, stack};
+use super::{
+    Machine, actions, blocks, commands, editing, fast_forward, flow, foresee, grbl, job_control, journal, kept, log,
+    named, objects, passed_over, stack, statistics, suspend,
+};
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
-use crate::jobs::Next;
+use crate::jobs::{Next, Scripts};
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
@@ -24,7 +28,11 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     // While the operator does something, sessions may: he jogs, and touches off the tool.
     let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
     if !machine.frames.is_empty() && !operator_is_busy {
-        stack::run_top(machine).await;
+        if machine.frames.fast_forward() && !machine.safety.is_halted() {
+            pin!(read_over(machine)).await;
+        } else {
+            stack::run_top(machine).await;
+        }
         return true;
     }
     let path_is_full = machine.ports.motion(|motion| {
@@ -36,7 +44,11 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.frames.is_empty() && !path_is_full && pin!(run_job_line(machine)).await {
         return true;
     }
-    had_line || run_switch(machine).await
+    if had_line || run_switch(machine).await {
+        return true;
+    }
+    statistics::save(machine);
+    false
 }
 
 async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
@@ -94,7 +106,11 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
             machine.sessions.refuse(to, Error::Locked, format_args!("a jog is under way: 0x85 ends it"));
             answered(machine, id);
         }
-        Ok(decoded) => pin!(run_decoded(machine, decoded, Source::new(machine, to, Origin::Session))).await,
+        Ok(decoded) => {
+            let before = journal::before_session(machine);
+            pin!(run_decoded(machine, decoded, Source::new(machine, to, Origin::Session))).await;
+            journal::after_session(machine, before);
+        }
         Err(refusal) => {
             say_refusal(machine, refusal, line, to);
             answered(machine, id);
@@ -112,9 +128,29 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.sessions.have_taken_most(to) {
         return false;
     }
+    if machine.jobs.scripts().is_some_and(Scripts::take_before)
+        && suspend::start_unless_empty(machine, &machine.config.player.before_job_gcode)
+    {
+        return true;
+    }
+    if machine.jobs.take_new() {
+        match foresee::job_begins(machine) {
+            JobStart::Now => journal::begin(machine),
+            JobStart::Later => {
+                machine.jobs.is_new_again();
+                return false;
+            }
+            JobStart::Never => return true,
+        }
+    }
     let mut line = LineBytes::new();
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
+            if let Some((command, source)) = job_control::due_before(machine, &line) {
+                let runs: Pin<&mut dyn Future<Output = ()>> = pin!(run_own_line(machine, command.as_bytes(), source));
+                runs.await;
+                return true;
+            }
             machine.tag = machine.jobs.begin_line();
             machine.program.at_line(machine.jobs.line());
             if to != Recipient::Nobody {
@@ -135,8 +171,10 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End => return end_job(machine).await,
         Next::Failed(why) => {
-            let text = message(format_args!("reading the file being played failed: {why}"));
-            alarm(machine, &text, Recipient::Nobody);
+            machine.journal.lose();
+            machine.announce(format_args!(
+                "error:paused, reading the file being played failed: {why}: M24 goes on once its card is back, abort ends it\n"
+            ));
         }
     }
     true
@@ -148,6 +186,31 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
         let source = Source::new(machine, to, Origin::Job);
         let outcome = flow::run_line(machine, &line, source);
         finish(machine, outcome, None, source);
+    }
+}
+
+/// The next line of the file that is only read: see [`fast_forward`].
+#[cold]
+async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
+    if fast_forward::is_there(machine) {
+        return;
+    }
+    let mut line = LineBytes::new();
+    match machine.jobs.next_line(&mut machine.ports, &mut line) {
+        Next::Line => {
+            fast_forward::at_line(machine);
+            machine.tag = machine.jobs.begin_line();
+            machine.program.at_line(machine.jobs.line());
+            if machine.program.flow().passes_over() {
+                run_passed_over(machine, &line, Recipient::Nobody);
+            } else {
+                let source = Source::new(machine, Recipient::Nobody, Origin::Job);
+                pin!(run_own_line(machine, &line, source)).await;
+            }
+        }
+        Next::Nothing | Next::Dialect(_) => {}
+        Next::TooLong => pause_job(machine, "is too long"),
+        Next::End | Next::Failed(_) => fast_forward::end(machine, false),
     }
 }
 
@@ -164,6 +227,11 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.ports.motion(|motion| motion.is_idle()) {
         return false;
     }
+    if machine.jobs.scripts().is_some_and(Scripts::take_after)
+        && suspend::start_unless_empty(machine, &machine.config.player.after_job_gcode)
+    {
+        return true;
+    }
     objects::end(machine);
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
@@ -172,18 +240,23 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
     passed_over::say(machine);
     log::close(machine);
+    statistics::end_job(machine, true, if tells_date { to } else { Recipient::Nobody });
+    journal::end(machine);
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
     if tells_date {
         let date = machine.ports.date();
         machine.say(to, format_args!("Print stopped at: {date}\n"));
     }
+    job_control::after_job(machine);
     true
 }
 
 /// The command of an input switch that changed. False when there is none.
 async fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Some(command) = machine.outputs.take_command(machine.config) else { return false };
+    let Machine { outputs, filament, config, tuning, .. } = machine;
+    let command = outputs.take_command(config).or_else(|| filament.take_command(tuning));
+    let Some(command) = command else { return false };
     machine.tag = Tag::NONE;
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
     run_own_line(machine, command.as_bytes(), source).await;

@@ -10,21 +10,28 @@ use units::{Axis, AxisSet, Micros, PerAxis};
 
 use super::frames::Frames;
 use super::hold::Hold;
+use super::passed::Passed;
 use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Answer, Failure, Outcome, message};
+use crate::filament::Filament;
 use crate::files::Files;
 use crate::files::logs::Logs;
+use crate::forecast::{Ahead, Foresight};
 use crate::grbl::Grbl;
 use crate::grbl::numbers::Error;
 use crate::jobs::Jobs;
+use crate::journal::{Journal, Recovery};
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::Outputs;
+use crate::paper::Paper;
 use crate::ports::Ports;
+use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
 use crate::sessions::{Recipient, Sessions};
+use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 use crate::wait::yield_once;
 
@@ -43,7 +50,16 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) safety: Safety,
     pub(super) axes: Axes,
     pub(super) bed: Bed,
+    /// What was measured of a delta.
+    pub(super) delta: DeltaRecords,
+    /// Whether the probe is out.
+    pub(super) deployment: Deployment,
+    /// What makes up for a frame that grows.
+    pub(super) thermal: Thermal,
+    /// The paper test that is under way.
+    pub(super) paper: Paper,
     pub(super) outputs: Outputs,
+    pub(super) filament: Filament,
     pub(super) jobs: Jobs,
     pub(super) files: Files,
     /// What programs write.
@@ -51,6 +67,16 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) tuning: Tuning,
     /// What lines have started that is to be done before anything else.
     pub(super) frames: Frames<'c>,
+    /// What was read over of the job by a fast-forward, while that goes on and until somebody takes it.
+    pub(super) passed: Option<Passed>,
+    /// What is kept on the card of the job that is played.
+    pub(super) journal: Journal,
+    /// A job that is gone on with after a power cut, on its way there.
+    pub(super) recovery: Option<Recovery>,
+    /// The forecast that goes on beside the executor.
+    pub(super) foresight: &'c Foresight<'c>,
+    /// The files that it reads.
+    pub(super) ahead: Ahead,
     /// What moves are made for at present.
     pub(super) tag: Tag,
     /// Axes that have a switch to home with.
@@ -75,6 +101,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         config: &'c MachineConfig,
         sessions: Sessions,
         config_took: Micros,
+        foresight: &'c Foresight<'c>,
         meanwhile: fn(&mut Self),
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
@@ -86,13 +113,23 @@ impl<'c, P: Ports> Machine<'c, P> {
             sessions,
             safety: Safety::default(),
             axes: Axes::new(config),
-            bed: Bed::new(&config.leveling),
+            bed: Bed::new(config),
+            delta: DeltaRecords::default(),
+            deployment: Deployment::default(),
+            paper: Paper::default(),
+            thermal: Thermal::new(config),
             outputs: Outputs::new(&config.switches),
+            filament: Filament::default(),
             jobs: Jobs::new(crate::program_setup::file_dialect(config)),
             files: Files::default(),
             logs: Logs::default(),
             tuning: Tuning::new(config),
             frames: Frames::default(),
+            passed: None,
+            journal: Journal::new(config.player.power_loss.enable),
+            recovery: None,
+            foresight,
+            ahead: Ahead::default(),
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),

@@ -7,11 +7,15 @@
 
 mod actions;
 mod answers;
+mod axis_tests;
 mod blocks;
 mod boot;
 mod commands;
 mod editing;
+mod fast_forward;
+mod filament;
 mod flow;
+mod foresee;
 mod frames;
 mod functions;
 mod grbl;
@@ -19,22 +23,32 @@ mod halt;
 mod hands;
 mod hold;
 mod holes;
+mod home;
+mod job_control;
+mod journal;
 mod kept;
 mod line_numbers;
 mod lines;
 mod log;
+mod long_answers;
 mod machine;
 mod motion_tests;
 mod named;
 mod objects;
 mod operator;
+mod passed;
 mod passed_over;
+mod play_from;
 mod polls;
+mod probe_script;
 mod program_io;
+mod recover;
+mod restore;
 mod serve;
 mod shapes;
 mod source;
 mod stack;
+mod statistics;
 mod suspend;
 mod tool_change;
 
@@ -43,8 +57,10 @@ use core::pin::pin;
 use config::MachineConfig;
 
 pub use hands::Hands;
+pub(crate) use line_numbers::decoder_expecting;
 use machine::Machine;
 
+use crate::forecast::{self, Foresight};
 use crate::ports::Ports;
 use crate::sessions::Sessions;
 use crate::wait::yield_once;
@@ -58,13 +74,20 @@ pub async fn run<P: Ports>(mut ports: P) -> ! {
     let mut config = MachineConfig::default();
     let mut sessions = Sessions::new();
     let read = boot::read_config(&mut ports, &mut sessions, &mut config).await;
-    let mut machine = Machine::new(ports, &config, sessions, read.took, serve::serve);
+    let mut workspace = ports.workspace();
+    let foresight = Foresight::new(&config, workspace.as_deref_mut());
+    let mut machine = Machine::new(ports, &config, sessions, read.took, &foresight, serve::serve);
+    let executor = pin!(run_machine(&mut machine, read));
+    forecast::beside(executor, &foresight).await
+}
+
+async fn run_machine<P: Ports>(machine: &mut Machine<'_, P>, read: boot::Read) -> ! {
     // Pinned, it is a function of its own, and the loop below is short.
-    pin!(boot::start(&mut machine, read)).await;
+    pin!(boot::start(machine, read)).await;
     loop {
         machine.serve();
         let mut has_run = 0;
-        while has_run < LINES_IN_A_ROW && pin!(lines::run_next(&mut machine)).await {
+        while has_run < LINES_IN_A_ROW && pin!(lines::run_next(machine)).await {
             has_run += 1;
         }
         if has_run == 0 {

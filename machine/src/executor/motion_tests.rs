@@ -10,7 +10,8 @@ use heapless::String;
 use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use super::{Hands, Machine, actions};
+use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
+use super::{Hands, Machine, actions, axis_tests};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -54,6 +55,14 @@ struct Steps {
 enum Test {
     Figure(Figure),
     Steps(Steps),
+    /// How well this axis homes, in so many approaches.
+    Endstop(Axis, u8),
+    /// Whether it loses steps.
+    Speed(Speed),
+    /// Where the frame rings.
+    Sweep(Sweep),
+    /// What the way of this axis loses when it turns; so far away the probe's contact is.
+    Backlash(Axis, f64),
 }
 
 fn parse(arguments: &str) -> Result<Test, &'static str> {
@@ -65,19 +74,46 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
         "circle" => "usage: test circle radius times [feed]",
         "raw" => "usage: test raw axis steps steps/s",
         "acc" => "usage: test acc axis mm mm/s",
+        "endstop" => "usage: test endstop axis [approaches]",
+        "speed" => "usage: test speed axis mm mm/s [times]",
+        "sweep" => "usage: test sweep axis from-Hz to-Hz [seconds a Hz]",
+        "backlash" => "usage: test backlash axis distance: towards the probe, negative the other way",
         "pulse" => return Err("test pulse: step pins are the step interrupt's; test raw makes steps"),
-        _ => return Err("usage: test jog|square|circle|raw|acc: each says what it takes"),
+        _ => return Err("usage: test jog|square|circle|raw|acc|endstop|speed|sweep|backlash: each says what it takes"),
     };
     let letter = match what {
-        "jog" | "raw" | "acc" => words.next().and_then(|word| word.chars().next()).ok_or(usage)?,
+        "jog" | "raw" | "acc" | "endstop" | "speed" | "sweep" | "backlash" => {
+            words.next().and_then(|word| word.chars().next()).ok_or(usage)?
+        }
         _ => ' ',
     };
     let letter = letter.to_ascii_uppercase();
     let mut number = || words.next().map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or(usage));
+    if what == "endstop" {
+        let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
+        let count = number().transpose()?.unwrap_or(f64::from(APPROACHES));
+        return Ok(Test::Endstop(axis, count.clamp(2.0, 100.0) as u8));
+    }
+    if what == "backlash" {
+        let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
+        return Ok(Test::Backlash(axis, number().ok_or(usage)??));
+    }
     let (size, count) = (number().ok_or(usage)??, number().ok_or(usage)??);
     let feed = number().transpose()?;
     if count <= 0.0 || feed.is_some_and(|feed| feed <= 0.0) {
         return Err("test: times and rates are above zero");
+    }
+    if what == "sweep" {
+        let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
+        if !(1.0..=200.0).contains(&size) || count > 200.0 {
+            return Err("test sweep: frequencies are from 1 to 200 Hz");
+        }
+        return Ok(Test::Sweep(Sweep { axis, from: size, to: count, pace: feed.unwrap_or(1.0) }));
+    }
+    if what == "speed" {
+        let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
+        let times = feed.map_or(TIMES, |times| times as u32).max(1);
+        return Ok(Test::Speed(Speed { axis, way: size, rate: MmPerSecond(count), times }));
     }
     if matches!(what, "raw" | "acc") {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
@@ -163,6 +199,16 @@ pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str,
             drawn?;
         }
         Test::Steps(steps) => step(machine, &steps, to).await?,
+        Test::Endstop(axis, count) => axis_tests::endstop(machine, axis, count, to).await?,
+        Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to).await?,
+        Test::Backlash(axis, distance) => {
+            let hands = &mut Hands::new(machine, to);
+            let measured = crate::probing::lost_motion(hands, axis, distance).await.map(|()| Answer::Ok);
+            let measured = crate::probing::stow_after(hands, measured).await.map(|_| ());
+            machine.resynchronise_if_still();
+            measured?;
+        }
+        Test::Speed(speed) => axis_tests::speed(machine, &speed, to).await?,
     }
     Ok(Answer::Ok)
 }

@@ -3,9 +3,9 @@
 use gcode::{Extended, Line};
 use program::extended::{self, Asked, CodeLine};
 
-use super::Machine;
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
+use super::{Machine, job_control};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::jobs::Name;
 use crate::ports::Ports;
@@ -47,6 +47,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
             Named::Ended(Err(Failure::refused("scripts start each other without end")))
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
+        Ok(Asked::Tower) => Named::Ended(job_control::tower(machine, command)),
         Ok(Asked::PassedOver(name)) => {
             if let Some(noted) = machine.jobs.noted().filter(|_| source.origin == Origin::Job) {
                 noted.passed_over.count(Name::Command(name));

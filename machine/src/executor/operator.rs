@@ -14,6 +14,10 @@ use crate::wait::yield_once;
 /// # Errors
 /// When that cannot be written.
 pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
+    if machine.passed.is_some() {
+        // Whoever was to hear it has heard it.
+        return Ok(());
+    }
     let values = |machine: &Machine<'_, P>, said: &str| {
         let mut text = Message::new();
         // What does not fit is cut.

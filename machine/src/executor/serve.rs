@@ -7,7 +7,7 @@ use gcode::realtime::Realtime;
 use program::{Dialect, State};
 use units::{Axis, Micros, PerAxis};
 
-use super::{Machine, commands, functions, grbl, program_io};
+use super::{Machine, commands, filament, foresee, functions, grbl, journal, long_answers, program_io, statistics};
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -19,8 +19,8 @@ use crate::supervisor::{Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
-/// How often the kill button is looked at: it is to be as fast as M112, and a look at all inputs is dear for
-/// every turn.
+/// How often the kill button and the filament's wheel are looked at: it is to be as fast as M112, and a look
+/// at all inputs is dear for every turn.
 const KILL_PERIOD: Micros = Micros(250);
 /// The one question that begins with a G.
 const G_QUESTION: &[u8] = b"G28.6";
@@ -40,10 +40,15 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
         machine.watch_kill_button(now);
+        filament::count(machine);
+        journal::watch_supply(machine);
     }
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
         machine.watch(now);
+    }
+    if machine.ahead.is_open() {
+        foresee::serve(machine);
     }
     machine.sessions.flush(&mut machine.ports, now);
 }
@@ -64,7 +69,7 @@ impl<P: Ports> Machine<'_, P> {
         }
         self.answer_lost(id);
         self.answer_question(id);
-        functions::continue_listing(self, id);
+        long_answers::go_on(self, id);
     }
 
     /// Whoever comes next has asked for nothing of what the one before asked for.
@@ -238,11 +243,31 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
         }
         self.follow_motion();
+        if self.config.filament_detector.enable {
+            filament::watch(self, now);
+        }
         program_io::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
         self.follow_job();
+        if self.jobs.is_open() {
+            foresee::follow(self);
+        }
+        journal::tick(self, now);
+        statistics::sample(self, now);
+        self.watch_frame();
         self.blink(now);
+    }
+
+    /// How warm the frame is, and what that means for Z.
+    fn watch_frame(&mut self) {
+        let Some(sensor) = self.thermal.sensor() else { return };
+        let is_homed = self.axes.homed().has(Axis::Z);
+        let reading = self.ports.heat(|heat| heat.heater(sensor).and_then(|heater| heater.reading()));
+        let celsius = reading.map(|celsius| f64::from(celsius.0));
+        if let Some(offset) = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed) {
+            self.program.set_thermal_z(offset);
+        }
     }
 
     fn watch_heat(&mut self) {

@@ -3,19 +3,16 @@
 use core::pin::pin;
 
 use gcode::{Blocks, Gathered};
-use motion::Mode;
 use program::LeftHole;
-use units::Axis;
 
 use super::blocks::Start;
 use super::frames::{Frame, Replay, Then};
 use super::source::{Origin, Source};
-use super::suspend::start_script;
-use super::{Hands, Machine, actions, answers, blocks, holes, tool_change};
+use super::suspend::{self, start_script};
+use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Ports, StorageError};
-use crate::probing::level_by_cartesian_grid;
-use crate::safety::Event;
+use crate::probing::{level_by_cartesian_grid, stow_after};
 use crate::sessions::{LineBytes, Recipient};
 
 /// Does the next thing of what was started last.
@@ -102,9 +99,11 @@ async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
 /// What follows a script.
 async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
     match then {
-        Then::LevelByGrid(shape, to) => {
+        Then::LevelByGrid(plan, to) => {
             machine.standstill().await?;
-            let leveled = level_by_cartesian_grid(&mut Hands::new(machine, to), &shape).await.map(|_| ());
+            let hands = &mut Hands::new(machine, to);
+            let leveled = level_by_cartesian_grid(hands, &plan).await;
+            let leveled = stow_after(hands, leveled).await.map(|_| ());
             machine.resynchronise_if_still();
             match leveled {
                 // What came before is undone by the second script, however leveling ended.
@@ -123,30 +122,16 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
             machine.standstill().await?;
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
-        Then::Resumed => {
-            let Some(position) = machine.jobs.suspended().map(|suspended| suspended.position) else { return Ok(()) };
-            let from = machine.ports.motion(|motion| motion.commanded_position());
-            let mut target = from;
-            Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
-            machine.stays_within(&from, &target)?;
-            let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
-            machine.safety.apply(Event::Unsuspend);
-            machine.program.come_back_to(suspended.kept);
-            let rate = machine.program.modal().seek_rate;
-            machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
-            Hands::new(machine, Recipient::Nobody).go(target, rate, Mode::Rapid).await?;
-            machine.resynchronise();
-            machine.announce(format_args!("// Resuming print\n"));
-            if !machine.jobs.set_paused(false) {
-                machine.announce(format_args!("// action:resume\n"));
-            }
-        }
+        Then::Recover(step, to) => return recover::go_on(machine, step, to).await,
+        Then::Resumed => return suspend::go_back(machine).await,
+        Then::PlayFrom(to) => return pin!(play_from::go_on(machine, to)).await,
     }
     Ok(())
 }
 
 /// What was started cannot go on: the line that started it is answered.
 fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
+    machine.passed = None;
     while let Some(frame) = machine.frames.pop() {
         match frame {
             Frame::Rest(rest) if rest.answer == Answer::Said => {
@@ -165,6 +150,7 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
             | Frame::Then(_)
             | Frame::Startup(_)
             | Frame::Operator
+            | Frame::FastForward
             | Frame::Hole(_)
             | Frame::ToolChange(_) => {}
         }

@@ -1,12 +1,14 @@
 //! Suspending a job and going on with it, replaying saved settings, and running what they start: the frames.
 
+use config::FilamentChangeConfig;
 use gcode::LineBuffer;
 use heapless::Vec;
-use program::Part;
-use units::{Celsius, HeaterId};
+use motion::Mode;
+use program::{Part, Words};
+use units::{Axis, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
-use super::{Hands, Machine};
+use super::{Hands, Machine, filament};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Path, safe_file};
 use crate::heat_codes;
@@ -16,12 +18,22 @@ use crate::ports::{OpenMode, Ports, StorageError};
 use crate::safety::Event;
 use crate::sessions::Recipient;
 
-/// M600 and `suspend`: pauses the job, so that a person can work at the machine.
-pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool, to: Recipient) -> Outcome {
+/// M600 and `suspend`: pauses the job, so that a person can work at the machine. M600 takes the filament out,
+/// as far as its words and [filament change] say.
+pub(super) async fn suspend<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    heaters_stay: bool,
+    changes_filament: Option<&Words<'_>>,
+    to: Recipient,
+) -> Outcome {
     if machine.jobs.is_suspended() {
         machine.say(to, format_args!("Already suspended\n"));
         return Ok(Answer::Ok);
     }
+    let change = match changes_filament {
+        Some(words) => Some(filament::change(machine, words)?),
+        None => None,
+    };
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
     if !machine.jobs.set_paused(true) {
@@ -32,15 +44,24 @@ pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
     machine.standstill().await?;
     machine.announce(format_args!("// Saving current state...\n"));
-    let targets = machine.ports.heat(|heat| {
+    let mut targets = machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); units::MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
         targets
     });
+    if let Some((heater, target)) = change.and_then(|change| change.goes_on_with)
+        && let Some(to) = targets.get_mut(heater.index())
+    {
+        *to = target;
+    }
+    let change = change.map(|change| change.lengths).filter(filament::moves_anything);
     let position = machine.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
-    machine.jobs.suspend(Suspended { position, kept, targets });
+    machine.jobs.suspend(Suspended { position, kept, targets, change });
     machine.safety.apply(Event::Suspend);
+    if let Some(change) = &change {
+        leave(machine, change).await?;
+    }
     let player = &machine.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
         let now = machine.ports.now();
@@ -52,6 +73,18 @@ pub(super) async fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay
     start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
 }
 
+/// Draws back, goes aside, takes filament out. What cannot be done is said: the job is suspended all the
+/// same.
+async fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+    let left = filament::leave(machine, change).await;
+    machine.resynchronise_if_still();
+    match left {
+        Err(Failure::Refused(why)) => machine.announce(format_args!("// WARNING {why}\n")),
+        left => return left,
+    }
+    Ok(())
+}
+
 /// M601 and `resume`: heats up again, then goes back and goes on.
 pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let Some(targets) = machine.jobs.suspended().map(|suspended| suspended.targets) else {
@@ -59,6 +92,7 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
         return Ok(Answer::Ok);
     };
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    machine.filament.must_be_there(machine.config)?;
     machine.announce(format_args!("// resuming print...\n"));
     let now = machine.ports.now();
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
@@ -71,6 +105,9 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
     for (id, _) in heated() {
         heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id).await?;
     }
+    if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
+        filament::come_back(machine, &change).await?;
+    }
     let script = machine.config.player.before_resume_gcode.as_str();
     if !script.is_empty() {
         machine.announce(format_args!("// Executing before resume gcode...\n"));
@@ -78,10 +115,53 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
     start_script(machine, script, Then::Resumed)
 }
 
+/// The job goes on where it was: position and modes of the program are as they were.
+pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    let Some(position) = machine.jobs.suspended().map(|suspended| suspended.position) else { return Ok(()) };
+    let mut from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut target = from;
+    Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
+    machine.stays_within(&from, &target)?;
+    let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
+    if suspended.change.is_some() {
+        // What was pushed and drawn meanwhile is not of the program.
+        machine.standstill().await?;
+        for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
+            (from[axis], target[axis]) = (position[axis], position[axis]);
+        }
+        Hands::new(machine, Recipient::Nobody).set_position(from)?;
+    }
+    machine.safety.apply(Event::Unsuspend);
+    machine.program.come_back_to(suspended.kept);
+    let rate = machine.program.modal().seek_rate;
+    machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
+    // What stands on the bed is not to be run into: over it, then down to it; or up, then over it.
+    let mut over = target;
+    if from[Axis::Z] > target[Axis::Z] {
+        over[Axis::Z] = from[Axis::Z];
+    } else {
+        (over[Axis::X], over[Axis::Y]) = (from[Axis::X], from[Axis::Y]);
+    }
+    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    hands.go(over, rate, Mode::Rapid).await?;
+    hands.go(target, rate, Mode::Rapid).await?;
+    machine.resynchronise();
+    machine.announce(format_args!("// Resuming print\n"));
+    if !machine.jobs.set_paused(false) {
+        machine.announce(format_args!("// action:resume\n"));
+    }
+    Ok(())
+}
+
 /// Runs a line of the configuration, and then what follows it.
 pub(super) fn start_script<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str, then: Then) -> Outcome {
     let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push(Frame::Script(script, 0));
     if fits { Ok(Answer::Ok) } else { Err(Failure::refused("scripts start each other without end")) }
+}
+
+/// Runs a line of the configuration, where there is one. False: there is none, or no room for it.
+pub(super) fn start_unless_empty<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str) -> bool {
+    !script.is_empty() && start_script(machine, script, Then::Ended(Ok(()))).is_ok()
 }
 
 /// Opens a file of saved settings, which is replayed before anything else is done.

@@ -50,14 +50,15 @@ impl Storage for Card {
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
         match mode {
-            OpenMode::Read if !self.files.contains_key(path) => return Err(StorageError::NotFound),
+            OpenMode::Read | OpenMode::Beside if !self.files.contains_key(path) => return Err(StorageError::NotFound),
             OpenMode::Write => drop(self.files.insert(path.to_string(), Vec::new())),
-            OpenMode::Read | OpenMode::Append => {}
+            OpenMode::Read | OpenMode::Beside | OpenMode::Append => {}
         }
-        if self.open.iter().flatten().any(|(open, _)| open == path) {
+        if mode != OpenMode::Beside && self.open.iter().flatten().any(|(open, _)| open == path) {
             return Err(StorageError::Busy);
         }
-        self.open.push(Some((path.to_string(), 0)));
+        let end = if mode == OpenMode::Append { self.files.get(path).map_or(0, Vec::len) } else { 0 };
+        self.open.push(Some((path.to_string(), end)));
         Ok(FileHandle(self.open.len() as u8 - 1))
     }
 
@@ -74,8 +75,11 @@ impl Storage for Card {
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        let path = self.place(file)?.0.clone();
-        self.files.entry(path).or_default().extend_from_slice(bytes);
+        let (path, at) = self.place(file)?.clone();
+        let content = self.files.entry(path).or_default();
+        let overwritten = content.len().min(at + bytes.len());
+        content.splice(at..overwritten, bytes.iter().copied());
+        self.place(file)?.1 += bytes.len();
         Ok(())
     }
 

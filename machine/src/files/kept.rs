@@ -69,7 +69,10 @@ pub fn load_tools<S: Storage>(
 }
 
 /// Gives every line of a file with its number, from 1; none for one that is too long.
-fn each_line<S: Storage>(
+///
+/// # Errors
+/// Those of the card.
+pub fn each_line<S: Storage>(
     storage: &mut S,
     path: &str,
     mut take: impl FnMut(u32, Option<&[u8]>),

@@ -31,7 +31,7 @@ fn machine() -> MachineConfig {
 }
 
 fn pressed(down: bool) -> InputLevels {
-    InputLevels(if down { Input::Switch(BUTTON.0).bit() } else { 0 })
+    if down { InputLevels::default().with(Input::Switch(BUTTON.0)) } else { InputLevels::default() }
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn a_halt_leaves_no_timer_running_and_what_ignores_it_alone() {
     config.switches[POWER.index()].ignore_on_halt = true;
     config.switches[SPINDLE.index()].halt_set_to = true;
     let mut outputs = Outputs::new(&config.switches);
-    assert_eq!(outputs.start(&config, InputLevels(0)).len(), 3);
+    assert_eq!(outputs.start(&config, InputLevels::default()).len(), 3);
     outputs.turn(&config, SPINDLE, true, None);
     let changes = outputs.halt(&config);
     assert_eq!(changes.as_slice(), [Output::Switch(0, Duty::OFF), Output::Pwm(1, 0.05)]);

@@ -80,6 +80,12 @@ pub trait Board {
     /// none of that name or the reading failed.
     fn voltage(&mut self, name: &str) -> Option<Volts>;
 
+    /// The same as of the last time that this was called: for whoever looks every few milliseconds, where a
+    /// board reads its voltages in turns.
+    fn voltage_now(&mut self, name: &str) -> Option<Volts> {
+        self.voltage(name)
+    }
+
     /// Temperature of the chip itself.
     fn chip_celsius(&mut self) -> Option<Celsius>;
 

@@ -59,30 +59,67 @@ pub enum Input {
     Kill,
     /// Input switch, by its place in the configuration's list of switches.
     Switch(u8),
+    /// There is no filament, or it is too thick.
+    Filament,
+    /// The wheel that filament turns.
+    FilamentWheel,
+    /// The probe is out.
+    ProbeDeployed,
 }
 
 impl Input {
-    /// Its bit in [`InputLevels`] and in the trigger latch's masks.
+    /// Its place in [`InputLevels`]; of those that stop motion, below 32, also its number at the trigger
+    /// latch.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Endstop(index) => index & 0xF,
+            Self::Switch(index) => 12 + (index & 0xF),
+            Self::Probe => 28,
+            Self::Kill => 29,
+            Self::ProbeOpen => 30,
+            Self::Filament => 32,
+            Self::FilamentWheel => 33,
+            Self::ProbeDeployed => 34,
+        }
+    }
+
+    /// Its bit in the trigger latch's masks; 0 for one that never stops motion.
     #[must_use]
     pub const fn bit(self) -> u32 {
-        match self {
-            Self::Endstop(index) => 1 << (index & 0xF),
-            Self::Switch(index) => 1 << (12 + (index & 0xF)),
-            Self::Probe => 1 << 28,
-            Self::Kill => 1 << 29,
-            Self::ProbeOpen => 1 << 30,
+        match 1_u32.checked_shl(self.number() as u32) {
+            Some(bit) => bit,
+            None => 0,
         }
     }
 }
 
 /// Level of every input, one bit each; set is triggered or pressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct InputLevels(pub u32);
+pub struct InputLevels(u64);
 
 impl InputLevels {
+    /// The same, and this input is triggered as well.
+    #[must_use]
+    pub const fn with(self, input: Input) -> Self {
+        self.with_number(input.number())
+    }
+
+    /// The same by the input's number.
+    #[must_use]
+    pub const fn with_number(self, number: u8) -> Self {
+        Self(self.0 | 1 << (number & 63))
+    }
+
+    /// Those that can stop motion, as in the trigger latch's masks.
+    #[must_use]
+    pub const fn mask(self) -> u32 {
+        self.0 as u32
+    }
+
     /// Is this input triggered?
     #[must_use]
     pub const fn is_active(self, input: Input) -> bool {
-        self.0 & input.bit() != 0
+        self.0 & 1 << input.number() != 0
     }
 }

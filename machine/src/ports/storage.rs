@@ -7,7 +7,8 @@ pub const NAME_BYTES: usize = 765;
 /// How many directory entries one [`Storage::list`] call returns. Each takes 800 bytes.
 pub const LIST_CHUNK: usize = 4;
 
-/// An open file. The board decides how many can be open at once; four suffice for this crate.
+/// An open file. The board decides how many can be open at once; five suffice for this crate, and four more
+/// that are open beside ([`OpenMode::Beside`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileHandle(pub u8);
 
@@ -16,6 +17,9 @@ pub struct FileHandle(pub u8);
 pub enum OpenMode {
     /// The file must exist; from its start.
     Read,
+    /// As `Read`, beside whoever else has it open, and in nobody's way: who changes the file closes it, and
+    /// it is not found from then on.
+    Beside,
     /// Created when missing, emptied when not.
     Write,
     /// Created when missing, written at its end.
@@ -133,7 +137,7 @@ pub struct DirectoryEntry {
 }
 
 /// A file system. Names are the same without regard to case, and keep the case they were made with. A file is
-/// open once at a time.
+/// open once at a time, and beside ([`OpenMode::Beside`]) as often as there is room.
 pub trait Storage {
     /// Finds the card and its file system. Called at boot; may be called again after a card change.
     fn mount(&mut self) -> Result<(), StorageError>;

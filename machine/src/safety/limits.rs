@@ -70,7 +70,7 @@ impl Limits {
         now: Micros,
         here: impl FnOnce() -> PerAxis<f64>,
     ) -> Option<Hit> {
-        let hit = self.guarding & levels.0;
+        let hit = self.guarding & levels.mask();
         if hit != 0 && moving && self.counts(latch, here) {
             self.guarding = 0;
             self.was_hit = true;
@@ -78,7 +78,7 @@ impl Limits {
             return Some(Hit(hit.trailing_zeros() as usize));
         }
         if !self.searching
-            && let Some(guarding) = self.update(levels.0, now)
+            && let Some(guarding) = self.update(levels.mask(), now)
         {
             self.guarding = guarding;
             latch.arm(guarding);

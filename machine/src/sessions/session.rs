@@ -97,6 +97,11 @@ pub enum Listing {
         /// The next row, counted as they are shown; the first one is the heading.
         row: usize,
     },
+    /// The map of the bed, from this line on.
+    Map {
+        /// The next line.
+        line: usize,
+    },
     /// What `help` says, from this line on.
     Help {
         /// The next line.
@@ -106,6 +111,11 @@ pub enum Listing {
     Enumeration {
         /// Which.
         list: Enumeration,
+        /// The next line.
+        line: usize,
+    },
+    /// What `check` finds; behind that the lines that say what the file comes to, from this one on.
+    Check {
         /// The next line.
         line: usize,
     },

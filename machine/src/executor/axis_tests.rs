@@ -1,0 +1,167 @@
+//! Tests of an axis: `test endstop`, how well it homes; `test speed`, whether it loses steps; `test sweep`,
+//! at which frequency the frame rings; `test backlash`, what its way loses when it turns.
+
+use motion::{Limits, Mode};
+use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
+
+use super::{Hands, Machine};
+use crate::failure::{Failure, message};
+use crate::homing;
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// Approaches where none are asked for.
+pub(super) const APPROACHES: u8 = 10;
+/// Ways back and forth where none are asked for.
+pub(super) const TIMES: u32 = 10;
+/// Acceleration of a sweep for each Hz, mm/s2: the speed at its peak is the same at any frequency (18.75
+/// mm/s).
+const SWEEP_ACCELERATION: f64 = 75.0;
+/// Faster than it ever gets on such ways.
+const SWEEP_RATE: MmPerSecond = MmPerSecond(100.0);
+/// A motor that loses steps loses four whole ones, or several times as many: the turn of its field.
+const FULL_STEPS_LOST: f64 = 4.0;
+
+/// Ways back and forth, as fast as they are asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Speed {
+    pub axis: Axis,
+    /// Of one way, mm.
+    pub way: f64,
+    pub rate: MmPerSecond,
+    pub times: u32,
+}
+
+fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failure> {
+    if crate::arms::homes_by_motor(machine.config) && AxisSet::PRIMARY.has(axis) {
+        return Err(Failure::refused("towers and arms home together: no axis can be looked at alone"));
+    }
+    Ok(())
+}
+
+/// Homes the axis in so many approaches, and says how well they agree.
+pub(super) async fn endstop<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    axis: Axis,
+    count: u8,
+    to: Recipient,
+) -> Result<(), Failure> {
+    is_alone(machine, axis)?;
+    let homed = homing::measure(&mut Hands::new(machine, to), axis, count).await;
+    machine.resynchronise_if_still();
+    homed.map(drop)
+}
+
+/// Homes the axis, moves it back and forth, and homes it again: what its place is off by then was lost.
+pub(super) async fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
+    is_alone(machine, test.axis)?;
+    endstop(machine, test.axis, 2, to).await?;
+    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut target = from;
+    target[test.axis] += test.way;
+    machine.stays_within(&from, &target)?;
+    let hands = &mut Hands::new(machine, to);
+    for _ in 0..test.times {
+        hands.go(target, test.rate, Mode::Rapid).await?;
+        hands.go(from, test.rate, Mode::Rapid).await?;
+        if hands.stop_requested() {
+            hands.standstill().await?;
+            return Ok(());
+        }
+    }
+    hands.standstill().await?;
+    let off = homing::measure(hands, test.axis, 2).await;
+    machine.resynchronise_if_still();
+    let off = off?;
+    let letter = test.axis.letter();
+    let motor = Actuator::from_index(test.axis as usize).map(|motor| &machine.config.actuators[motor]);
+    let turn = motor.map_or(0.0, |motor| FULL_STEPS_LOST * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm);
+    if libm::fabs(off) < turn / 2.0 {
+        machine.say(to, format_args!("{letter} is where it was, within {:.3} mm: no step was lost\n", libm::fabs(off)));
+        return Ok(());
+    }
+    let steps = libm::round(off / turn) * FULL_STEPS_LOST;
+    Err(Failure::Refused(message(format_args!(
+        "{letter} is {off:.3} mm off: {} full steps were lost: less speed or acceleration, or more current",
+        libm::fabs(steps)
+    ))))
+}
+
+/// Shakes an axis, from one frequency to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sweep {
+    pub axis: Axis,
+    /// Hz.
+    pub from: f64,
+    pub to: f64,
+    /// Seconds for each Hz.
+    pub pace: f64,
+}
+
+/// Shakes an axis and says at which frequency: where the frame rings loudest, or a pen on the bed draws
+/// widest, input shaping belongs. Filters are off meanwhile, or there would be nothing to hear.
+pub(super) async fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
+    let here = machine.ports.motion(|motion| motion.commanded_position());
+    // The widest way is that of the lowest frequency.
+    let widest = way_at(test.from.min(test.to));
+    let mut reach = here;
+    reach[test.axis] += widest;
+    machine.stays_within(&here, &reach)?;
+    let hands = &mut Hands::new(machine, to);
+    let limits = hands.motion_config()?.limits;
+    let needed = SWEEP_ACCELERATION * test.from.max(test.to);
+    let motor = Actuator::from_index(test.axis as usize).and_then(|motor| limits.actuator_acceleration[motor]);
+    if let Some(most) = motor.filter(|most| most.0 < needed) {
+        let letter = test.axis.letter();
+        return Err(Failure::Refused(message(format_args!(
+            "test sweep: this needs {needed} mm/s2, and motor {letter} may take {}: M204 {letter} changes it",
+            most.0
+        ))));
+    }
+    hands.standstill().await?;
+    hands.motion(|motion| motion.bypass_filters(true));
+    let shaken = shake(hands, test, &here, &limits).await;
+    hands.motion(|motion| motion.bypass_filters(false));
+    // As it was, whatever happened.
+    let restored = hands.motion(|motion| motion.set_limits(limits));
+    debug_assert!(restored.is_ok(), "they were in force before");
+    machine.resynchronise_if_still();
+    shaken
+}
+
+/// Half a period accelerates, half of it brakes: so far it goes at the acceleration of this frequency, mm.
+fn way_at(hertz: f64) -> f64 {
+    let quarter = 0.25 / hertz;
+    SWEEP_ACCELERATION * hertz * quarter * quarter
+}
+
+async fn shake<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    test: &Sweep,
+    here: &PerAxis<f64>,
+    limits: &Limits,
+) -> Result<(), Failure> {
+    let (mut hertz, direction) = (test.from, if test.to < test.from { -1.0 } else { 1.0 });
+    let mut said = f64::NEG_INFINITY;
+    while (test.to - hertz) * direction >= 0.0 {
+        if libm::fabs(hertz - said) >= 5.0 {
+            said = hertz;
+            hands.say(format_args!("{hertz:.0} Hz\n"));
+        }
+        let own = Limits { acceleration: MmPerSecond2(SWEEP_ACCELERATION * hertz), ..*limits };
+        hands.motion(|motion| motion.set_limits(own)).map_err(crate::arms::refused)?;
+        let mut far = *here;
+        far[test.axis] += way_at(hertz);
+        // One Hz takes so many periods.
+        let periods = libm::ceil(hertz * test.pace).max(1.0) as u32;
+        for _ in 0..periods {
+            if hands.stop_requested() {
+                return hands.standstill().await;
+            }
+            hands.go(far, SWEEP_RATE, Mode::Feed).await?;
+            hands.go(*here, SWEEP_RATE, Mode::Feed).await?;
+        }
+        hertz += direction;
+    }
+    hands.standstill().await
+}

@@ -1,0 +1,109 @@
+//! Fast-forward: the lines of a file up to a place of it are read, and nothing moves, heats or waits.
+//!
+//! The program goes through them as it does in check mode: units, offsets, tools, parameters, subroutines and
+//! loops are then as they are at that place. Beside that, what lines set of speeds, accelerations and filters
+//! is set, and what they ask of heaters and switches is noted ([`Passed`]): whoever goes on from there
+//! decides when that is to happen.
+//!
+//! It is a frame of its own, so that nothing else is carried out meanwhile, and sessions are served; what
+//! follows it is the frame below.
+
+use program::Action;
+
+use super::frames::Frame;
+use super::passed::{Passed, Until};
+use super::{Machine, foresee, program_io};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::homing;
+use crate::ports::Ports;
+use crate::safety::Event;
+
+/// Reads the job's lines from where it is up to a place; they are read once this frame's turn comes. The
+/// frame below finds what came of it by [`take`].
+///
+/// # Errors
+/// While the machine moves, is suspended or halted.
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Result<(), Failure> {
+    if !machine.safety.apply(Event::CheckBegins) {
+        return Err(Failure::refused("the machine has to stand, without a suspended job, for lines to be read over"));
+    }
+    if !machine.frames.push(Frame::FastForward) {
+        machine.safety.apply(Event::CheckEnds);
+        return Err(Failure::refused("scripts start each other without end"));
+    }
+    // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
+    if machine.jobs.take_new() {
+        let _ = foresee::job_begins(machine);
+    }
+    machine.passed = Some(Passed::new(until, *machine.program.position()));
+    Ok(())
+}
+
+/// What came of it. The program stands where the file does, the machine anywhere.
+pub(super) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
+    machine.passed.take()
+}
+
+/// Whether it has come to its place; then it ends.
+pub(super) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let (begun, (_, next), layer) = (machine.jobs.begun(), machine.jobs.places(), machine.jobs.layers().current);
+    let is_there =
+        machine.passed.as_ref().is_none_or(|passed| passed.until.is_reached(begun, next, layer, passed.seconds));
+    if is_there {
+        end(machine, true);
+    }
+    is_there
+}
+
+/// It ends here.
+pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
+    if let Some(passed) = &mut machine.passed {
+        passed.has_arrived = has_arrived;
+    }
+    machine.frames.drop_top();
+    machine.safety.apply(Event::CheckEnds);
+}
+
+/// A line is about to be read over.
+pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
+    let here = *machine.program.position();
+    if let Some(passed) = &mut machine.passed {
+        passed.line_began_at = here;
+    }
+}
+
+/// An action that is read over: what the program, the job or the planner keeps of it. `None`: it is none of
+/// these, and carried out as in check mode.
+pub(super) async fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
+    let passed = machine.passed.as_mut()?;
+    match *action {
+        // The flow of the program, and its end, are those of the file.
+        Action::Call { .. }
+        | Action::Return
+        | Action::Halt
+        | Action::EndProgram
+        | Action::Acceleration(_)
+        | Action::Function(..) => {
+            return None;
+        }
+        Action::Effect(what) => passed.note(what),
+        Action::Move(ref request) => passed.go(request),
+        Action::HeatAndWait { heater, target } => passed.note_target(heater, target),
+        Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => passed.has_asked = true,
+        Action::Home(axes) => {
+            let place = homing::ends_at(machine.config, &machine.tuning, axes, machine.program.position());
+            machine.program.resynchronise(place);
+        }
+        Action::SetPosition { ref to, .. } => {
+            let mut place = *machine.program.position();
+            units::Axis::ALL.into_iter().for_each(|axis| place[axis] = to[axis].unwrap_or(place[axis]));
+            machine.program.resynchronise(place);
+        }
+        Action::Overrides { feed, spindle, hold } => {
+            let enabled = program_io::enable_overrides(machine, feed, spindle, hold).await;
+            return Some(enabled.map(|()| Answer::Ok));
+        }
+        _ => {}
+    }
+    Some(Ok(Answer::Ok))
+}

@@ -1,0 +1,225 @@
+//! Filament: what the detector looks at, and how M600, M701 and M702 move filament and the tool.
+
+use config::FilamentChangeConfig;
+use motion::Mode;
+use program::{State, Words};
+use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
+
+use super::{Hands, Machine};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::filament::{News, Use};
+use crate::ports::Ports;
+use crate::sessions::{Recipient, Reply};
+use crate::tuning::Tuning;
+
+/// Counts what the filament's wheel does, where there is one.
+pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.config.filament_detector.wheel_pin().is_some() {
+        let levels = machine.ports.inputs();
+        machine.filament.count(levels);
+    }
+}
+
+/// Looks at the detector.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let using = match machine.safety.state() {
+        _ if machine.jobs.is_suspended() => Use::Rests,
+        State::Alarm | State::Sleep | State::Invalid => return machine.filament.forget(),
+        _ if machine.jobs.is_playing() => Use::Plays,
+        _ if machine.jobs.is_open() => Use::Rests,
+        State::Run => Use::Moves,
+        _ => Use::Idle,
+    };
+    let Machine { filament, ports, config, tuning, program, .. } = machine;
+    let levels = ports.inputs();
+    let axis = program.tools().active().map(|tool| tool.settings.axis);
+    let extruder = || axis.map(|axis| (axis, ports.motion(|motion| motion.live_position())[axis]));
+    match filament.look(levels, config, tuning, using, extruder, now) {
+        Some(News::Suspends(trouble)) => {
+            let text = trouble.text();
+            machine.announce(format_args!("// Filament Detector: {text}: the job is being suspended\n"));
+        }
+        Some(News::Noted(trouble)) => machine.announce(format_args!("// NOTE {}\n", trouble.text())),
+        None => {}
+    }
+}
+
+/// The axis of the extruder in use.
+///
+/// # Errors
+/// When there is none.
+fn extruder<P: Ports>(machine: &Machine<'_, P>) -> Result<Axis, Failure> {
+    let axis = machine.program.tools().active().map(|tool| tool.settings.axis);
+    axis.ok_or_else(|| Failure::refused("there is no extruder whose filament could be changed"))
+}
+
+/// Pushes filament, or draws it back, and waits for its end.
+async fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) -> Result<(), Failure> {
+    if length == 0.0 {
+        return Ok(());
+    }
+    let axis = extruder(machine)?;
+    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    let mut target = hands.position();
+    target[axis] += length;
+    hands.go(target, rate, Mode::Feed).await?;
+    hands.standstill().await
+}
+
+/// How M600 changes filament.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub lengths: FilamentChangeConfig,
+    /// The job goes on with another temperature of the tool's heater.
+    pub goes_on_with: Option<(HeaterId, Celsius)>,
+}
+
+/// As the configuration says, but for what the words of M600 say. Marlin takes E, U and L with either sign.
+///
+/// # Errors
+/// For another tool than the one in use, and for a place that is out of reach.
+pub(super) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> Result<Change, Failure> {
+    let tool = machine.program.tools().active().map(|tool| tool.settings.id);
+    if let Some(wanted) = words.get('T')
+        && tool.is_none_or(|tool| f64::from(tool.0) != wanted)
+    {
+        return Err(Failure::refused("M600 T: select this tool first, with T"));
+    }
+    let mut lengths = machine.tuning.filament_change;
+    let length = |letter, as_ever| words.get(letter).map_or(as_ever, |length: f64| Mm(length.abs()));
+    lengths.retract = length('E', lengths.retract);
+    lengths.lift = length('Z', lengths.lift);
+    lengths.unload = length('U', lengths.unload);
+    lengths.load = length('L', lengths.load);
+    for (place, letter) in lengths.park.iter_mut().zip(['X', 'Y']) {
+        *place = words.get(letter).map(Mm).or(*place);
+    }
+    let heater = tool.and_then(|tool| machine.config.heater_with(tool));
+    let goes_on_with = heater.zip(words.get('R').map(|celsius| Celsius(celsius as f32)));
+    Ok(Change { lengths, goes_on_with })
+}
+
+/// Whether filament or the tool is moved.
+pub(super) fn moves_anything(change: &FilamentChangeConfig) -> bool {
+    let lengths = [change.retract, change.lift, change.unload, change.load, change.purge];
+    lengths.iter().any(|length| length.0 > 0.0) || change.park.iter().any(Option::is_some)
+}
+
+/// M600, once nothing moves: draws back, lifts, goes where the tool waits, and takes the filament out, as far
+/// as the configuration says.
+pub(super) async fn leave<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    change: &FilamentChangeConfig,
+) -> Result<(), Failure> {
+    machine.announce(format_args!("// Going aside, so that the filament can be changed\n"));
+    push(machine, -change.retract.0, change.unload_rate).await?;
+    park(machine, change).await?;
+    unload(machine, change.unload).await
+}
+
+async fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut above = from;
+    above[Axis::Z] += change.lift.0;
+    if change.lift.0 > 0.0 {
+        if machine.stays_within(&from, &above).is_err() {
+            machine.announce(format_args!("// NOTE there is no room to lift the tool: it stays where it is\n"));
+            return Ok(());
+        }
+        Hands::new(machine, Recipient::Nobody).go(above, change.park_rate, Mode::Rapid).await?;
+    }
+    let mut away = above;
+    for (axis, place) in [Axis::X, Axis::Y].into_iter().zip(change.park) {
+        away[axis] = place.map_or(away[axis], |place| place.0);
+    }
+    if away == above {
+        return Ok(());
+    }
+    let is_homed = [Axis::X, Axis::Y].into_iter().all(|axis| machine.axes.homed().has(axis));
+    if !is_homed || machine.stays_within(&above, &away).is_err() {
+        machine.announce(format_args!(
+            "// NOTE the tool does not go aside: X and Y are not homed, or it is out of travel\n"
+        ));
+        return Ok(());
+    }
+    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    hands.go(away, change.park_rate, Mode::Rapid).await?;
+    hands.standstill().await
+}
+
+/// G27.
+pub(super) async fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>) -> Outcome {
+    if words.get('P') == Some(1.0) {
+        return Err(Failure::refused(
+            "G27 P1: the tool is lifted by [filament change] lift, from where it is: leave P out",
+        ));
+    }
+    let change = machine.tuning.filament_change;
+    if change.lift.0 <= 0.0 && change.park.iter().all(Option::is_none) {
+        return Err(Failure::refused("G27: where to? [filament change] has no lift, park_x and park_y"));
+    }
+    machine.standstill().await?;
+    let parked = park(machine, &change).await;
+    machine.standstill().await?;
+    machine.resynchronise();
+    parked.map(|()| Answer::Ok)
+}
+
+async fn unload<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
+    let rate = machine.tuning.filament_change.unload_rate;
+    if length.0 > 0.0 {
+        machine.announce(format_args!("// Taking {} mm of filament out\n", length.0));
+    }
+    push(machine, -length.0, rate).await
+}
+
+/// Before the job goes on, once it is hot: pushes the new filament in, or what was drawn back.
+pub(super) async fn come_back<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    change: &FilamentChangeConfig,
+) -> Result<(), Failure> {
+    if change.unload.0 == 0.0 && change.load.0 == 0.0 {
+        push(machine, change.retract.0, change.unload_rate).await?;
+        return push(machine, change.purge.0, change.purge_rate).await;
+    }
+    load(machine, change.load).await
+}
+
+async fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
+    let change = machine.tuning.filament_change;
+    if length.0 > 0.0 {
+        machine.announce(format_args!("// Pushing {} mm of filament in\n", length.0));
+    }
+    push(machine, length.0, change.load_rate).await?;
+    push(machine, change.purge.0, change.purge_rate).await
+}
+
+/// M701 `loads`, M702 does not: so far, or as far as M603 says. A person sees to it that the nozzle is hot.
+pub(super) async fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
+    extruder(machine)?;
+    machine.standstill().await?;
+    let change = machine.tuning.filament_change;
+    let length = length.map_or(if loads { change.load } else { change.unload }, Mm);
+    if length.0 == 0.0 {
+        let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
+        return Err(Failure::refused(text));
+    }
+    if loads {
+        load(machine, length).await?
+    } else {
+        unload(machine, length).await?
+    }
+    machine.resynchronise();
+    Ok(Answer::Ok)
+}
+
+/// M603: so much is pushed in and taken out; without words says it.
+pub(super) fn lengths(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Answer {
+    let change = &mut tuning.filament_change;
+    change.load = words.get('L').map_or(change.load, Mm);
+    change.unload = words.get('U').map_or(change.unload, Mm);
+    if words.is_bare() {
+        reply.say(format_args!("M603 L{} U{}\n", change.load.0, change.unload.0));
+    }
+    Answer::Ok
+}

@@ -1,0 +1,352 @@
+//! The executor's side of a forecast: what it needs of the machine, and who hears of it.
+//!
+//! The work itself goes on beside the executor ([`crate::forecast`]). At the waiting points it is brought the
+//! bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes no
+//! more, or has all there is of the job.
+
+use config::JobPreflight;
+use motion::Tag;
+use program::Dialect;
+use units::{Celsius, MAX_HEATERS};
+
+use super::{Machine, long_answers};
+use crate::failure::{Failure, Message, Outcome, about_file, message};
+use crate::files::Path;
+use crate::forecast::{Ahead, Answer, Foresight, Purpose, Stage, Wanted};
+use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, sub_path};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::preflight::{AsItIs, Kind, TOLD_LINES, Told};
+use crate::sessions::{Listing, Recipient, Reply};
+
+/// What stops a job is said so often.
+const MOST_WARNINGS: u32 = 5;
+const CHANGED: &str = "the file has changed meanwhile";
+
+/// `check file`: what it asks of the machine as that is now.
+pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+    if name.is_empty() {
+        return Err(Failure::refused("which file? check file"));
+    }
+    let foresight = machine.foresight;
+    if foresight.is_under_way() {
+        return Err(Failure::refused(match foresight.purpose() {
+            Purpose::Job => "the file that is played is still looked at: ask again in a moment",
+            Purpose::Check => "a file is being looked at already",
+        }));
+    }
+    let path = machine.files.absolute(name.trim_matches('"'));
+    if !begin(machine, foresight, &path, Purpose::Check, None)? {
+        return Err(Failure::refused("the last look is still being put away: ask again"));
+    }
+    long_answers::begin(machine, Listing::Check { line: 0 }, to)
+}
+
+/// Whether a job begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Start {
+    /// It does.
+    Now,
+    /// Not yet: ask again.
+    Later,
+    /// Not at all; it has been closed.
+    Never,
+}
+
+/// The job is about to begin: its forecast does, and it waits for that where the configuration says so.
+pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
+    let foresight = machine.foresight;
+    if machine.ahead.holds && machine.ahead.job == machine.jobs.count() {
+        return if foresight.is_under_way() { Start::Later } else { looked_at(machine, foresight) };
+    }
+    foresight.forget_course();
+    let Some(path) = machine.jobs.path().cloned() else { return Start::Now };
+    if machine.config.player.preflight == JobPreflight::Off {
+        return Start::Now;
+    }
+    let holds = machine.config.player.preflight == JobPreflight::Refuse && !machine.jobs.is_forced();
+    let dialect = machine.jobs.dialect();
+    match begin(machine, foresight, &path, Purpose::Job, dialect) {
+        Ok(false) => return Start::Later,
+        Err(Failure::Refused(why)) if holds => return refuse(machine, &why),
+        // A file that cannot be read twice is played all the same.
+        Err(_) => return Start::Now,
+        Ok(true) => {}
+    }
+    (machine.ahead.job, machine.ahead.holds) = (machine.jobs.count(), holds);
+    if holds {
+        machine.announce(format_args!("// the whole file is looked at before it is begun\n"));
+        return Start::Later;
+    }
+    Start::Now
+}
+
+/// The file has been looked at, or could not be.
+fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) -> Start {
+    warn(machine, foresight);
+    machine.ahead.holds = false;
+    let stops = foresight.totals().stops;
+    match foresight.stage() {
+        Stage::Done if stops == 0 => {
+            machine.announce(format_args!("// nothing in it stops the job\n"));
+            Start::Now
+        }
+        Stage::Done => refuse(machine, &message(format_args!("{stops} of its lines would stop it"))),
+        Stage::Failed(why) => refuse(machine, &message(format_args!("it could not be looked at: {why}"))),
+        _ => refuse(machine, &message(format_args!("the look at it was broken off"))),
+    }
+}
+
+fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: &Message) -> Start {
+    let to = machine.jobs.tells_end();
+    machine.jobs.close(&mut machine.ports);
+    machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
+    // Whoever waits for its end need not.
+    if to != Recipient::Nobody {
+        machine.say(to, format_args!("Done printing file\n"));
+    }
+    Start::Never
+}
+
+/// False: the last one is still being put away.
+fn begin<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    foresight: &Foresight<'_>,
+    path: &Path,
+    purpose: Purpose,
+    dialect: Option<Dialect>,
+) -> Result<bool, Failure> {
+    if !machine.ports.motion(|motion| foresight.stand_as(motion)) {
+        return Ok(false);
+    }
+    let Machine { ports, ahead, .. } = machine;
+    ahead.close(ports);
+    let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+    let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
+    let size = ports.size(file).map_err(failed)?;
+    let forced = crate::program_setup::file_dialect(machine.config).or(dialect);
+    let lookup = forced.is_none().then(|| Lookup::new(size));
+    *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, ..Ahead::default() };
+    let targets = machine.ports.heat(|heat| {
+        let mut targets = [Celsius(0.0); MAX_HEATERS];
+        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
+        targets
+    });
+    let Machine { program, tuning, safety, axes, .. } = machine;
+    let state = AsItIs {
+        program,
+        tuning,
+        travel: &safety.travel,
+        homed: axes.homed(),
+        targets,
+        dialect: forced,
+        goes_on: purpose == Purpose::Job,
+    };
+    foresight.begin(purpose, file, &state);
+    Ok(true)
+}
+
+// --- at the waiting points ---
+
+/// Brings what the work waits for, and ends what has ended.
+#[cold]
+#[inline(never)]
+pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
+    let foresight = machine.foresight;
+    if !foresight.is_under_way() {
+        let Machine { ports, ahead, .. } = machine;
+        return ahead.close(ports);
+    }
+    if !is_heard(machine, foresight.purpose()) {
+        return foresight.forget();
+    }
+    warn(machine, foresight);
+    let is_read = machine.jobs.is_read();
+    let may_run = machine.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
+    let Machine { ports, ahead, .. } = machine;
+    if let Some(lookup) = &mut ahead.lookup {
+        foresight.allow(false);
+        if may_run && look(lookup, ahead.file, foresight, ports).is_some() {
+            ahead.lookup = None;
+        }
+        return;
+    }
+    foresight.allow(may_run);
+    if may_run && let Some(wanted) = foresight.take_wanted() {
+        let answer = bring(&wanted, ahead, foresight, ports).unwrap_or_else(|error| match error {
+            StorageError::NotFound => Answer::Failed(CHANGED),
+            error => Answer::Failed(error.text()),
+        });
+        foresight.answer(answer);
+    }
+}
+
+/// What stops the job is said, and the job pauses before it.
+fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
+    if foresight.purpose() != Purpose::Job {
+        return;
+    }
+    while let Some(finding) = foresight.take_finding() {
+        let (holds, comes) = (machine.ahead.holds, finding.line > machine.jobs.line());
+        machine.ahead.warned += 1;
+        // What the machine has come to it says itself.
+        let is_news = holds || comes;
+        // What follows a first one is read as if that had been made.
+        let most = if holds { MOST_WARNINGS } else { 1 };
+        if machine.config.player.preflight == JobPreflight::Time || machine.ahead.warned > most || !is_news {
+            continue;
+        }
+        // The machine would stop there by itself, or halt and lose its place. Where what an input or a probe
+        // says decides, or in the file of a subroutine, nobody knows that it comes to that.
+        let halts = matches!(finding.kind, Kind::OutOfTravel | Kind::Unreachable);
+        let is_sure = !foresight.guesses() && machine.ahead.callers.is_empty();
+        let pauses = !holds && !machine.jobs.is_forced() && halts && is_sure && comes;
+        if pauses && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
+            machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
+        } else {
+            machine.announce(format_args!("// WARNING {finding}\n"));
+        }
+    }
+}
+
+/// Somebody waits for what comes of it.
+fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
+    match purpose {
+        Purpose::Job => machine.jobs.is_open(),
+        Purpose::Check => machine
+            .sessions
+            .ids()
+            .filter_map(|id| machine.sessions.get(id))
+            .any(|session| matches!(session.listing, Some(Listing::Check { .. }))),
+    }
+}
+
+/// What the file is written in; `None`: not yet known.
+fn look(
+    lookup: &mut Lookup,
+    file: Option<FileHandle>,
+    foresight: &Foresight<'_>,
+    storage: &mut impl Storage,
+) -> Option<()> {
+    let known = match lookup.step(file?, storage) {
+        Ok(Step::Reading) => return None,
+        Ok(Step::Known(dialect)) => dialect,
+        Err(error) => {
+            foresight.fail(error.text());
+            return Some(());
+        }
+    };
+    foresight.read_as(known);
+    if let Err(error) = foresight.lines(|lines| lines.restart(storage)) {
+        foresight.fail(error.text());
+    }
+    Some(())
+}
+
+fn bring(
+    wanted: &Wanted,
+    ahead: &mut Ahead,
+    foresight: &Foresight<'_>,
+    storage: &mut impl Storage,
+) -> Result<Answer, StorageError> {
+    let is_there = match wanted {
+        Wanted::More => foresight.lines(|lines| lines.fill(storage))?,
+        Wanted::At(place) => foresight.lines(|lines| lines.go_to(*place, storage)).map(|()| true)?,
+        Wanted::Call(name) => {
+            let folder = ahead.path.rfind('/').and_then(|end| ahead.path.get(..end)).unwrap_or_default();
+            if ahead.callers.is_full() {
+                return Ok(Answer::Failed("files call each other more than 3 deep"));
+            }
+            match storage.open(&sub_path(folder, name), OpenMode::Beside) {
+                Ok(file) => {
+                    let caller = foresight.lines(|lines| core::mem::replace(lines, FileLines::new(file)));
+                    // There is room.
+                    let _ = ahead.callers.push(caller);
+                    true
+                }
+                Err(_) => false,
+            }
+        }
+        Wanted::Caller => match ahead.callers.pop() {
+            Some(caller) => {
+                let done = foresight.lines(|lines| core::mem::replace(lines, caller));
+                // It was only read.
+                let _ = storage.close(done.file());
+                true
+            }
+            None => false,
+        },
+    };
+    Ok(if is_there { Answer::Here } else { Answer::None })
+}
+
+// --- what comes of it ---
+
+/// Says some more of what `check` has found. False when that was all.
+///
+/// # Errors
+/// When the file could not be read to its end.
+pub(super) fn check_piece<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    line: &mut usize,
+    to: Recipient,
+) -> Result<bool, Failure> {
+    let foresight = machine.foresight;
+    if foresight.purpose() != Purpose::Check {
+        return Err(Failure::refused("broken off: a job has begun"));
+    }
+    let reply = &mut Reply::new(&mut machine.sessions, to);
+    if let Some(finding) = foresight.take_finding() {
+        reply.say(format_args!("{finding}\n"));
+        return Ok(true);
+    }
+    match foresight.stage() {
+        Stage::Ready | Stage::Running => Ok(true),
+        Stage::Free => Err(Failure::refused("broken off")),
+        Stage::Failed(why) => Err(Failure::refused(why)),
+        Stage::Done => {
+            if *line == 0 && foresight.missed() > 0 {
+                reply.say(format_args!("and {} more\n", foresight.missed()));
+            }
+            reply.say(format_args!("{}", Told { totals: &foresight.totals(), line: *line }));
+            *line += 1;
+            Ok(*line < TOLD_LINES)
+        }
+    }
+}
+
+/// How much time is left of the job at the present factor of feed rates, as far as is known.
+pub(super) fn outlook<P: Ports>(machine: &mut Machine<'_, P>) -> Outlook {
+    let foresight = machine.foresight;
+    if !machine.jobs.is_open() {
+        return Outlook::default();
+    }
+    follow(machine);
+    let (made, since) = machine.ahead.made;
+    let (waited, now) =
+        (machine.ports.now().since(since), machine.ports.motion(|motion| motion.overrides().feed) as f32);
+    let is_its = machine.ahead.job == machine.jobs.count();
+    let planned = foresight.course(|course| {
+        let factor = now / course.factor_at(made);
+        let [left, least] = [made, made + 1].map(|lines| course.left(lines).seconds(factor));
+        let left = (left - waited.0 as f32 * 1e-6).clamp(least.min(left), left);
+        Planned { left, total: course.total().seconds(factor) }
+    });
+    let planned = planned.filter(|_| is_its);
+    let goes_on = foresight.is_under_way() && foresight.purpose() == Purpose::Job;
+    let share = || u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
+    Outlook { planned, looked_at: goes_on.then(|| share().min(100) as u8) }
+}
+
+/// Notes which line of the job is made.
+pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+    let (made, now) = (made(machine), machine.ports.now());
+    if machine.ahead.made.0 != made {
+        machine.ahead.made = (made, now);
+    }
+}
+
+/// Lines of the job that have been made.
+fn made<P: Ports>(machine: &mut Machine<'_, P>) -> u32 {
+    let tag = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    tag.filter(|tag| *tag != Tag::NONE).and_then(|tag| machine.jobs.made(tag)).unwrap_or_else(|| machine.jobs.begun())
+}

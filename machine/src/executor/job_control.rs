@@ -1,0 +1,109 @@
+//! Where a job pauses by itself, and which one comes next.
+
+use gcode::Extended;
+use program::Part;
+use units::Axis;
+
+use super::source::{Origin, Source};
+use super::{Machine, suspend};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::jobs::{Listeners, Tower, parse_pause};
+use crate::needs::needs;
+use crate::ports::Ports;
+use crate::sessions::{Recipient, Reply};
+
+/// `pause`: at once; or `at` a layer, a line or a height; `list`, `clear`.
+pub(super) async fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
+    match word {
+        "" => return suspend::suspend(machine, true, None, to).await,
+        "at" => {
+            let (place, command) = parse_pause(rest)?;
+            machine.jobs.pauses.add(place, command)?;
+        }
+        "next" if rest.trim() == "layer" => {
+            let layer = machine.jobs.layers().current + 1;
+            let (place, command) = (crate::jobs::PausePlace::Layer(layer), "");
+            machine.jobs.pauses.add(place, command)?;
+        }
+        "clear" => machine.jobs.pauses.clear(),
+        "list" => {}
+        _ => return Err(parse_pause("").err().unwrap_or(Failure::Halted)),
+    }
+    let Machine { jobs, sessions, .. } = machine;
+    let mut reply = Reply::new(sessions, to);
+    for (place, command) in jobs.pauses.iter() {
+        reply.say(format_args!("{place}: {command}\n"));
+    }
+    let layers = jobs.layers();
+    if layers.current > 0 {
+        reply.say(format_args!("now in layer {}", layers.current));
+        if let Some(total) = layers.total {
+            reply.say(format_args!(" of {total}"));
+        }
+        reply.say(format_args!("\n"));
+    }
+    Ok(Answer::Ok)
+}
+
+/// What is to be done before the line just read, which is then read again: a pause, or the next step of a
+/// tower.
+pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) -> Option<(config::Command, Source)> {
+    if machine.jobs.pauses.is_empty() && machine.jobs.tower.is_none() {
+        return None;
+    }
+    let height = machine.program.modal().work(machine.program.position())[Axis::Z];
+    let Machine { jobs, ports, .. } = machine;
+    let command = match jobs.take_pause(line, height, ports) {
+        Some((place, command)) => {
+            machine.announce(format_args!("// NOTE the job pauses at {place}: {command}\n"));
+            command
+        }
+        None => {
+            let command = jobs.take_tower(line, height, ports)?;
+            machine.announce(format_args!("// NOTE height {height:.2} mm: {command}\n"));
+            command
+        }
+    };
+    Some((command, Source::new(machine, Recipient::Nobody, Origin::Switch)))
+}
+
+/// `TUNING_TOWER`, for the job that is played or comes next.
+pub(super) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
+    machine.jobs.tower = Some(Tower::new(command)?);
+    Ok(Answer::Ok)
+}
+
+/// `queue`.
+pub(super) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    if arguments.trim() == "next" {
+        return play_next(machine, to);
+    }
+    let Machine { jobs, files, ports, sessions, .. } = machine;
+    let absolute = |name: &str| files.absolute(name);
+    jobs.queue.command(arguments, absolute, ports, &mut Reply::new(sessions, to))?;
+    Ok(Answer::Ok)
+}
+
+fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    let next = machine.jobs.queue.next().cloned();
+    let path = next.ok_or_else(|| Failure::refused("no file waits: queue add file"))?;
+    let now = machine.ports.now();
+    let listeners = Listeners { tells_end: to, ..Listeners::default() };
+    let size = machine.jobs.open(&path, listeners, &mut machine.ports, now)?;
+    machine.jobs.queue.take();
+    machine.say(to, format_args!("Playing {path}\n  File size {size}\n"));
+    Ok(Answer::Ok)
+}
+
+/// A job has come to its end: the next one begins, or is said.
+pub(super) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Some(next) = machine.jobs.queue.next().cloned() else { return };
+    if !machine.config.player.queue_auto {
+        return machine.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));
+    }
+    if let Err(Failure::Refused(why)) = play_next(machine, Recipient::All) {
+        machine.announce(format_args!("// WARNING {next} was not begun: {why}\n"));
+    }
+}

@@ -1,0 +1,220 @@
+//! What of the job goes into the journal, and when: every few seconds, before Z goes to another height and
+//! when it is there, where the motors' supply falls, and where a halt comes to rest. One block at a time.
+
+use motion::compensation::Bed;
+use program::{BEGINNING_BYTES, State};
+use units::{Axis, Micros, Volts};
+
+use super::Machine;
+use crate::grbl::numbers::Alarm;
+use crate::journal::{Entry, Look, PlayedFile};
+use crate::ports::Ports;
+
+/// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
+const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
+/// Heights that differ less are one, mm.
+const SAME_HEIGHT: f64 = 0.005;
+/// How far Z may go beyond what was noted, mm: less than what is taken to be the same height afterwards.
+const UNNOTED: f64 = 0.015;
+/// An entry holds where Z may go within this time, s: longer than the dispatcher is held by a card, so that
+/// another height is noted before Z begins to go there.
+const AHEAD_S: f64 = 0.3;
+/// So often the motors' supply is looked at.
+const SUPPLY_PERIOD: Micros = Micros::from_millis(3);
+/// A job is looked at so often: motion knows where its motors are every 16 ms.
+const LOOK_PERIOD: Micros = Micros::from_millis(20);
+
+/// A file is about to be played: the first line has not been read.
+#[cold]
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.journal.close(&mut machine.ports);
+    // The file of every boot is no job, and what goes on after a power cut is noted already.
+    let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
+    if !machine.journal.is_on || !is_job || machine.jobs.is_boot_file(machine.config) {
+        return;
+    }
+    let Some(beginning) = program::beginning(&mut machine.program) else {
+        return machine.announce(format_args!(
+            "// NOTE no journal of this job: modes are in force (G64, G93, G18 cycles, loops) that it does not keep\n"
+        ));
+    };
+    let Machine { jobs, journal, ports, .. } = machine;
+    let begun = match jobs.played_file(ports) {
+        Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
+        Ok(_) => return machine.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
+        Err(error) => Err(error),
+    };
+    let now = machine.ports.now();
+    machine.journal.due = now.plus(machine.config.player.power_loss.period);
+    (machine.journal.halts, machine.journal.has_laid) = (false, false);
+    if let Err(error) = begun {
+        machine.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
+    }
+}
+
+/// The job is over.
+pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.journal.end(&mut machine.ports);
+}
+
+/// What a session's line may change of the program under a job that is noted.
+pub(super) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<[u8; BEGINNING_BYTES]> {
+    if machine.journal.is_noting() { program::beginning(&mut machine.program) } else { None }
+}
+
+/// It has: the file alone does not lead there any more.
+pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<[u8; BEGINNING_BYTES]>) {
+    if before.is_none() || !machine.journal.is_noting() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
+        return;
+    }
+    if program::beginning(&mut machine.program) != before {
+        machine.journal.end(&mut machine.ports);
+        machine.announce(format_args!(
+            "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
+        ));
+    }
+}
+
+/// A look at the job.
+pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if !machine.journal.is_noting() || machine.journal.halts || machine.recovery.is_some() {
+        return;
+    }
+    if !machine.jobs.is_open() {
+        return machine.journal.end(&mut machine.ports);
+    }
+    if now < machine.journal.look_due {
+        return;
+    }
+    machine.journal.look_due = now.plus(LOOK_PERIOD);
+    let (is_elsewhere, period) = (look(machine), machine.config.player.power_loss.period);
+    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(HEIGHT_PERIOD);
+    if machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere) {
+        machine.journal.due = now.plus(machine.config.player.power_loss.period);
+        note(machine, None, false);
+    }
+}
+
+/// A look at the motors' supply under a job that is noted, which falls within some ten milliseconds. Two in a
+/// row that find it too low count: one may be of a motor's switching.
+pub(super) fn watch_supply<P: Ports>(machine: &mut Machine<'_, P>) {
+    let least = Volts(machine.config.player.power_loss.motor_volts);
+    let watches = machine.journal.is_noting() && !machine.journal.halts && machine.recovery.is_none();
+    let now = machine.ports.now();
+    if least <= Volts(0.0) || !watches || now < machine.journal.supply_due {
+        return;
+    }
+    machine.journal.supply_due = now.plus(SUPPLY_PERIOD);
+    let is_low = machine.ports.voltage_now("vmotor").is_some_and(|volts| volts < least);
+    if core::mem::replace(&mut machine.journal.supply_is_low, is_low) && is_low {
+        // Heaters and motors give way to the card: this halts them, and `halts` notes the job.
+        machine.halt(Alarm::Abort, format_args!("ERROR: the motors' supply falls: the job was noted\n"));
+        // Files that grow are not to be written by what is left of it.
+        let _unsaved = machine.jobs.statistics.take_unsaved();
+    }
+}
+
+/// Whether Z is about to leave the heights that were noted, or has come to rest at one of several. The first
+/// filament that is laid is worth an entry too: before that there is nothing to go on with.
+fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let (place, ahead) = machine.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
+    let filament = machine.program.tools().active().map_or(0.0, |tool| place[tool.settings.axis]);
+    let (before, z) = (machine.journal.look, place[Axis::Z]);
+    machine.journal.look = Look { z, filament };
+    let rests = (z - before.z).abs() < SAME_HEIGHT && ahead[1] - ahead[0] < SAME_HEIGHT;
+    if !machine.journal.has_laid {
+        machine.journal.has_laid = rests && filament > before.filament && machine.axes.homed().has(Axis::Z);
+        return machine.journal.has_laid;
+    }
+    let noted = machine.journal.last.z;
+    let leaves = ahead[0] < noted[0] - UNNOTED || ahead[1] > noted[1] + UNNOTED;
+    leaves || rests && noted[1] - noted[0] > SAME_HEIGHT
+}
+
+/// Notes where the job is; `z`: the heights that the machine may be at before the next entry, where motion
+/// does not know them.
+pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bool) {
+    let entry = entry(machine, z, stands);
+    let Machine { journal, ports, .. } = machine;
+    if let Err(error) = journal.note(entry, ports) {
+        machine.announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text()));
+    }
+}
+
+fn entry<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bool) -> Entry {
+    let last = machine.journal.last;
+    let now = machine.ports.now();
+    let (tag, position, ahead, factors, bed) = machine.ports.motion(|motion| {
+        let tag = (!motion.is_idle()).then(|| motion.passed().tag);
+        let ahead = motion.range_ahead(Axis::Z, AHEAD_S);
+        (tag, motion.live_position(), ahead, motion.overrides(), motion.compensation().bed())
+    });
+    let made = match tag {
+        // What a session moves is none of the job.
+        Some(tag) => machine.jobs.made(tag).unwrap_or(last.made),
+        // The last line may still wait for something.
+        None => machine.jobs.begun().saturating_sub(1),
+    };
+    let z = z.unwrap_or(if stands { [position[Axis::Z]; 2] } else { ahead });
+    let away = u8::from(machine.recovery.is_some());
+    if machine.recovery.is_some() || machine.journal.halts {
+        // On the way back to the job, and once it is closed, only the machine's place is another one.
+        let away = away.max(last.away);
+        return Entry { position: position.0, z, stands, away, ..last };
+    }
+    let mut targets = [0.0; units::MAX_HEATERS];
+    machine.ports.heat(|heat| {
+        targets.iter_mut().zip(heat.heaters()).for_each(|(to, (_, heater))| *to = f64::from(heater.target().0));
+    });
+    let mut flow = [1.0; 3];
+    flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
+    let homed = Axis::ALL.into_iter().filter(|axis| machine.axes.homed().has(*axis));
+    Entry {
+        made,
+        line: machine.jobs.line_now(),
+        seconds: machine.jobs.progress(now).map_or(last.seconds, |(seconds, _)| seconds as u32),
+        position: position.0,
+        z,
+        targets,
+        feed_factor: machine.feed_waits.unwrap_or(factors.feed),
+        flow,
+        homed: homed.fold(0, |bits, axis| bits | 1 << axis as u8),
+        has_mesh: u8::from(bed != Bed::Flat),
+        left_out: machine.jobs.objects.left_out(),
+        stands,
+        away,
+        ..last
+    }
+}
+
+/// The machine halts, outputs off already: which line it was at is known now, where it comes to rest is not
+/// yet.
+pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.journal.is_noting() || machine.journal.halts {
+        return;
+    }
+    if !machine.journal.has_laid {
+        return machine.journal.end(&mut machine.ports);
+    }
+    if machine.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
+        // It has not moved, and does not know where it is: what was noted stays.
+        return machine.journal.close(&mut machine.ports);
+    }
+    if machine.recovery.is_none() && machine.jobs.is_open() {
+        let targets = machine.journal.last.targets;
+        note(machine, None, false);
+        // They were switched off before; those of the entry before are meant.
+        machine.journal.last.targets = targets;
+    }
+    machine.journal.halts = true;
+}
+
+/// The halted machine stands.
+pub(super) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.journal.is_noting() && machine.journal.halts {
+        note(machine, None, true);
+        machine.journal.close(&mut machine.ports);
+    }
+    (machine.journal.halts, machine.recovery) = (false, None);
+    machine.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
+}

@@ -1,0 +1,149 @@
+//! Long answers: given piece by piece, as fast as a session takes them, beside everything else.
+
+use program::Words;
+
+use super::{Machine, foresee};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::files::listings;
+use crate::grbl::hal;
+use crate::ports::Ports;
+use crate::sessions::{Listing, Recipient, Reply, SessionId};
+use crate::{arms, leveling, motors, saved_settings};
+
+/// A long answer: given as fast as a session takes it, beside everything else. A file that is played has
+/// nobody to read one.
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
+    match to.session().and_then(|id| machine.sessions.get_mut(id)) {
+        Some(session) => {
+            session.listing = Some(listing);
+            Ok(Answer::Said)
+        }
+        None => {
+            listings::close(&listing, &mut machine.ports);
+            Ok(Answer::Ok)
+        }
+    }
+}
+
+/// M911: drivers one after the other.
+pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
+    let motors = motors::named_drivers(words, machine.config)?;
+    if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
+        machine.say(to, format_args!("VMOT is off\n"));
+    }
+    begin(machine, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
+}
+
+/// The next piece of a long answer, when there is one and room for it.
+pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
+    let Some(mut listing) = session.listing.take() else { return };
+    let to = Recipient::Session(id);
+    if matches!(listing, Listing::Transfer) {
+        return continue_transfer(machine, id);
+    }
+    if machine.sessions.take_stop(to) {
+        // He waits for its end all the same.
+        listings::close(&listing, &mut machine.ports);
+        machine.say(to, format_args!("{}", listings::ending(&listing)));
+        return settle(machine, id);
+    }
+    let more = piece(machine, &mut listing, to);
+    match more {
+        Ok(true) => {
+            if let Some(session) = machine.sessions.get_mut(id) {
+                session.listing = Some(listing);
+            }
+        }
+        Ok(false) => {
+            listings::close(&listing, &mut machine.ports);
+            machine.say(to, format_args!("{}", listings::ending(&listing)));
+        }
+        Err(failure) => {
+            listings::close(&listing, &mut machine.ports);
+            if let Failure::Refused(text) | Failure::Alarm(text) = failure {
+                machine.sessions.refuse(to, text.error, format_args!("{text}"));
+            }
+        }
+    }
+    settle(machine, id);
+}
+
+/// A console takes what it sends for a file from now on.
+pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if let Recipient::Session(id) = to {
+        machine.ports.inbox(id).set_raw(true);
+    }
+    begin(machine, Listing::Transfer, to)
+}
+
+fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    let to = Recipient::Session(id);
+    let now = machine.ports.now();
+    let Machine { files, ports, sessions, .. } = machine;
+    let directory = files.directory().clone();
+    let goes_on = files.transfers.go_on(&directory, id, now, ports, &mut Reply::new(sessions, to));
+    if goes_on {
+        if let Some(session) = machine.sessions.get_mut(id) {
+            session.listing = Some(Listing::Transfer);
+        }
+        return;
+    }
+    machine.ports.inbox(id).set_raw(false);
+    machine.say(to, format_args!("ok\n"));
+    settle(machine, id);
+}
+
+fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(session) = machine.sessions.get_mut(id) {
+        session.settle();
+    }
+}
+
+/// Says one piece. True while there are more.
+fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
+    if let Listing::Check { line } = listing {
+        return foresee::check_piece(machine, line, to);
+    }
+    let now = machine.ports.now();
+    let Machine { ports, program, sessions, config, tuning, bed, thermal, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match listing {
+        Listing::Settings { part } => {
+            let text = saved_settings::part(*part, ports, program, config, (tuning, thermal), bed);
+            let text = text.map_err(|_| Failure::refused("the settings are too many to show"))?;
+            reply.say(format_args!("{text}"));
+            if *part == 1 {
+                arms::say_line_cutting(tuning, reply);
+            }
+            *part += 1;
+            Ok(*part < saved_settings::PARTS)
+        }
+        Listing::Grid { row } => {
+            let more = leveling::grid_line(ports, config.leveling.grid.human_readable, *row, reply)?;
+            *row += 1;
+            Ok(more)
+        }
+        Listing::Map { line } => {
+            *line += 1;
+            leveling::map_line(ports, leveling::means(config), *line - 1, reply)
+        }
+        Listing::Help { line } => {
+            let Some(command) = program::commands::COMMANDS.get(*line) else { return Ok(false) };
+            reply.say(format_args!("{}\n", command.word));
+            *line += 1;
+            Ok(*line < program::commands::COMMANDS.len())
+        }
+        Listing::Enumeration { list, line } => {
+            *line += 1;
+            Ok(hal::list_line(*list, *line - 1, reply))
+        }
+        Listing::Drivers { motors, all } => {
+            let Some(motor) = crate::axes::motors(*motors).next() else { return Ok(false) };
+            *motors &= !motor.bit();
+            motors::describe_driver(ports, motor, *all, reply);
+            Ok(*motors != 0)
+        }
+        listing => listings::piece(listing, now, ports, reply),
+    }
+}

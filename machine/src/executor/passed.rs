@@ -1,0 +1,107 @@
+//! What a fast-forward ([`super::fast_forward`]) has read over.
+
+use config::{MAX_SWITCHES, MAX_TEMPERATURES};
+use program::{Effect, Move, Place, Rate};
+use units::{Axis, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId};
+
+/// Where it ends: behind a line, so that what is read next is the first line to be carried out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Until {
+    /// So many lines have begun that are no comments, however often each: `Jobs::begun`.
+    Begun(u32),
+    /// Moves that take so long, s, at the speeds of the program.
+    Seconds(f64),
+    /// The line of this number is next, in the file itself.
+    Line(u32),
+    /// The line that begins at this offset or behind it is next.
+    Offset(u32),
+    /// This layer begins.
+    Layer(u32),
+}
+
+impl Until {
+    pub fn is_reached(self, begun: u32, next: Place, layer: u32, seconds: f64) -> bool {
+        match self {
+            Self::Begun(lines) => begun >= lines,
+            Self::Seconds(long) => seconds >= long,
+            Self::Line(number) => next.line + 1 >= number,
+            Self::Layer(number) => layer >= number,
+            Self::Offset(bytes) => next.offset >= bytes,
+        }
+    }
+}
+
+/// What has been read over.
+#[derive(Debug)]
+pub(super) struct Passed {
+    pub until: Until,
+    /// The place was reached; else the file or its program has ended before, or could not be read.
+    pub has_arrived: bool,
+    /// What was asked of heaters last, by their numbers.
+    pub targets: [Option<Celsius>; MAX_TEMPERATURES],
+    /// What was asked of switches last: on or off, and S.
+    pub switches: [Option<(bool, Option<f32>)>; MAX_SWITCHES],
+    /// Lines that are not carried out: the file was paused there, and somebody has gone on.
+    pub refused: u32,
+    /// The program has asked the machine: what a probe or an input answered is not known any more.
+    pub has_asked: bool,
+    /// Where the last line that was read has begun: its moves go from here.
+    pub line_began_at: PerAxis<f64>,
+    /// Where its moves lead.
+    pub at: PerAxis<f64>,
+    /// How long they take at the speeds of the program, s.
+    pub seconds: f64,
+    /// The lowest and the highest Z of them, mm.
+    pub z: [f64; 2],
+}
+
+impl Passed {
+    /// Nothing yet; the program stands here.
+    pub const fn new(until: Until, here: PerAxis<f64>) -> Self {
+        Self {
+            until,
+            has_arrived: false,
+            targets: [None; MAX_TEMPERATURES],
+            switches: [None; MAX_SWITCHES],
+            refused: 0,
+            has_asked: false,
+            line_began_at: here,
+            at: here,
+            seconds: 0.0,
+            z: [f64::INFINITY, f64::NEG_INFINITY],
+        }
+    }
+
+    /// An effect that is read over.
+    pub fn note(&mut self, effect: Effect) {
+        match effect {
+            Effect::Target { heater, target } => self.note_target(heater, target),
+            Effect::Switch { switch: SwitchId(place), on, value } => {
+                if let Some(last) = self.switches.get_mut(usize::from(place)) {
+                    *last = Some((on, value));
+                }
+            }
+        }
+    }
+
+    /// A move that is read over.
+    pub fn go(&mut self, request: &Move) {
+        let from = core::mem::replace(&mut self.at, request.target);
+        let z = request.target[Axis::Z];
+        self.z = [self.z[0].min(z), self.z[1].max(z)];
+        let (Rate::Rapid(MmPerSecond(speed)) | Rate::Feed(MmPerSecond(speed))) = request.rate else { return };
+        let squares = Axis::PRIMARY
+            .into_iter()
+            .map(|axis| (request.target[axis] - from[axis]) * (request.target[axis] - from[axis]));
+        if speed > 0.0 {
+            self.seconds += libm::sqrt(squares.sum()) / speed;
+        }
+    }
+
+    /// A target that is read over.
+    pub fn note_target(&mut self, heater: HeaterId, target: Celsius) {
+        if let Some(last) = self.targets.get_mut(heater.index()) {
+            *last = Some(target);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! `play file --from`: a job that begins in the middle of its file.
+//!
+//! What comes before is read over, so that units, offsets, tools, E and objects are as the file has them
+//! there. Then the machine heats as the file has asked for, rises, goes over the place and down to it, and
+//! the job goes on.
+
+use motion::Mode;
+use units::{Axis, MmPerSecond};
+
+use super::frames::{Frame, Then};
+use super::passed::Until;
+use super::{Hands, Machine, fast_forward, restore};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::jobs::Scripts;
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// Above the place, before it is gone down to, mm.
+const LIFT: f64 = 5.0;
+/// Down to it, mm/s.
+const DOWN: MmPerSecond = MmPerSecond(10.0);
+const USAGE: &str = "play takes: file --from line N, layer N or byte N";
+
+/// What `play` takes, without `--from`, and where it is to begin.
+///
+/// # Errors
+/// When that is not understood.
+pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
+    let Some((before, from)) = arguments.split_once(" --from ") else { return Ok((arguments, None)) };
+    let mut words = from.split_whitespace();
+    let (kind, number) = (words.next(), words.next().and_then(|number| number.parse().ok()));
+    match (kind, number, words.next()) {
+        (Some("line"), Some(line), None) => Ok((before, Some(Until::Line(line)))),
+        (Some("layer"), Some(layer), None) => Ok((before, Some(Until::Layer(layer)))),
+        (Some("byte"), Some(offset), None) => Ok((before, Some(Until::Offset(offset)))),
+        _ => Err(Failure::refused(USAGE)),
+    }
+}
+
+/// The job that has just been opened begins there.
+///
+/// # Errors
+/// On a machine that is not homed or moves; the job is closed then.
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
+    let begun = start(machine, until, to);
+    if begun.is_err() {
+        machine.jobs.close(&mut machine.ports);
+    }
+    begun
+}
+
+fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
+    if !machine.facts().all_homed() {
+        return Err(Failure::refused("home first: a job that begins in the middle goes straight to its place"));
+    }
+    // It would move from where the job is to go on.
+    machine.jobs.scripts().map(Scripts::take_before);
+    if !machine.frames.push(Frame::Then(Then::PlayFrom(to))) {
+        return Err(Failure::refused("scripts start each other without end"));
+    }
+    if let Err(failure) = fast_forward::begin(machine, until) {
+        machine.frames.drop_top();
+        return Err(failure);
+    }
+    machine.say(to, format_args!("// the file is read up to there\n"));
+    Ok(Answer::Ok)
+}
+
+/// The lines before have been read over.
+///
+/// # Errors
+/// When the job cannot begin there; it is closed then, and what has begun to heat is off.
+pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    let mut has_heated = false;
+    let done = go_there(machine, to, &mut has_heated).await;
+    if matches!(done, Err(Failure::Refused(_))) {
+        machine.jobs.close(&mut machine.ports);
+        if has_heated {
+            restore::cool(machine);
+        }
+        machine.resynchronise_if_still();
+    }
+    done
+}
+
+async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &mut bool) -> Result<(), Failure> {
+    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
+    let passed = passed.ok_or_else(|| Failure::refused("the file ends before this place, or marks no layers"))?;
+    if passed.has_asked {
+        return Err(Failure::refused("the file probes or reads inputs before: what follows depends on what it finds"));
+    }
+    let (kept, place, line) = (machine.program.keep(), *machine.program.position(), machine.jobs.line() + 1);
+    // Where the tool stands, in the file's count of filament.
+    let mut here = machine.ports.motion(|motion| motion.commanded_position());
+    for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
+        here[axis] = place[axis];
+    }
+    let homed = machine.axes.homed();
+    let (mut up, mut over) = (here, place);
+    up[Axis::Z] = here[Axis::Z].max(place[Axis::Z]) + LIFT;
+    let up = machine.travel().cut(&here, &up, homed);
+    over[Axis::Z] = up[Axis::Z].max(place[Axis::Z]);
+    machine.stays_within(&up, &over)?;
+    machine.stays_within(&over, &place)?;
+    machine.announce(format_args!(
+        "// the job begins with line {line}, at X{:.2} Y{:.2} Z{:.2}\n",
+        place[Axis::X],
+        place[Axis::Y],
+        place[Axis::Z]
+    ));
+    // Whatever can be refused is, before anything heats.
+    Hands::new(machine, to).enable_motors()?;
+    *has_heated = true;
+    restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to).await?;
+    let rate = machine.program.modal().seek_rate;
+    let hands = &mut Hands::new(machine, to);
+    hands.set_position(here)?;
+    hands.go(up, rate, Mode::Rapid).await?;
+    hands.go_there(over, rate).await?;
+    restore::switch(machine, &passed.switches);
+    let hands = &mut Hands::new(machine, to);
+    hands.go_there(place, DOWN).await?;
+    machine.program.come_back_to(kept);
+    machine.program.resynchronise(place);
+    Ok(())
+}

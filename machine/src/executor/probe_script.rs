@@ -1,0 +1,109 @@
+//! The lines of the configuration that deploy and stow a probe: moves, waits, modes and switches, carried out
+//! on the spot in the middle of a sequence.
+//!
+//! Modes are the program's own again afterwards, and a script begins with G21 and G90, so that it means the
+//! same wherever it is run.
+
+use core::fmt::Arguments;
+
+use gcode::{Block, Blocks};
+use program::{Action, Dialect, Effect, Meaning};
+
+use super::{Machine, shapes};
+use crate::failure::{Failure, message};
+use crate::needs::failure_of;
+use crate::outputs::Outputs;
+use crate::ports::Ports;
+
+/// Carries a script out, whose setting is named in what is said of it.
+pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
+    machine.standstill().await?;
+    let kept = machine.program.keep();
+    // Sequences move past the program.
+    machine.resynchronise();
+    let mut done = lines(machine, key, "G21 G90").await;
+    if done.is_ok() {
+        done = lines(machine, key, script).await;
+    }
+    let stands = match done {
+        Err(Failure::Halted) => Ok(()),
+        _ => machine.standstill().await,
+    };
+    machine.program.come_back_to(kept);
+    machine.resynchronise_if_still();
+    done.and(stands)
+}
+
+fn refused(key: &str, block: &Block<'_>, why: Arguments<'_>) -> Failure {
+    match block.code {
+        Some(code) => Failure::Refused(message(format_args!("[zprobe] {key}: {code} {why}"))),
+        None => Failure::Refused(message(format_args!("[zprobe] {key}: {why}"))),
+    }
+}
+
+async fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
+    for block in Blocks::new(script.as_bytes()) {
+        let block = block.map_err(|error| Failure::Refused(message(format_args!("[zprobe] {key}: {error}"))))?;
+        run_block(machine, key, &block).await?;
+    }
+    Ok(())
+}
+
+async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
+    let Some(row) = machine.program.row(block, Dialect::Smoothie) else {
+        return Err(refused(key, block, format_args!("is not known here")));
+    };
+    let (facts, is_playing) = (machine.facts(), machine.jobs.is_playing());
+    let meaning = machine.program.run(block, row, facts, Dialect::Smoothie);
+    let meaning = meaning.map_err(|fault| failure_of(machine.config, &fault, is_playing))?;
+    while let Some(effect) = machine.program.next_effect() {
+        switch(machine, key, block, effect).await?;
+    }
+    let mut next = match meaning {
+        Meaning::Nothing | Meaning::PassedOver => None,
+        Meaning::Unknown => return Err(refused(key, block, format_args!("is not known here"))),
+        Meaning::Action(action) => Some(action),
+    };
+    while let Some(action) = next {
+        match action {
+            Action::Move(ref request) => {
+                let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
+                    Ok(()) => shapes::submit(machine, request).await,
+                    Err(failure) => Err(failure),
+                };
+                if moved.is_err() {
+                    machine.program.take_back();
+                }
+                moved?;
+            }
+            Action::Effect(effect) => switch(machine, key, block, effect).await?,
+            Action::Dwell(time) => {
+                machine.standstill().await?;
+                machine.wait(time).await?;
+            }
+            Action::Finish => machine.standstill().await?,
+            _ => return Err(refused(key, block, format_args!("is none of moves, waits, modes and switches"))),
+        }
+        next = machine.program.next_action();
+    }
+    Ok(())
+}
+
+/// Turns a switch, once what comes before has been made.
+async fn switch<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    key: &str,
+    block: &Block<'_>,
+    effect: Effect,
+) -> Result<(), Failure> {
+    let Effect::Switch { switch, on, value } = effect else {
+        return Err(refused(key, block, format_args!("heats: a probe's script does not")));
+    };
+    Outputs::check(machine.config, switch, on, value, machine.jobs.is_playing())?;
+    machine.standstill().await?;
+    if let Some(output) = machine.outputs.turn(machine.config, switch, on, value) {
+        let now = machine.ports.now();
+        machine.ports.heat(|heat| heat.apply(output, now)).map_err(|_| Failure::Halted)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,339 @@
+//! M1000, M916: a job is gone on with after a power cut or a halt.
+//!
+//! Nothing of it begins by itself. First the journal is held against the card, the file and the machine; then
+//! the file is read up to the line that was made, which says what the program stood on there, and a little
+//! further, which says whether Z can have changed since the last entry. Only then anything heats, and then
+//! moves: bed, nozzle, up, X and Y to their switches, the configuration's script, back over the part, and
+//! down.
+
+use config::HomingDirection;
+use motion::Mode;
+use motion::compensation::Bed;
+use program::{Dialect, Words};
+use units::{Axis, AxisSet, Celsius, MmPerSecond};
+
+use super::frames::{Frame, Then};
+use super::passed::{Passed, Until};
+use super::{Hands, Machine, fast_forward, journal, restore, suspend};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::homing;
+use crate::jobs::{Listeners, Scripts};
+use crate::journal::{Found, Offer, Recovery, Step, find, forget};
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// Heights that differ by less than this are the same, mm.
+const SAME_Z: f64 = 0.02;
+/// Another height of Z is noted so soon, s: half a second after the entry before, and as long as a card
+/// takes.
+const UNNOTICED_S: f64 = 1.0;
+/// Places may differ by this: corners are rounded, and the feed is ahead of the motors, mm.
+const SAME_PLACE: f64 = 3.0;
+/// Down onto the part, mm/s.
+const SLOWLY: MmPerSecond = MmPerSecond(5.0);
+
+/// Says at boot what can be gone on with, and what that would do.
+pub(super) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.config.player.power_loss.enable
+        && let Err(error) = crate::journal::prepare(&mut machine.ports, P::report_alive)
+    {
+        machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
+    }
+    match find(&mut machine.ports) {
+        Ok(Found::Offer(offer)) => say(machine, &offer, Recipient::All),
+        Ok(Found::Broken) => machine.announce(format_args!(
+            "// NOTE a job was interrupted, but its journal is damaged: it cannot be gone on with\n"
+        )),
+        Ok(Found::Nothing) | Err(_) => {}
+    }
+}
+
+fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
+    let (file, entry) = (&offer.file, &offer.entry);
+    let settings = &machine.config.player.power_loss;
+    let (lift, sag) = (settings.lift, settings.sag);
+    machine.say(
+        to,
+        format_args!(
+            "// NOTE a job was interrupted: {}, line {}, after {} s, at X{:.2} Y{:.2} Z{:.2}\n// M1000 goes on with it, M1000 \
+             C forgets it, M1000 S says this again. Clear nothing from the bed.\n",
+            file.path, entry.line, entry.seconds, entry.position[0], entry.position[1], entry.position[2],
+        ),
+    );
+    machine.say(
+        to,
+        format_args!(
+            "// M1000: 1. compares file, card and configuration; 2. heats bed and nozzle; 3. lifts by {lift} mm (from {sag} mm \
+             below where it was); 4. homes X and Y; 5. goes back over the part and down; 6. goes on with line {}\n",
+            entry.line
+        ),
+    );
+}
+
+/// M1000 and M916. `S` says what there is, `C` forgets it, `Z`: where the tool stands.
+pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
+    if machine.jobs.is_open() || machine.jobs.is_suspended() {
+        return Err(Failure::refused("a job is under way: abort ends it"));
+    }
+    let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(crate::journal::PATH, error.text()));
+    let offer = match find(&mut machine.ports).map_err(failed)? {
+        Found::Offer(offer) => offer,
+        Found::Broken => return Err(Failure::refused("the journal is damaged: the job cannot be gone on with")),
+        Found::Nothing => return Err(Failure::refused("no job was interrupted on this card")),
+    };
+    if words.has('C') {
+        forget(&offer, &mut machine.ports).map_err(failed)?;
+        machine.say(to, format_args!("{} is not gone on with\n", offer.file.path));
+        return Ok(Answer::Ok);
+    }
+    if words.has('S') {
+        say(machine, &offer, to);
+        return Ok(Answer::Ok);
+    }
+    let told = words.get('Z').map(|z| z + machine.program.modal().offset(Axis::Z));
+    begin(machine, offer, told, to).inspect_err(|_| give_up(machine))
+}
+
+fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
+    let now = machine.ports.now();
+    let listeners = Listeners { tells_end: to, ..Listeners::default() };
+    machine.jobs.open(&offer.file.path, listeners, &mut machine.ports, now)?;
+    let Machine { jobs, ports, .. } = machine;
+    let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
+    let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&offer.file.path, error.text()));
+    let file = jobs.played_file(ports).map_err(failed)?;
+    let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
+    if !is_same {
+        return Err(Failure::Refused(message(format_args!(
+            "{} is not the file that was played: M1000 C forgets the job",
+            offer.file.path
+        ))));
+    }
+    if file.machine != offer.file.machine {
+        return Err(Failure::refused(
+            "config.ini or the saved settings are not those the job was begun with: put them back, or M1000 C forgets the job",
+        ));
+    }
+    let bed = machine.ports.motion(|motion| motion.compensation().bed());
+    let made = offer.entry.made;
+    let has_mesh = offer.entry.has_mesh != 0;
+    if has_mesh && bed == Bed::Flat {
+        return Err(Failure::refused(
+            "the job was made with the bed's mesh: M375 loads it as M374 has saved it, then M1000",
+        ));
+    }
+    let here = machine.ports.motion(|motion| motion.commanded_position());
+    machine.recovery = Some(Recovery {
+        z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
+        z_is_told: z.is_some(),
+        highest: f64::NEG_INFINITY,
+        is_placed: false,
+        place: here,
+        kept: None,
+        switches: Default::default(),
+        offer,
+    });
+    machine.say(to, format_args!("// the file is read up to where the job was\n"));
+    read_up_to(machine, made + 1, Step::Compare, to)
+}
+
+/// Reads the file from its beginning until so many lines have begun; then follows this step.
+fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to: Recipient) -> Outcome {
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let dialect = usize::from(recovery.offer.file.dialect).checked_sub(1);
+    if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
+        return Err(Failure::refused("modes are in force that the job did not begin with: reset, then M1000"));
+    }
+    machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
+    if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
+        machine.jobs.read_as(*dialect);
+    }
+    read_on(machine, Until::Begun(lines), then, to)
+}
+
+fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to: Recipient) -> Outcome {
+    if !machine.frames.push(Frame::Then(Then::Recover(then, to))) {
+        return Err(Failure::refused("scripts start each other without end"));
+    }
+    fast_forward::begin(machine, until)?;
+    Ok(Answer::Ok)
+}
+
+/// It does not go on: everything is as before it was asked for, and the offer stays.
+fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.recovery = None;
+    machine.passed = None;
+    machine.journal.close(&mut machine.ports);
+    machine.jobs.close(&mut machine.ports);
+    restore::cool(machine);
+    machine.resynchronise_if_still();
+}
+
+/// The next step.
+///
+/// # Errors
+/// When it cannot be done; then nothing of it is left.
+pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Recipient) -> Result<(), Failure> {
+    let done = match step {
+        Step::Compare => compare(machine, to).map(drop),
+        Step::Look => look(machine, to).map(drop),
+        Step::Prepare => prepare(machine, to).await,
+        Step::GoBack => go_back(machine, to).await,
+    };
+    if matches!(done, Err(Failure::Refused(_))) {
+        give_up(machine);
+    }
+    done
+}
+
+/// What was read over, when it came to its end.
+fn arrived<P: Ports>(machine: &mut Machine<'_, P>) -> Result<Passed, Failure> {
+    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
+    let passed = passed.ok_or_else(|| Failure::refused("the file ends before the line that was made"))?;
+    if passed.has_asked {
+        return Err(Failure::refused("the file probes or reads inputs: what follows depends on what it found then"));
+    }
+    Ok(passed)
+}
+
+fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    let passed = arrived(machine)?;
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let (from, end, was) = (passed.line_began_at, *machine.program.position(), recovery.offer.entry.position);
+    // An arc may go beyond its ends.
+    let slack = SAME_PLACE + Axis::PRIMARY.into_iter().map(|axis| (end[axis] - from[axis]).abs()).sum::<f64>();
+    let is_there = |axis: Axis| {
+        let (least, most) = (from[axis].min(end[axis]) - slack, from[axis].max(end[axis]) + slack);
+        (least..=most).contains(&was[axis as usize])
+    };
+    let was_at_it = recovery.offer.entry.left_out == 0 && recovery.offer.entry.away == 0;
+    if was_at_it && !Axis::PRIMARY.into_iter().all(is_there) {
+        return Err(Failure::refused("the file does not lead to where the machine was: M1000 C forgets the job"));
+    }
+    recovery.highest = passed.z[1].max(end[Axis::Z]);
+    let stands = recovery.offer.entry.stands || recovery.offer.entry.away != 0;
+    let seconds = UNNOTICED_S * recovery.offer.entry.feed_factor.max(1.0);
+    read_on(machine, Until::Seconds(if stands { 0.0 } else { seconds }), Step::Look, to)
+}
+
+fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    // The file may end within that time.
+    let passed = fast_forward::take(machine).ok_or(Failure::Halted)?;
+    let up = homes_upwards(machine);
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let entry = &recovery.offer.entry;
+    let [mut least, mut most] = entry.z;
+    if !entry.stands && entry.away == 0 {
+        (least, most) = (least.min(passed.z[0]), most.max(passed.z[1]));
+    }
+    let is_known = most - least < SAME_Z || recovery.z_is_told || machine.axes.homed().has(Axis::Z);
+    if !is_known && !up {
+        return Err(Failure::Refused(message(format_args!(
+            "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
+        ))));
+    }
+    recovery.highest = recovery.highest.max(most);
+    let made = recovery.offer.entry.made;
+    read_up_to(machine, made, Step::Prepare, to)
+}
+
+/// Z is found by going up, away from the part.
+fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
+    let stop = machine.config.homing_endstop(Axis::Z);
+    stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
+}
+
+async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    let passed = arrived(machine)?;
+    let (kept, place) = (machine.program.keep(), *machine.program.position());
+    let Machine { recovery, jobs, journal, ports, .. } = machine;
+    let Some(recovery) = recovery else { return Err(Failure::Halted) };
+    (recovery.kept, recovery.place, recovery.switches) = (Some(kept), place, passed.switches);
+    jobs.objects.set_left_out(recovery.offer.entry.left_out);
+    journal.go_on(&recovery.offer, ports).map_err(|error| Failure::refused(error.text()))?;
+    let (entry, highest, z) = (recovery.offer.entry, recovery.highest, (recovery.z, recovery.z_is_told));
+    restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to).await?;
+    lift(machine, &entry.position, z, highest, to).await?;
+    let script = machine.config.player.power_loss.gcode.as_str();
+    suspend::start_script(machine, script, Then::Recover(Step::GoBack, to)).map(drop)
+}
+
+/// Up, clear of everything that stands on the bed; then X and Y to their switches, and Z where that is
+/// upwards.
+async fn lift<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    was: &[f64],
+    (z, z_is_told): (f64, bool),
+    highest: f64,
+    to: Recipient,
+) -> Result<(), Failure> {
+    let settings = &machine.config.player.power_loss;
+    let mut here = machine.ports.motion(|motion| motion.commanded_position());
+    let homed = machine.axes.homed();
+    for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
+        // Somebody may have moved it by hand of the machine since.
+        here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - machine.journal.stood_at[axis];
+    }
+    if !homed.has(Axis::Z) {
+        let has_moved = here[Axis::Z] - was.get(Axis::Z as usize).copied().unwrap_or(0.0);
+        here[Axis::Z] = if z_is_told { z } else { z + has_moved - settings.sag };
+    }
+    let mut up = here;
+    up[Axis::Z] = here[Axis::Z].max(highest) + settings.lift;
+    let [_, most] = machine.travel().ends();
+    up[Axis::Z] = up[Axis::Z].min(most[Axis::Z]).max(here[Axis::Z]);
+    machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
+    Hands::new(machine, to).set_position(here)?;
+    if let Some(recovery) = &mut machine.recovery {
+        recovery.is_placed = true;
+    }
+    // Until it is there it may be anywhere between.
+    journal::note(machine, Some([here[Axis::Z], up[Axis::Z]]), false);
+    machine.axes.mark_homed(AxisSet::PRIMARY);
+    let hands = &mut Hands::new(machine, to);
+    hands.enable_motors()?;
+    hands.go_there(up, SLOWLY).await?;
+    journal::note(machine, None, false);
+    let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
+    if homes_upwards(machine) {
+        homes = homes.with(Axis::Z);
+    }
+    if homes.is_empty() {
+        machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
+        return Ok(());
+    }
+    machine.announce(format_args!("// homing {}\n", if homes_upwards(machine) { "X, Y and Z" } else { "X and Y" }));
+    homing::home(&mut Hands::new(machine, to), homes).await
+}
+
+async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    machine.standstill().await?;
+    let Some(recovery) = machine.recovery.clone() else { return Err(Failure::Halted) };
+    let (entry, place) = (recovery.offer.entry, recovery.place);
+    let mut over = machine.ports.motion(|motion| motion.commanded_position());
+    // Filament counts from here as the file does; and nothing has turned A, B or C since.
+    Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
+    Hands::new(machine, to).set_position(over)?;
+    let from = over;
+    (over[Axis::X], over[Axis::Y]) = (place[Axis::X], place[Axis::Y]);
+    machine.stays_within(&from, &over)?;
+    machine.stays_within(&over, &place)?;
+    machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
+    let rate = machine.program.modal().seek_rate;
+    Hands::new(machine, to).go(over, rate, Mode::Rapid).await?;
+    machine.standstill().await?;
+    journal::note(machine, Some([place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])]), false);
+    Hands::new(machine, to).go_there(place, SLOWLY).await?;
+    if let Some(kept) = recovery.kept {
+        machine.program.come_back_to(kept);
+    }
+    machine.program.resynchronise(place);
+    machine.ports.motion(|motion| motion.set_overrides(entry.feed_factor, motion.overrides().rapid));
+    program::set_flow(&mut machine.program, &entry.flow);
+    restore::switch(machine, &recovery.switches);
+    machine.recovery = None;
+    journal::note(machine, None, false);
+    machine
+        .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));
+    Ok(())
+}

@@ -1,0 +1,56 @@
+//! What a job that goes on in the middle of its file needs as it was there: heaters and outputs.
+
+use units::{Celsius, HeaterId, SwitchId};
+
+use super::{Hands, Machine};
+use crate::failure::Failure;
+use crate::heat_codes;
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+
+/// What was asked of switches last: on or off, and S.
+pub(super) type Switches = [Option<(bool, Option<f32>)>];
+
+/// Heats what has a target, and waits: bed and chamber first, so that the part holds before the nozzle oozes.
+///
+/// # Errors
+/// As waiting for a temperature. What was heated stays so: [`cool`] is for whoever gives up then.
+pub(super) async fn heat<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    targets: &[Celsius],
+    to: Recipient,
+) -> Result<(), Failure> {
+    for tools in [false, true] {
+        for (id, target) in HeaterId::all().zip(targets) {
+            let Some(heater) = machine.config.temperatures.get(id.index()) else { continue };
+            if *target <= crate::heat::OFF_BELOW || heater.designator.starts_with('T') != tools {
+                continue;
+            }
+            let hands = &mut Hands::new(machine, to);
+            hands.announce(format_args!("// {} heats to {:.0} C\n", heater.name, target.0));
+            heat_codes::heat_and_wait(hands, id, *target).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Every heater is off.
+pub(super) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
+    let now = machine.ports.now();
+    for id in HeaterId::all() {
+        // Off is never refused.
+        let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0), now));
+    }
+}
+
+/// Fans and other outputs as the file has set them.
+pub(super) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
+    let now = machine.ports.now();
+    for (index, told) in switches.iter().enumerate() {
+        let Some((on, value)) = *told else { continue };
+        if let Some(output) = machine.outputs.turn(machine.config, SwitchId(index as u8), on, value) {
+            // A switch takes anything.
+            let _ = machine.ports.heat(|heat| heat.apply(output, now));
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Statistics of jobs: sampled while things move, kept on the card, said by M78.
+
+use core::fmt::Write as _;
+
+use program::{State, Words};
+use units::{AxisSet, Micros};
+
+use super::Machine;
+use crate::failure::Answer;
+use crate::files::kept::each_line;
+use crate::files::safe_file::Draft;
+use crate::jobs::{Duration, STATISTICS_PATH, Sums};
+use crate::ports::{Ports, StorageError};
+use crate::sessions::Recipient;
+
+/// M78 S78 forgets everything, as Prusa's does.
+const RESET: f64 = 78.0;
+
+/// Reads them at boot. There need not be any.
+pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
+    let mut life = machine.jobs.statistics.life;
+    let mut bad = 0;
+    let read = each_line(&mut machine.ports, STATISTICS_PATH, |_, line| {
+        let line = line.and_then(|line| core::str::from_utf8(line).ok());
+        bad += u32::from(!line.is_some_and(|line| life.read(line)));
+    });
+    machine.jobs.statistics.life = life;
+    match read {
+        Ok(()) if bad == 0 => {}
+        Ok(()) => machine.announce(format_args!("WARNING: {STATISTICS_PATH}: {bad} lines were left out\n")),
+        Err(StorageError::NotFound | StorageError::NoCard) => {}
+        Err(error) => machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not read: {}\n", error.text())),
+    }
+}
+
+/// Looks where the tool is.
+pub(super) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let moves = !machine.ports.motion(|motion| motion.is_idle());
+    let plays = machine.jobs.is_open() && machine.safety.state() != State::Check;
+    if !moves && !plays {
+        return machine.jobs.statistics.rest();
+    }
+    let place = machine.ports.motion(|motion| motion.live_position());
+    let extruders = AxisSet::collect(machine.program.tools().all().iter().map(|tool| tool.settings.axis));
+    machine.jobs.statistics.sample(now, plays, moves, &place, extruders);
+}
+
+/// The job has ended, well or not: says what it took.
+pub(super) fn end_job<P: Ports>(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+    if let Some(job) = machine.jobs.statistics.end_job(is_done) {
+        say_job(machine, &job, to);
+    }
+}
+
+fn say_job<P: Ports>(machine: &mut Machine<'_, P>, job: &Sums, to: Recipient) {
+    let (time, still, way, filament) =
+        (Duration(job.job), Duration(job.still), job.way / 1000.0, job.filament / 1000.0);
+    machine.say(to, format_args!("the job took {time} ({still} of it still): {way:.2} m of way"));
+    if filament > 0.0 {
+        machine.say(to, format_args!(", {filament:.3} m of filament"));
+    }
+    machine.say(to, format_args!("\n"));
+}
+
+/// M78.
+pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Answer {
+    if words.get('S') == Some(RESET) {
+        machine.jobs.statistics.reset();
+        return Answer::Ok;
+    }
+    if let Some(job) = machine.jobs.statistics.before {
+        say_job(machine, &job, to);
+    }
+    let life = machine.jobs.statistics.life;
+    let (done, broken_off) = (life.done, life.broken_off);
+    machine.say(to, format_args!("jobs: {done} done, {broken_off} broken off\n"));
+    let (job, still, longest) = (Duration(life.sums.job), Duration(life.sums.still), Duration(life.longest));
+    machine.say(to, format_args!("time: {job} in jobs ({still} of it still), the longest {longest}\n"));
+    let (moving, way, filament) = (Duration(life.moving), life.sums.way / 1000.0, life.sums.filament / 1000.0);
+    machine.say(
+        to,
+        format_args!("the machine has moved for {moving}; in jobs {way:.1} m of way, {filament:.2} m of filament\n"),
+    );
+    Answer::Ok
+}
+
+/// Saves what is new, once nothing else is to be done.
+pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
+        return;
+    }
+    if let Err(error) = write(machine)
+        && error != StorageError::NoCard
+    {
+        machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
+    }
+}
+
+fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    let mut text = heapless::String::<512>::new();
+    if write!(text, "{}", machine.jobs.statistics.life).is_err() {
+        return Err(StorageError::Full);
+    }
+    let ports = &mut machine.ports;
+    let mut draft = Draft::begin(ports, STATISTICS_PATH)?;
+    if let Err(error) = draft.write(ports, text.as_bytes()) {
+        draft.give_up(ports);
+        return Err(error);
+    }
+    draft.finish(ports)
+}
