@@ -59,6 +59,10 @@ pub struct Setup {
     pub visitors: Vec<SessionProfile>,
     /// The configuration that fits the machine as it is built, when the card's says something else about it.
     pub built_as: Option<String>,
+    /// Where the motors' carriages are at power-on, mm; else as the machine is built.
+    pub carriages: Vec<f64>,
+    /// After so many block writes the power is gone.
+    pub writes: Option<u32>,
 }
 
 impl Setup {
@@ -72,6 +76,8 @@ impl Setup {
             faults: Vec::new(),
             visitors: Vec::new(),
             built_as: None,
+            carriages: Vec::new(),
+            writes: None,
         }
     }
 }
@@ -109,7 +115,11 @@ impl Runner {
     pub fn new(setup: &Setup) -> Result<Self, String> {
         let (machine, board_id) = describe(setup);
         let built = setup.built_as.as_ref().map(|text| config::parse(text.as_bytes(), board_id, &mut ()).0);
-        let mut world = World::new(WorldConfig::of(built.as_ref().unwrap_or(&machine), setup.chip));
+        let mut config = WorldConfig::of(built.as_ref().unwrap_or(&machine), setup.chip);
+        for (actuator, place) in config.actuators.iter_mut().zip(&setup.carriages) {
+            actuator.start_mm = *place;
+        }
+        let mut world = World::new(config);
         for fault in &setup.faults {
             // What is wrong at power-on is wrong before the first grid point of the physics.
             if fault.at_ns == 0 { world.inject(&fault.fault)? } else { world.schedule(fault.clone())? }
@@ -191,6 +201,17 @@ impl Runner {
     pub fn read_from(&self, session: SessionId) -> Vec<u8> {
         let mut consoles = self.shared.sent.borrow_mut();
         consoles.get_mut(usize::from(session.0)).map(|sent| std::mem::take(&mut sent.bytes)).unwrap_or_default()
+    }
+
+    /// Block writes of the card so far, and whether the power went at one.
+    #[must_use]
+    pub fn block_writes(&self) -> (u32, bool) {
+        self.shared.block_writes()
+    }
+
+    /// The card is pulled out, or put in again.
+    pub fn set_card_state(&self, state: CardState) {
+        self.shared.set_card_state(state);
     }
 
     /// The machine asked for a reset.

@@ -17,11 +17,13 @@ pub use config::{
     ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
     WorldConfig,
 };
+pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
 pub use fault::{Fault, SPELLING, TimedFault};
 
 use units::{Actuator, MAX_ACTUATORS};
 
+use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
 use crate::models::tmc26x::Tmc26x;
 use crate::trace::Trace;
@@ -75,6 +77,7 @@ pub struct World {
     pending_faults: Vec<TimedFault>,
     trace: Trace,
     timing_faults: u64,
+    touch_noise: TouchNoise,
 }
 
 impl World {
@@ -107,6 +110,7 @@ impl World {
             pending_faults: Vec::new(),
             trace: Trace::default(),
             timing_faults: 0,
+            touch_noise: TouchNoise::default(),
             config,
         };
         world.operate_switches(0);

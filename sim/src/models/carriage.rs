@@ -15,6 +15,10 @@ pub struct Carriage {
     /// Hard stops in millimetres; infinite for what turns freely (extruders, rotary axes).
     limits_mm: [f64; 2],
     lost_mm: f64,
+    /// What the motor turns before the carriage follows, when it turns round, and how much of it is taken up
+    /// in the forward direction: 1/256 full steps.
+    play: i64,
+    taken_up: i64,
     /// Lowest and highest position since it was last put somewhere.
     reached_mm: [f64; 2],
 }
@@ -29,13 +33,18 @@ impl Carriage {
             count: 0,
             limits_mm,
             lost_mm: 0.0,
+            play: 0,
+            taken_up: 0,
             reached_mm: [position_mm; 2],
         }
     }
 
     /// Moves by this many 1/256 full steps, or up to the hard stop.
     pub fn turn(&mut self, micropositions: i64) {
-        self.count += micropositions;
+        let taken_up = (self.taken_up + micropositions).clamp(0, self.play);
+        let idle = taken_up - self.taken_up;
+        self.taken_up = taken_up;
+        self.count += micropositions - idle;
         let wanted = self.position_mm();
         let reached = wanted.clamp(self.limits_mm[0], self.limits_mm[1]);
         if reached != wanted {
@@ -54,6 +63,12 @@ impl Carriage {
     #[must_use]
     pub fn position_mm(&self) -> f64 {
         self.origin_mm + self.travelled_mm()
+    }
+
+    /// Gives it backlash.
+    pub fn loosen(&mut self, backlash_mm: f64) {
+        self.play = (backlash_mm / self.mm_per_full_step * MICROPOSITIONS).round() as i64;
+        self.taken_up = self.taken_up.min(self.play);
     }
 
     /// Puts it somewhere by hand.

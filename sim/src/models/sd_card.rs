@@ -1,8 +1,8 @@
 //! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
 //!
 //! Source: SD Physical Layer Simplified Specification 6.00. A high-capacity card (block addresses), version
-//! 2.00 and later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: write protection, locking and
-//! the SPI mode; a switch to other functions than high speed; erase timing.
+//! 2.00 and later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: protection of groups of
+//! blocks, locking and the SPI mode; a switch to other functions than high speed; erase timing.
 
 /// Bytes of a block.
 pub const BLOCK: usize = 512;
@@ -69,14 +69,47 @@ enum Stream {
 
 /// Card status bits, section 4.10.1.
 const OUT_OF_RANGE: u32 = 1 << 31;
+/// The card is write-protected; cleared by the status that tells it (type E R X, clear condition C).
+const WP_VIOLATION: u32 = 1 << 26;
 const ILLEGAL_COMMAND: u32 = 1 << 22;
 const READY_FOR_DATA: u32 = 1 << 8;
 const APP_CMD: u32 = 1 << 5;
+
+/// A block that the host has written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BlockWrite {
+    /// When the card had it, nanoseconds since power-on.
+    pub at_ns: u64,
+    /// Its number.
+    pub block: u32,
+    /// What it holds from then on.
+    pub bytes: Vec<u8>,
+}
+
+/// How a card differs from others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Traits {
+    /// Time it programs after a block was written.
+    pub programming_ns: u64,
+    /// TMP_WRITE_PROTECT of the CSD is set: it takes no writes.
+    pub is_protected: bool,
+}
+
+impl Default for Traits {
+    fn default() -> Self {
+        Self { programming_ns: PROGRAMMING_NS, is_protected: false }
+    }
+}
 
 /// A card in its slot.
 #[derive(Clone, Debug)]
 pub struct SdCard {
     content: Vec<u8>,
+    traits: Traits,
+    /// What was written, once somebody has asked for it.
+    log: Option<Vec<BlockWrite>>,
+    /// A write was refused, and the host has not been told yet.
+    has_refused: bool,
     state: State,
     application: bool,
     illegal: bool,
@@ -97,6 +130,9 @@ impl SdCard {
         content.resize(content.len().max(1).next_multiple_of(UNIT), 0);
         Self {
             content,
+            traits: Traits::default(),
+            log: None,
+            has_refused: false,
             state: State::Idle,
             application: false,
             illegal: false,
@@ -108,6 +144,24 @@ impl SdCard {
             high_speed: false,
             erase: [0; 2],
         }
+    }
+
+    /// The same card, another make of it.
+    #[must_use]
+    pub const fn with(mut self, traits: Traits) -> Self {
+        self.traits = traits;
+        self
+    }
+
+    /// Keeps what is written from now on.
+    pub fn keep_writes(&mut self) {
+        self.log = Some(Vec::new());
+    }
+
+    /// What was written since that was asked for, in order.
+    #[must_use]
+    pub fn writes(&self) -> &[BlockWrite] {
+        self.log.as_deref().unwrap_or(&[])
     }
 
     /// Everything on the card.
@@ -132,8 +186,9 @@ impl SdCard {
         self.settle(now_ns);
         let ready = if self.state == State::Program { 0 } else { READY_FOR_DATA };
         let illegal = if std::mem::take(&mut self.illegal) { ILLEGAL_COMMAND } else { 0 };
+        let refused = if std::mem::take(&mut self.has_refused) { WP_VIOLATION } else { 0 };
         let application = if self.application { APP_CMD } else { 0 };
-        (self.state as u32) << 9 | ready | illegal | application
+        (self.state as u32) << 9 | ready | illegal | refused | application
     }
 
     /// Takes a command: the reply, and what then happens on the data lines.
@@ -148,7 +203,8 @@ impl SdCard {
         let nothing = (Reply::None, Transfer::None);
         match (index, self.state) {
             (0, _) => {
-                *self = Self::new(std::mem::take(&mut self.content));
+                let log = self.log.take();
+                *self = Self { log, ..Self::new(std::mem::take(&mut self.content)).with(self.traits) };
                 nothing
             }
             (2, State::Ready) => {
@@ -248,7 +304,7 @@ impl SdCard {
         let [first, last] = self.erase.map(|block| block as usize * BLOCK);
         let range = first..(last + BLOCK).min(self.content.len());
         self.content.get_mut(range).into_iter().for_each(|blocks| blocks.fill(0));
-        self.busy_until_ns = now_ns + PROGRAMMING_NS;
+        self.busy_until_ns = now_ns + self.traits.programming_ns;
         self.state = State::Program;
         (Reply::Short(status), Transfer::None)
     }
@@ -305,7 +361,8 @@ impl SdCard {
     /// CSD version 2.0 (section 5.3.3): size in units of 512 KiB, 25 MHz, 512-byte blocks.
     fn csd(&self) -> [u32; 4] {
         let size = (self.content.len() / (512 * 1024)) as u32 - 1;
-        [0x400E_0032, 0x5B59_0000 | size >> 16, (size & 0xFFFF) << 16 | 0x7F80, 0x0A40_0001]
+        let protect = u32::from(self.traits.is_protected) << 12;
+        [0x400E_0032, 0x5B59_0000 | size >> 16, (size & 0xFFFF) << 16 | 0x7F80, 0x0A40_0001 | protect]
     }
 
     /// The next block of a transfer to the host, `length` bytes. `None` when the card has nothing to send.
@@ -349,9 +406,17 @@ impl SdCard {
         }
         let start = *block as usize * BLOCK;
         let Some(place) = self.content.get_mut(start..start + bytes.len()) else { return false };
-        place.copy_from_slice(bytes);
+        if self.traits.is_protected {
+            // Section 4.3.4: it takes the data and drops them.
+            self.has_refused = true;
+        } else {
+            place.copy_from_slice(bytes);
+            if let Some(log) = &mut self.log {
+                log.push(BlockWrite { at_ns: now_ns, block: *block, bytes: bytes.to_vec() });
+            }
+        }
         *block += 1;
-        self.busy_until_ns = now_ns + PROGRAMMING_NS;
+        self.busy_until_ns = now_ns + self.traits.programming_ns;
         if !*endless {
             self.stream = Stream::Idle;
             self.state = State::Program;

@@ -1,6 +1,6 @@
 //! What a probe can touch: a bed that is neither level nor even, and solid blocks on it.
 
-/// Height of a bed over its coordinates: a plane with waves on it.
+/// Height of a bed over its coordinates: a plane that is bent and twisted, with waves and a step on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bed {
     /// Height at X0 Y0, millimetres.
@@ -11,13 +11,30 @@ pub struct Bed {
     pub wave_mm: f64,
     /// Their length along X and Y, millimetres.
     pub wave_length_mm: f64,
+    /// Where bend and twist add nothing.
+    pub middle: [f64; 2],
+    /// So much lower 100 mm from there along X and along Y, growing with the square, millimetres.
+    pub bend_mm: [f64; 2],
+    /// So much higher 100 mm from there along both, growing with the product, millimetres.
+    pub twist_mm: f64,
+    /// Higher by the second from the first X on, millimetres.
+    pub step_mm: [f64; 2],
 }
 
 impl Bed {
     /// A level bed at this height.
     #[must_use]
     pub const fn level(height_mm: f64) -> Self {
-        Self { height_mm, slope: [0.0; 2], wave_mm: 0.0, wave_length_mm: 1.0 }
+        Self {
+            height_mm,
+            slope: [0.0; 2],
+            wave_mm: 0.0,
+            wave_length_mm: 1.0,
+            middle: [0.0; 2],
+            bend_mm: [0.0; 2],
+            twist_mm: 0.0,
+            step_mm: [f64::INFINITY, 0.0],
+        }
     }
 
     /// A bed that leans.
@@ -32,10 +49,25 @@ impl Bed {
         Self { wave_mm, wave_length_mm, ..self }
     }
 
+    /// The same bent and twisted around a middle.
+    #[must_use]
+    pub const fn bent(self, middle: [f64; 2], bend_mm: [f64; 2], twist_mm: f64) -> Self {
+        Self { middle, bend_mm, twist_mm, ..self }
+    }
+
+    /// The same with a step.
+    #[must_use]
+    pub const fn stepped(self, from_x: f64, by_mm: f64) -> Self {
+        Self { step_mm: [from_x, by_mm], ..self }
+    }
+
     /// Its height here, millimetres.
     #[must_use]
     pub fn height(&self, x: f64, y: f64) -> f64 {
-        let plane = self.height_mm + self.slope[0] * x + self.slope[1] * y;
+        let (u, v) = ((x - self.middle[0]) / 100.0, (y - self.middle[1]) / 100.0);
+        let bent = self.twist_mm * u * v - self.bend_mm[0] * u * u - self.bend_mm[1] * v * v;
+        let step = if x >= self.step_mm[0] { self.step_mm[1] } else { 0.0 };
+        let plane = self.height_mm + self.slope[0] * x + self.slope[1] * y + bent + step;
         if self.wave_mm == 0.0 {
             return plane;
         }
@@ -58,12 +90,50 @@ pub struct Surface {
     pub blocks: Vec<Block>,
     /// Where the probe's tip is, seen from the tool, millimetres.
     pub tip_mm: [f64; 3],
+    /// Standard deviation of the height at which the contact closes, from touch to touch, millimetres.
+    pub noise_mm: f64,
+}
+
+/// The height at which the contact of a probe closes, which differs from touch to touch: normally
+/// distributed, the same in every run.
+#[derive(Clone, Copy, Debug)]
+pub struct TouchNoise {
+    state: u64,
+    now_mm: f64,
+}
+
+impl Default for TouchNoise {
+    fn default() -> Self {
+        Self { state: 0x9E37_79B9_7F4A_7C15, now_mm: 0.0 }
+    }
+}
+
+impl TouchNoise {
+    /// Of the touch to come: so much higher, millimetres.
+    #[must_use]
+    pub const fn now_mm(&self) -> f64 {
+        self.now_mm
+    }
+
+    /// The contact has opened: the next touch has another one.
+    pub fn next(&mut self, deviation_mm: f64) {
+        // Twelve even numbers from 0 to 1 have a sum whose deviation is 1; xorshift makes them (Marsaglia
+        // 2003).
+        let mut even = || {
+            self.state ^= self.state << 13;
+            self.state ^= self.state >> 7;
+            self.state ^= self.state << 17;
+            (self.state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let normal: f64 = (0..12).map(|_| even()).sum::<f64>() - 6.0;
+        self.now_mm = normal * deviation_mm;
+    }
 }
 
 impl Default for Surface {
     /// A level bed at zero under a probe whose tip is the tool's.
     fn default() -> Self {
-        Self { bed: Some(Bed::level(0.0)), overhead: false, blocks: Vec::new(), tip_mm: [0.0; 3] }
+        Self { bed: Some(Bed::level(0.0)), overhead: false, blocks: Vec::new(), tip_mm: [0.0; 3], noise_mm: 0.0 }
     }
 }
 
@@ -99,11 +169,39 @@ mod tests {
     }
 
     #[test]
+    fn touches_scatter_by_their_deviation() {
+        let mut noise = TouchNoise::default();
+        let seen: Vec<f64> = (0..2_000)
+            .map(|_| {
+                noise.next(0.02);
+                noise.now_mm()
+            })
+            .collect();
+        let mean = seen.iter().sum::<f64>() / 2_000.0;
+        let deviation = (seen.iter().map(|mm| (mm - mean).powi(2)).sum::<f64>() / 2_000.0).sqrt();
+        assert!(mean.abs() < 0.002 && (deviation - 0.02).abs() < 0.002, "{mean} {deviation}");
+    }
+
+    #[test]
     fn waves_come_and_go_with_their_length() {
         let bed = Bed::level(0.5).wavy(0.2, 80.0);
         assert!((bed.height(20.0, 0.0) - 0.7).abs() < 1e-12);
         assert!((bed.height(60.0, 80.0) - 0.3).abs() < 1e-12);
         assert!((bed.height(40.0, 13.0) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn beds_are_bent_twisted_and_stepped() {
+        let bed = Bed::level(1.0).bent([50.0, 60.0], [0.2, 0.1], 0.4).stepped(140.0, 0.5);
+        for ([x, y], height) in [
+            ([50.0, 60.0], 1.0),
+            ([-50.0, 60.0], 0.8),
+            ([50.0, 160.0], 0.9),
+            ([150.0, 160.0], 1.6),
+            ([139.9, 60.0], 0.838_359_8),
+        ] {
+            assert!((bed.height(x, y) - height).abs() < 1e-6, "{}", bed.height(x, y));
+        }
     }
 
     #[test]

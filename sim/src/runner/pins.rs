@@ -30,7 +30,15 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let probe = config.probe.pin.filter(|_| config.probe.enable);
     let kill = config.kill_button.pin.filter(|_| config.kill_button.enable);
     let switches = config.switches.iter().map(|switch| (switch.input_pin, format!("switch.{}", switch.name)));
-    stops.chain(switches).chain([(probe, "zprobe".to_owned()), (kill, "kill button".to_owned())])
+    let filament = &config.filament_detector;
+    let parts = [
+        (probe, "zprobe"),
+        (config.probe.deployed_pin.filter(|_| config.probe.enable), "zprobe.deployed_pin"),
+        (kill, "kill button"),
+        (filament.level_pin(), "filament detector"),
+        (filament.wheel_pin(), "filament detector.encoder_pin"),
+    ];
+    stops.chain(switches).chain(parts.map(|(pin, user)| (pin, user.to_owned())))
 }
 
 fn outputs(config: &MachineConfig) -> impl Iterator<Item = Used> {

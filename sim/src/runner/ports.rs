@@ -5,9 +5,9 @@ use std::rc::Rc;
 use config::{BoardId, MachineConfig, Pin, Pull};
 use machine::heat::HeatControl;
 use machine::ports::{
-    Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
     InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
-    Storage, StorageError,
+    Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -99,9 +99,19 @@ impl Shared {
             reset_requested: Flag::new(false),
             date: Flag::new((DateTime::UNSET, 0)),
             step_times: Flag::default(),
-            card: Turns::new(Card::new(&setup.card, setup.card_state)),
+            card: Turns::new(Card::new(&setup.card, setup.card_state, setup.writes)),
             board_id: u8::from(board_id == BoardId::Prime2660),
         }
+    }
+}
+
+impl Shared {
+    pub fn block_writes(&self) -> (u32, bool) {
+        self.card.borrow().block_writes()
+    }
+
+    pub fn set_card_state(&self, state: super::CardState) {
+        self.card.borrow_mut().set_state(state);
     }
 }
 
@@ -131,6 +141,14 @@ impl MotionPort for HostPorts {
 
     fn latch(&self) -> &Latch {
         &self.shared.latch
+    }
+}
+
+impl Ahead for HostPorts {
+    type Workspace = Box<Workspace>;
+
+    fn workspace(&mut self) -> Option<Box<Workspace>> {
+        Some(Box::new(Workspace::new(Motion::new())))
     }
 }
 
@@ -326,7 +344,7 @@ impl Storage for HostPorts {
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.shared.card.borrow().remove(path)
+        self.shared.card.borrow_mut().remove(path)
     }
 
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {

@@ -2,7 +2,9 @@
 //! of step events that stands in for the step interrupt.
 
 use config::{MachineConfig, SensorKind};
-use machine::ports::{Input, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit};
+use machine::ports::{
+    Input, InputLevels, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit,
+};
 use machine::tasks::{FeedTask, HEAT_PERIOD_US, HeatIo, HeatTask};
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
@@ -32,7 +34,10 @@ impl Inputs {
             let switch = machine.switches.iter().position(|switch| switch.name == name);
             match name {
                 "probe" => Some(Input::Probe),
+                "probe deployed" => Some(Input::ProbeDeployed),
                 "kill" => Some(Input::Kill),
+                "filament" => Some(Input::Filament),
+                "filament wheel" => Some(Input::FilamentWheel),
                 _ => endstop.or(switch.map(|n| Input::Switch(n as u8))),
             }
         };
@@ -51,7 +56,7 @@ impl Inputs {
             input if operated => input,
             _ => return None,
         };
-        Some(input.bit().trailing_zeros() as u8)
+        Some(input.number())
     }
 }
 
@@ -180,7 +185,7 @@ impl Tasks {
         let now = ticks(now_ns);
         let armed = shared.latch.armed();
         if armed != 0 {
-            let levels = self.levels(shared);
+            let levels = self.levels(shared).mask();
             for number in 0..u32::BITS {
                 if armed & levels & (1 << number) != 0 {
                     shared.latch.report(number as u8, now.0 as u32, &shared.queue);
@@ -199,15 +204,15 @@ impl Tasks {
     }
 
     /// Level of every input, as the machine counts them.
-    fn levels(&self, shared: &Shared) -> u32 {
+    fn levels(&self, shared: &Shared) -> InputLevels {
         let world = shared.world.borrow();
-        let mut levels = 0;
+        let mut levels = InputLevels::default();
         for (index, input) in self.inputs.inputs.iter().enumerate() {
             let operated = world.switch_high(index) == world.config().switches[index].operated_high;
-            levels |= match input {
-                Some(input) if operated => input.bit(),
-                Some(Input::Probe) => Input::ProbeOpen.bit(),
-                _ => 0,
+            levels = match *input {
+                Some(input) if operated => levels.with(input),
+                Some(Input::Probe) => levels.with(Input::ProbeOpen),
+                _ => levels,
             };
         }
         levels
@@ -220,7 +225,7 @@ impl Tasks {
         world.advance(until_ns);
         drop(world);
         self.report_other_changes(shared);
-        shared.levels.set(machine::ports::InputLevels(self.levels(shared)));
+        shared.levels.set(self.levels(shared));
     }
 
     fn play_events(&mut self, shared: &Shared, until_ns: u64) {
@@ -272,7 +277,9 @@ impl Tasks {
             for change in world.take_switch_changes() {
                 let operated = change.high == world.config().switches[change.switch].operated_high;
                 let Some(input) = self.inputs.fired(change.switch, operated) else { continue };
-                if shared.latch.is_hard() && shared.latch.armed() & 1 << input != 0 {
+                // Not every input can be armed: a filament detector cannot.
+                let bit = 1_u32.checked_shl(u32::from(input)).unwrap_or(0);
+                if shared.latch.is_hard() && shared.latch.armed() & bit != 0 {
                     self.firing.get_or_insert(Firing { input, tick: event.at, at_ns });
                 } else {
                     self.report(shared, input, event.at, at_ns);

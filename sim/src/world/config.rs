@@ -2,6 +2,8 @@
 
 use units::Actuator;
 
+use super::delta::DeltaFrame;
+use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
 use crate::models::surface::Surface;
 use crate::models::switch::Side;
@@ -162,13 +164,8 @@ pub enum Linkage {
     Direct,
     /// X = (alpha + beta) / 2, Y = (alpha - beta) / 2, Z = gamma.
     CoreXy,
-    /// Three towers at 210, 330 and 90 degrees.
-    LinearDelta {
-        /// Length of the diagonal rods, millimetres.
-        arm_mm: f64,
-        /// Horizontal distance of the towers' joints from the tool's joints at the centre, millimetres.
-        radius_mm: f64,
-    },
+    /// Three towers.
+    LinearDelta(DeltaFrame),
 }
 
 /// The whole machine.
@@ -182,6 +179,8 @@ pub struct WorldConfig {
     pub linkage: Linkage,
     /// Switches and buttons.
     pub switches: Vec<SwitchConfig>,
+    /// Motors of Z that carry the gantry or the bed at places of their own; empty: gamma does it alone.
+    pub gantry: Gantry,
     /// What a probe can touch.
     pub surface: Surface,
     /// Heaters and sensors.
@@ -239,6 +238,7 @@ impl Default for WorldConfig {
                     operator: Some((Operator::Surface, 0.0, Side::Below)),
                 },
             ],
+            gantry: Gantry::default(),
             surface: Surface::default(),
             heaters: vec![
                 HeaterConfig {

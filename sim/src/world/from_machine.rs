@@ -6,10 +6,12 @@ use config::{
 };
 use units::{Actuator, Axis};
 
+use super::delta::DeltaFrame;
 use super::{
     ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
     WorldConfig,
 };
+use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
 use crate::models::surface::{Bed, Surface};
 use crate::models::switch::Side;
@@ -29,10 +31,7 @@ impl WorldConfig {
     pub fn of(machine: &MachineConfig, chip: Chip) -> Self {
         let linkage = match machine.motion.arm_solution {
             ArmSolution::CoreXy => Linkage::CoreXy,
-            ArmSolution::LinearDelta => {
-                let arms = &machine.motion.arms.linear_delta;
-                Linkage::LinearDelta { arm_mm: arms.arm_length, radius_mm: arms.arm_radius }
-            }
+            ArmSolution::LinearDelta => Linkage::LinearDelta(DeltaFrame::of(&machine.motion.arms.linear_delta)),
             _ => Linkage::Direct,
         };
         Self {
@@ -40,6 +39,7 @@ impl WorldConfig {
             actuators: machine.actuators().map(|(actuator, _)| motor(machine, actuator, linkage)).collect(),
             linkage,
             switches: switches(machine, linkage),
+            gantry: gantry(machine),
             surface: surface(machine),
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
@@ -68,10 +68,11 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
     let free = [f64::NEG_INFINITY, f64::INFINITY];
     let axis = Axis::ALL[actuator as usize];
     // A slave stands beside its master.
-    let homing = machine.homing_endstop(config.slaved_to.map_or(axis, |master| Axis::ALL[master as usize]));
+    let leader = config.slaved_to.unwrap_or(actuator);
+    let homing = machine.homing_endstop(Axis::ALL[leader as usize]);
     let (limits_mm, start_mm) = match (linkage, homing) {
         (Linkage::CoreXy, _) if axis != Axis::Z => (free, belt_start(machine, axis)),
-        (_, Some(stop)) => range(&placed(machine, stop, linkage), actuator as usize),
+        (_, Some(stop)) => range(&placed(machine, stop, linkage), leader as usize),
         (_, None) => (free, 0.0),
     };
     ActuatorConfig {
@@ -106,11 +107,11 @@ fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> En
         placed.homing_position = homing.homing_position;
         return placed;
     }
-    if let (Linkage::LinearDelta { arm_mm, radius_mm }, Some(axis)) = (linkage, stop.axis)
+    if let (Linkage::LinearDelta(frame), Some(axis)) = (linkage, stop.axis)
         && let Some(trim) = machine.homing.trim.get(axis as usize)
     {
         let tool = machine.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0);
-        placed.homing_position.0 = tool + (arm_mm * arm_mm - radius_mm * radius_mm).sqrt() - trim.0;
+        placed.homing_position.0 = tool + frame.rise(axis as usize) - trim.0;
     }
     placed
 }
@@ -144,7 +145,21 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let kill = kill.map(|input| button("kill", input, input.inverted));
     let inputs =
         machine.switches.iter().filter_map(|switch| switch.input_pin.map(|p| button(&switch.name, p, !p.inverted)));
-    endstops.chain(probe).chain(kill).chain(inputs).collect()
+    let detector = &machine.filament_detector;
+    let filament = detector.level_pin().map(|input| button("filament", input, !input.inverted));
+    let deployed = machine.probe.deployed_pin.filter(|_| machine.probe.enable);
+    let deployed = deployed.map(|input| button("probe deployed", input, !input.inverted));
+    let wheel = detector.wheel_pin().map(|input| button("filament wheel", input, !input.inverted));
+    endstops.chain(probe).chain(kill).chain(inputs).chain(filament).chain(wheel).chain(deployed).collect()
+}
+
+/// As many motors as places are written, gamma and its slaves in their order.
+fn gantry(machine: &MachineConfig) -> Gantry {
+    let of_z = |(motor, config): &(Actuator, &config::ActuatorConfig)| {
+        *motor == Actuator::Gamma || config.slaved_to == Some(Actuator::Gamma)
+    };
+    let motors = machine.actuators().filter(of_z).map(|(motor, _)| motor);
+    Gantry { pivots: motors.zip(machine.z_alignment.motors.iter().copied()).collect() }
 }
 
 /// A level bed at zero; for a probe that searches upwards, one above the tool.

@@ -157,6 +157,13 @@ impl World {
         }
     }
 
+    /// Gives an axis backlash, millimetres.
+    pub fn loosen(&mut self, actuator: Actuator, backlash_mm: f64) {
+        if let Some(motor) = &mut self.motors[actuator as usize] {
+            motor.carriage.loosen(backlash_mm);
+        }
+    }
+
     /// Commanded travel that a motor lost at hard stops, millimetres.
     #[must_use]
     pub fn lost_mm(&self, actuator: Actuator) -> f64 {
@@ -172,12 +179,22 @@ impl World {
     /// Where the tool is, millimetres, X to Z.
     #[must_use]
     pub fn tool_mm(&self) -> [f64; 3] {
+        self.tool_beside([0.0; 2])
+    }
+
+    /// Where a tip is that hangs beside the tool by this much along X and Y: at the tool's X and Y, but as
+    /// high as the gantry is over the tip.
+    fn tool_beside(&self, [dx, dy]: [f64; 2]) -> [f64; 3] {
         let [a, b, c] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].map(|n| self.carriage_mm(n).unwrap_or(0.0));
-        match self.config.linkage {
-            Linkage::Direct => [a, b, c],
-            Linkage::CoreXy => [(a + b) / 2.0, (a - b) / 2.0, c],
-            Linkage::LinearDelta { arm_mm, radius_mm } => super::delta::tool([a, b, c], arm_mm, radius_mm),
+        let [x, y] = match self.config.linkage {
+            Linkage::Direct => [a, b],
+            Linkage::CoreXy => [(a + b) / 2.0, (a - b) / 2.0],
+            Linkage::LinearDelta(frame) => return frame.tool([a, b, c]),
+        };
+        if self.config.gantry.pivots.len() < 2 {
+            return [x, y, c];
         }
+        [x, y, self.config.gantry.height([x + dx, y + dy], |motor| self.carriage_mm(motor).unwrap_or(0.0))]
     }
 
     /// The level of a switch's pin.
@@ -228,7 +245,10 @@ impl World {
                     (None, Some(actuator)) => self.carriage_mm(actuator).unwrap_or(0.0),
                     (None, None) => 0.0,
                 },
-                Some((Operator::Surface, ..)) => self.config.surface.gap(tool.unwrap_or_else(|| self.tool_mm())),
+                Some((Operator::Surface, ..)) => {
+                    let [dx, dy, _] = self.config.surface.tip_mm;
+                    self.config.surface.gap(self.tool_beside([dx, dy])) - self.touch_noise.now_mm()
+                }
                 None => 0.0,
             };
             let operated = self.switches[index].0.operated(place);
@@ -245,6 +265,9 @@ impl World {
 
     fn change_switch(&mut self, at_ns: u64, index: usize, operated: bool) {
         self.switches[index].1 = operated;
+        if !operated && matches!(self.config.switches[index].operator, Some((Operator::Surface, ..))) {
+            self.touch_noise.next(self.config.surface.noise_mm);
+        }
         let high = operated == self.config.switches[index].operated_high;
         self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
     }
