@@ -7,12 +7,14 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 mod actions;
+mod bed;
 mod check;
 mod colour;
 mod flash;
 mod migrate;
 mod motion_page;
 mod plot;
+mod preflight;
 mod progress;
 mod report;
 mod run;
@@ -52,6 +54,11 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         tools: Option<PathBuf>,
     },
+    /// Look through a job before it is made: what stops it, what limits cut, how long it takes; exits 1 when
+    /// something stops it
+    Preflight(preflight::Options),
+    /// Look at a mesh of a bed, as the board saved it on its card: where it is high, what to do about it
+    Bed(bed::Options),
     /// Print the JSON Schema of the configuration
     Schema,
     /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can
@@ -126,6 +133,8 @@ fn run(command: Command) -> Result<ExitCode> {
             Ok(success(check::check(&file, json, deny_warnings, board)?))
         }
         Command::Actions { file, tools } => actions::print(&file, tools.as_deref()).map(|()| ExitCode::SUCCESS),
+        Command::Preflight(options) => Ok(success(preflight::preflight(&options)?)),
+        Command::Bed(options) => bed::bed(&options).map(|()| ExitCode::SUCCESS),
         Command::Schema => {
             print!("{}", config::schema::json_schema());
             Ok(ExitCode::SUCCESS)

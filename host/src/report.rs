@@ -3,7 +3,7 @@
 mod checks;
 mod edges;
 mod machine;
-mod page;
+pub mod page;
 mod path;
 mod program;
 pub mod rows;

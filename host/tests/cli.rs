@@ -175,3 +175,20 @@ fn a_delta_s_path_is_drawn_from_its_towers_and_its_edges_are_held_against_the_or
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert!(json["errors"][0].as_str().is_some_and(|error| error.contains("end 1 steps")), "{json}");
 }
+
+#[test]
+fn a_bed_is_told_about_and_drawn() {
+    let folder = folder("bed");
+    let (mesh, page) = (folder.join("pei.mesh"), folder.join("bed.html"));
+    std::fs::write(&mesh, "mesh 1\npoints 3 3\norigin 0 0\nstep 80 60\nheights\n0 .1 0 .1 .3 .1 0 .1 0\n")
+        .expect("written");
+    let told = velvet(&["bed", text(&mesh), "--config", CONFIG, "--page", text(&page)]);
+    assert!(told.status.success(), "{}", said(&told));
+    assert!(said(&told).contains("the bed is domed by 0.267") && said(&told).contains('@'), "{}", said(&told));
+    let page = std::fs::read_to_string(&page).expect("the page was written");
+    assert!(page.contains("the bed is domed by 0.267") && page.contains("<canvas"));
+    std::fs::write(&mesh, "mesh 1\npoints 3 3\nG28\n").expect("written");
+    let wrong = velvet(&["bed", text(&mesh)]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(said(&wrong).contains("pei.mesh is no mesh: line 3: "), "{}", said(&wrong));
+}

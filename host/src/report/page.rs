@@ -108,7 +108,7 @@ pub fn render(report: &Report) -> String {
     page + rest
 }
 
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
@@ -242,7 +242,7 @@ fn rounded(value: f64, per_unit: f64) -> f64 {
 }
 
 /// RFC 4648 section 4.
-fn base64(bytes: impl Iterator<Item = u8>) -> String {
+pub fn base64(bytes: impl Iterator<Item = u8>) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> = bytes.collect();
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
