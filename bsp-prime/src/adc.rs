@@ -198,8 +198,10 @@ pub struct Supplies {
     adc: pac::ADC3,
     calibration_begun: Result<(), AdcError>,
     ready: bool,
-    /// Channel being converted, and the table's index of it.
+    /// The table's index of the input being converted.
     current: usize,
+    /// The input whose turn it was last.
+    turn: usize,
     readings: [Option<u16>; crate::pins::table::SUPPLIES.len()],
     /// Inputs to read, one bit each.
     wanted: u16,
@@ -214,7 +216,7 @@ impl Supplies {
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
-        Self { adc, calibration_begun, ready: false, current: 0, readings, wanted: 0 }
+        Self { adc, calibration_begun, ready: false, current: 0, turn: 0, readings, wanted: 0 }
     }
 
     /// Brings the converter up to read the inputs of these indices of [`crate::pins::table::SUPPLIES`]. Once.
@@ -236,17 +238,30 @@ impl Supplies {
     /// Collects a finished reading and starts the next. A converter that does not finish leaves its reading
     /// as `None`.
     pub fn poll(&mut self) {
+        if self.collect() {
+            self.convert_next();
+        }
+    }
+
+    /// The latest reading of this input, and has it read again: it is the newer the oftener this is asked.
+    pub fn follow(&mut self, input: usize) -> Option<u16> {
+        if self.wanted & 1 << input != 0 && self.collect() {
+            self.convert(input);
+        }
+        self.reading(input)
+    }
+
+    /// Whether the converter has finished, with its reading.
+    fn collect(&mut self) -> bool {
         if !self.ready {
-            return;
+            return false;
         }
         // Reading the data register clears the flag (RM0399 section 26.7.1).
         let reading = self.adc.isr.read().eoc().bit_is_set().then(|| self.adc.dr.read().bits() as u16);
         if let Some(slot) = self.readings.get_mut(self.current) {
             *slot = reading;
         }
-        if reading.is_some() {
-            self.convert_next();
-        }
+        reading.is_some()
     }
 
     /// The latest reading of an input, 0 to 65 535 for full scale.
@@ -257,22 +272,23 @@ impl Supplies {
 
     fn convert_next(&mut self) {
         let count = self.readings.len();
-        for step in 1..=count {
-            let index = (self.current + step) % count;
-            if self.wanted & (1 << index) == 0 {
-                continue;
-            }
-            let Some(input) = crate::pins::table::SUPPLIES.get(index) else { continue };
-            self.current = index;
-            let channel = u32::from(input.channel);
-            // SAFETY: the channel is from the board's table; a sequence of one.
-            unsafe {
-                self.adc.pcsel.write(|w| w.bits(1 << channel));
-                self.adc.sqr1.write(|w| w.bits(channel << 6));
-            }
-            self.adc.cr.modify(|_, w| w.adstart().set_bit());
-            return;
+        let next = (1..=count).map(|step| (self.turn + step) % count).find(|index| self.wanted & (1 << index) != 0);
+        if let Some(index) = next {
+            self.turn = index;
+            self.convert(index);
         }
+    }
+
+    fn convert(&mut self, index: usize) {
+        let Some(input) = crate::pins::table::SUPPLIES.get(index) else { return };
+        self.current = index;
+        let channel = u32::from(input.channel);
+        // SAFETY: the channel is from the board's table; a sequence of one.
+        unsafe {
+            self.adc.pcsel.write(|w| w.bits(1 << channel));
+            self.adc.sqr1.write(|w| w.bits(channel << 6));
+        }
+        self.adc.cr.modify(|_, w| w.adstart().set_bit());
     }
 }
 

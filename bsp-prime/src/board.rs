@@ -116,6 +116,7 @@ impl Board {
         let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::enable_peripherals();
+        memory::prepare_d2();
         silicon::compensate_outputs();
         time::start();
         let mut pins = Pins::new();

@@ -15,6 +15,8 @@ unsafe extern "C" {
     static __eaxizero: u32;
     static mut __saxisram: u32;
     static mut __eaxisram: u32;
+    static mut __sd2ram: u32;
+    static mut __ed2ram: u32;
     static mut __sdma_arena: u32;
     static mut __edma_arena: u32;
     static __euninit: u32;
@@ -77,6 +79,15 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
     protect(mpu);
     scb.enable_icache();
     scb.enable_dcache(cpuid);
+}
+
+/// Zeroes the statics in SRAM1 and SRAM2. Call once, when their clocks are on (RM0399 section 2.3: without
+/// them an access is a bus error) and before anything in them is used.
+pub(crate) fn prepare_d2() {
+    // SAFETY: the linker script gives these symbols to exactly this region and aligns them to words;
+    // interrupts are off, and nobody has a reference to what lies there.
+    unsafe { zero_words(addr_of_mut!(__sd2ram), addr_of_mut!(__ed2ram)) };
+    cortex_m::asm::dsb();
 }
 
 /// # Safety
@@ -167,6 +178,8 @@ fn protect(mpu: &mut MPU) {
             thread_stack::guard(),
             EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(thread_stack::GUARD_BYTES as u32),
         ),
+        // SRAM1 and SRAM2. No DMA goes there; one that is to needs a region as the arena's.
+        (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
     ];
     cortex_m::asm::dmb();
     // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the
@@ -240,7 +253,7 @@ pub fn stack_unused_bytes() -> u32 {
     4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32
 }
 
-/// How many bytes the statics take, in DTCM, AXI SRAM and the DMA arena together.
+/// How many bytes the statics take, in DTCM, AXI SRAM, SRAM1, SRAM2 and the DMA arena together.
 #[must_use]
 pub fn static_bytes() -> u32 {
     const DTCM_START: u32 = 0x2000_0000;
@@ -248,5 +261,6 @@ pub fn static_bytes() -> u32 {
     (addr_of!(__euninit) as u32 - DTCM_START)
         + length(addr_of!(__saxizero), addr_of!(__eaxizero))
         + length(addr_of!(__saxisram), addr_of!(__eaxisram))
+        + length(addr_of!(__sd2ram), addr_of!(__ed2ram))
         + length(addr_of!(__sdma_arena), addr_of!(__edma_arena))
 }

@@ -4,7 +4,7 @@ use core::convert::Infallible;
 use core::future::Future;
 use core::pin::pin;
 use core::sync::atomic::{AtomicBool, Ordering};
-use core::task::{Context, Waker};
+use core::task::{Context, RawWaker, RawWakerVTable, Waker};
 
 use bsp_prime::thread_stack;
 use machine::ports::Ports;
@@ -34,10 +34,16 @@ pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
     thread_stack::run(move || poll_for_ever(ports()))
 }
 
+/// A waker that calls [`wake`]: there is one executor, so it knows nothing.
+const WAKER: RawWaker = RawWaker::new(core::ptr::null(), &WAKES);
+static WAKES: RawWakerVTable = RawWakerVTable::new(|_| WAKER, |_| wake(), |_| wake(), |_| ());
+
 fn poll_for_ever(ports: impl Ports) -> Infallible {
     let mut machine = pin!(machine::run(ports));
-    // No waker: what it waits for is announced by `wake`.
-    let mut context = Context::from_waker(Waker::noop());
+    // SAFETY: the functions of its table look at no data, so any pointer will do, in any thread.
+    let waker = unsafe { Waker::from_raw(WAKER) };
+    // What it waits for is announced by `wake`; it wakes itself where it has more to do than to wait.
+    let mut context = Context::from_waker(&waker);
     loop {
         // It never ends, so there is nothing in the answer.
         let _pending = machine.as_mut().poll(&mut context).is_pending();

@@ -33,6 +33,7 @@ mod slow;
 mod storage;
 mod triggers;
 mod wiring;
+mod workspace;
 
 /// Where inputs that stop motion leave their tick.
 static LATCH: Latch = Latch::new();

@@ -13,9 +13,9 @@ use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
     InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
-    Storage, StorageError,
+    Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -31,10 +31,10 @@ use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS};
+use crate::{LATCH, REPORTS, workspace};
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe both ways, kill button.
-const MAX_INPUTS: usize = 31;
+const MAX_INPUTS: usize = 33;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
 
@@ -167,6 +167,14 @@ impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
     }
 }
 
+impl<M, H, S, T> Ahead for BoardPorts<M, H, S, T> {
+    type Workspace = &'static mut Workspace;
+
+    fn workspace(&mut self) -> Option<&'static mut Workspace> {
+        workspace::take()
+    }
+}
+
 impl<M, H, S, T> MotionPort for BoardPorts<M, H, S, T>
 where
     M: Mutex<T = &'static mut Motion>,
@@ -237,7 +245,7 @@ where
 {
     fn inputs(&self) -> InputLevels {
         let active = self.inputs.iter().filter(|(_, pin)| pin.is_on());
-        InputLevels(active.fold(0, |levels, (number, _)| levels | 1 << number))
+        active.fold(InputLevels::default(), |levels, (number, _)| levels.with_number(*number))
     }
 }
 
@@ -326,6 +334,10 @@ where
 
     fn voltage(&mut self, name: &str) -> Option<Volts> {
         self.shared.slow.lock(|slow| slow.voltage(name))
+    }
+
+    fn voltage_now(&mut self, name: &str) -> Option<Volts> {
+        self.shared.slow.lock(|slow| slow.voltage_now(name))
     }
 
     fn chip_celsius(&mut self) -> Option<Celsius> {

@@ -54,6 +54,12 @@ impl Slow {
         Some(source_volts(self.supplies.reading(monitor.input)?, monitor.scale))
     }
 
+    /// The same, as new as the last time it was asked for.
+    pub fn voltage_now(&mut self, name: &str) -> Option<Volts> {
+        let monitor = self.monitors.iter().find(|monitor| monitor.name == name)?;
+        Some(source_volts(self.supplies.follow(monitor.input)?, monitor.scale))
+    }
+
     /// Temperature of the chip.
     pub fn chip_celsius(&self) -> Option<Celsius> {
         chip_celsius(self.supplies.reading(table::CHIP_TEMPERATURE)?).map(Celsius)

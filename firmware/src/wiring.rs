@@ -241,13 +241,12 @@ pub fn inputs(
     let mut add = |input: MachineInput, pin: Option<Pin>, owner: &str, stops: bool, report: &mut Report<'_>| {
         let Some(pin) = pin else { return };
         if let Some(handle) = report.take(pins.input(spec(pin), owner)) {
-            let number = |input: MachineInput| input.bit().trailing_zeros() as u8;
             if input == MachineInput::Probe {
                 // Searches may end with its release as well.
                 let spec = PinSpec { inverted: !pin.inverted, ..spec(pin) };
-                place(number(MachineInput::ProbeOpen), spec, handle.opposite(), stops);
+                place(MachineInput::ProbeOpen.number(), spec, handle.opposite(), stops);
             }
-            place(number(input), spec(pin), handle, stops);
+            place(input.number(), spec(pin), handle, stops);
         }
     };
     for (index, endstop) in config.endstops.iter().enumerate() {
@@ -260,12 +259,16 @@ pub fn inputs(
     }
     if config.probe.enable {
         add(MachineInput::Probe, config.probe.pin, "zprobe.probe_pin", true, report);
+        add(MachineInput::ProbeDeployed, config.probe.deployed_pin, "zprobe.deployed_pin", false, report);
     }
     if config.kill_button.enable {
         // Pressed is low.
         let pin = config.kill_button.pin.map(|pin| Pin { inverted: !pin.inverted, ..pin });
         add(MachineInput::Kill, pin, "kill button.pin", false, report);
     }
+    let filament = &config.filament_detector;
+    add(MachineInput::Filament, filament.level_pin(), "filament detector", false, report);
+    add(MachineInput::FilamentWheel, filament.wheel_pin(), "filament detector.encoder_pin", false, report);
 }
 
 /// The board's own enables cannot be moved: a configuration that names other pins is told so.

@@ -1,0 +1,32 @@
+//! What the machine looks ahead at files with: a second motion object, of which no step is made, and a second
+//! program.
+//!
+//! It lies in SRAM1 and SRAM2. They are slower than AXI SRAM, and nothing that moves waits for them.
+
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use machine::ports::Workspace;
+use motion::{BlockRing, Motion, Store};
+
+/// All zero, as the section is.
+#[unsafe(link_section = ".d2ram")]
+static mut BLOCKS: BlockRing = BlockRing::new();
+#[unsafe(link_section = ".d2ram")]
+static mut STORE: Store = Store::new();
+#[unsafe(link_section = ".d2ram")]
+static mut WORKSPACE: MaybeUninit<Workspace> = MaybeUninit::uninit();
+
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Gives it away, once. Never inlined: what it is made of is on the stack meanwhile.
+#[inline(never)]
+pub fn take() -> Option<&'static mut Workspace> {
+    if TAKEN.swap(true, Ordering::Relaxed) {
+        return None;
+    }
+    let (blocks, store, workspace) = (&raw mut BLOCKS, &raw mut STORE, &raw mut WORKSPACE);
+    // SAFETY: this comes here once, so these are the only references there ever are. The board is up, so the
+    // section has been zeroed, which is what its statics are at first.
+    unsafe { Some((*workspace).write(Workspace::new(Motion::new(&mut *blocks, &mut *store)))) }
+}
