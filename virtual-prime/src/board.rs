@@ -116,7 +116,12 @@ impl PrimeBoard {
 
     /// Puts an SD card with this content into the slot, or takes the card out.
     pub fn insert_card(&mut self, content: Option<Vec<u8>>) {
-        self.mcu.sdmmc.insert(content.map(SdCard::new));
+        self.insert(content.map(SdCard::new));
+    }
+
+    /// Puts this card into the slot, or takes the one in it out.
+    pub fn insert(&mut self, card: Option<SdCard>) {
+        self.mcu.sdmmc.insert(card);
     }
 
     /// The machine.

@@ -1,4 +1,4 @@
-//! An SD card's content: a FAT32 volume with the files of a directory of the host.
+//! An SD card's content: a FAT32 or FAT16 volume with files of the host.
 
 use std::fs;
 use std::io::{self, Cursor, Write};
@@ -8,6 +8,9 @@ use fatfs::{Dir, FatType, FileSystem, FormatVolumeOptions, FsOptions};
 
 /// Bytes of the smallest card that FAT32 can format, and of ours unless the files need more: 64 MiB.
 const CARD_BYTES: usize = 64 << 20;
+
+/// Bytes of a card with FAT16: 16 MiB.
+const SMALL_CARD_BYTES: usize = 16 << 20;
 
 type Disk<'a> = &'a mut Cursor<Vec<u8>>;
 
@@ -22,9 +25,21 @@ pub fn build(directory: Option<&Path>, files: &[File]) -> Result<Vec<u8>, String
     let extra: usize = files.iter().map(|(_, content)| content.len()).sum();
     let present = directory.map_or(Ok(0), size_of).map_err(|error| error.to_string())?;
     let size = CARD_BYTES.max((extra + present) * 5 / 4 + CARD_BYTES / 2).next_multiple_of(1 << 20);
+    format(size, FatType::Fat32, directory, files)
+}
+
+/// A small card: a FAT16 volume with these files.
+///
+/// # Errors
+/// When it cannot hold them all.
+pub fn build_fat16(files: &[File]) -> Result<Vec<u8>, String> {
+    format(SMALL_CARD_BYTES, FatType::Fat16, None, files)
+}
+
+fn format(size: usize, kind: FatType, directory: Option<&Path>, files: &[File]) -> Result<Vec<u8>, String> {
     let fail = |error: io::Error| format!("the SD card's volume: {error}");
     let mut image = Cursor::new(vec![0; size]);
-    let options = FormatVolumeOptions::new().fat_type(FatType::Fat32).volume_label(*b"PRIME      ");
+    let options = FormatVolumeOptions::new().fat_type(kind).volume_label(*b"PRIME      ");
     fatfs::format_volume(&mut image, options).map_err(fail)?;
     let volume = FileSystem::new(&mut image, FsOptions::new()).map_err(fail)?;
     if let Some(directory) = directory {

@@ -2,8 +2,10 @@
 
 mod common;
 
+use common::print::{Carriages, farthest};
 use common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use common::writes::Written;
+use sim::models::sd_card::Traits;
 use virtual_prime::sd_image;
 
 /// RCC_AHB3RSTR (RM0399 chapter 9) with SDMMC1RST; SDMMC1's POWER and CMDR (section 58.10).
@@ -39,11 +41,17 @@ fn assert_powered_up(writes: &[Written]) {
     assert!(command.at_ns - states[2].at_ns >= FIRST_CLOCKS_NS, "{states:x?} {command:x?}");
 }
 
+fn volume(files: &[(&str, &str)]) -> Vec<u8> {
+    let files: Vec<_> = files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())).collect();
+    sd_image::build(None, &files).expect("a volume")
+}
+
 fn insert(velvet: &mut Velvet, files: Option<&[(&str, &str)]>) {
-    let volume = files.map(|files| {
-        let files: Vec<_> = files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())).collect();
-        sd_image::build(None, &files).expect("a volume")
-    });
+    put(velvet, files.map(volume));
+}
+
+/// Puts a card with this content into the slot, or takes the one in it out.
+fn put(velvet: &mut Velvet, volume: Option<Vec<u8>>) {
     velvet.bench.vm.with(move |stopped| stopped.session.board_mut().insert_card(volume)).expect("the run goes on");
 }
 
@@ -94,14 +102,129 @@ fn a_card_that_goes_away_is_told_and_nothing_hangs() {
 }
 
 #[test]
-fn a_file_whose_card_goes_away_stops_with_a_reason() {
+fn a_file_whose_card_goes_away_waits_with_a_reason() {
     let long = "G1 X10 F600\nG1 X11\n".repeat(5_000);
     let mut velvet = Plan::new().file("long.g", &long).start();
     velvet.ask("M23 long.g", SECOND);
     velvet.type_in("M24");
     velvet.hear(2 * SECOND);
     insert(&mut velvet, None);
-    velvet.hear_until("reading the file being played failed: the SD card stopped answering", 120 * SECOND);
+    velvet.hear_until("paused, reading the file being played failed: the SD card stopped answering", 120 * SECOND);
     velvet.type_in("version");
     velvet.hear_until("Prime", SECOND);
+}
+
+/// Lines of 10 mm to and fro, each with filament, and words between them: more than the look-ahead and the
+/// board's memory of the card hold.
+fn long_part() -> String {
+    let words = "; so many words that the card is read while the part is made\n".repeat(8);
+    let lines: String = (1..=60)
+        .map(|n| format!("G1 X{} Y{:.1} E0.2 F3000\n{words}", 4 + n % 2 * 10, 4.0 + f64::from(n) / 5.0))
+        .collect();
+    format!("G28.3 X4 Y4 Z2\nG1 Z0.3 F600\nM83\n{lines}G1 Z2 F600\n")
+}
+
+/// What was laid, and where the carriages stand.
+fn made(velvet: &mut Velvet) -> Carriages {
+    let mut made = Carriages::new(&START);
+    velvet.world(|world| world.trace().edges().to_vec()).iter().for_each(|edge| made.step(edge));
+    made
+}
+
+const START: [f64; 4] = [4.0, 4.0, 2.0, 0.0];
+const PULLED: &str = "paused, reading the file being played failed: the SD card stopped answering";
+
+/// Pulled out in the middle, another card put in, then one with another file of that name, one with the file
+/// edited on a desk, and at last its own: nothing of the part is missing and nothing is made twice.
+#[test]
+fn a_job_whose_card_was_out_goes_on_when_its_own_is_back() {
+    let part = long_part();
+    let files = [("config.ini", CONFIG), ("part.g", part.as_str())];
+    let whole = {
+        let mut velvet = Plan::new().file("part.g", &part).carriages(&START).start();
+        velvet.type_in("play /sd/part.g -t");
+        velvet.hear_until("Done printing file", 120 * SECOND);
+        made(&mut velvet)
+    };
+    let mut velvet = Plan::new().file("part.g", &part).carriages(&START).start();
+    velvet.ask("M104 S60", SECOND);
+    velvet.type_in("play /sd/part.g -t");
+    velvet.hear(3 * SECOND);
+    insert(&mut velvet, None);
+    velvet.hear_until(PULLED, 60 * SECOND);
+    velvet.hear(5 * SECOND);
+    assert!(made(&mut velvet).laid().len() < whole.laid().len() * 3 / 4, "it has ended already");
+    let hot_end = velvet.world(|world| world.heater_index("hotend")).expect("the sample has one");
+    assert!(velvet.world(|world| world.heater_mean_duty(hot_end)) > 0.01, "it stays hot");
+    velvet.type_in("M24");
+    velvet.hear_until("no SD card found", 3 * SECOND);
+    insert(&mut velvet, Some(&[("config.ini", CONFIG)]));
+    velvet.type_in("M24");
+    velvet.hear_until("no such file", 3 * SECOND);
+    let other = part.replace("G1 X", "G0 X");
+    insert(&mut velvet, Some(&[("config.ini", CONFIG), ("part.g", &other)]));
+    velvet.type_in("M24");
+    velvet.hear_until("is not the file that was played", 3 * SECOND);
+    // Only its last line differs, and the date that its directory entry has.
+    let edited = part.replace("G1 Z2 F600", "G1 Z9 F600");
+    let mut card = volume(&[("config.ini", CONFIG), ("part.g", &edited)]);
+    let entry = card.chunks(32).position(|entry| entry.starts_with(b"PART    G  ")).expect("a directory entry") * 32;
+    // Time and date of the last write are at 22 and 24: 2026-05-01.
+    card[entry + 24..entry + 26].copy_from_slice(&((46 << 9 | 5 << 5 | 1) as u16).to_le_bytes());
+    put(&mut velvet, Some(card));
+    velvet.type_in("M24");
+    let said = velvet.hear(3 * SECOND);
+    assert!(said.contains("is not the file that was played"), "{said}");
+    assert!(!velvet.said().contains("Done printing"));
+    insert(&mut velvet, Some(&files));
+    velvet.type_in("M24");
+    velvet.hear_until("Done printing file", 120 * SECOND);
+    let made = made(&mut velvet);
+    let near = |a: &[f64; 4], b: &[f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.01);
+    assert!(near(made.places(), whole.places()), "{:?}, not {:?}", made.places(), whole.places());
+    assert_eq!(farthest(made.laid(), whole.laid(), 0.03).max(farthest(whole.laid(), made.laid(), 0.03)).max(0.1), 0.1);
+    assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
+}
+
+/// A job with a journal on a card that takes no writes: told once, and the part is made.
+#[test]
+fn a_protected_card_has_no_journal_and_the_job_is_played() {
+    let traits = Traits { is_protected: true, ..Traits::default() };
+    let plan = Plan::new().set("[player] power_loss = true").file("part.g", "G28.3 X4 Y4 Z2\nM83\nG1 X14 E1 F3000\n");
+    let mut velvet = plan.with_traits(traits).carriages(&START).start();
+    velvet.hear(SECOND);
+    assert!(velvet.said().contains("WARNING there will be no journal of jobs: "), "{}", velvet.said());
+    velvet.type_in("play /sd/part.g -t");
+    let said = velvet.hear_until("Done printing file", 20 * SECOND);
+    assert!(said.contains("WARNING no journal of this job: "), "{said}");
+    assert!((made(&mut velvet).places()[0] - 14.0).abs() < 0.01);
+    velvet.type_in("M500");
+    let said = velvet.hear(2 * SECOND);
+    assert!(said.contains("rror"), "{said}");
+}
+
+/// A card that takes the longest that it may to write, 250 ms, at each entry: the part is the same, step by
+/// step where it moves.
+#[test]
+fn a_slow_card_delays_no_step() {
+    let run = |programming_ns: u64| {
+        let traits = Traits { programming_ns, ..Traits::default() };
+        let plan = Plan::new().set("[player] power_loss = true").set("[player] power_loss_period = 1");
+        let mut velvet =
+            plan.file("part.g", &long_part()).with_traits(traits).carriages(&START).keeping_writes().held();
+        // The journal's file is made at this first boot, a block at a time.
+        velvet.hear_until(common::velvet::PROMPT, 60 * SECOND);
+        velvet.type_in("play /sd/part.g -t");
+        velvet.hear_until("Done printing file", 120 * SECOND);
+        let entries = velvet.block_writes().iter().filter(|write| write.bytes.starts_with(b"VPLJ")).count();
+        let edges = velvet.world(|world| world.trace_mut().take());
+        let began = edges.first().expect("it moves").time_ns;
+        (entries, edges.iter().map(|edge| (edge.time_ns - began, edge.actuator, edge.direction)).collect::<Vec<_>>())
+    };
+    let ((fast, quick), (slow, late)) = (run(300_000), run(250_000_000));
+    assert!(fast > 8 && slow > 8, "{fast} and {slow} entries");
+    assert_eq!(quick.len(), late.len());
+    let worst = quick.iter().zip(&late).map(|(a, b)| a.0.abs_diff(b.0)).max();
+    println!("{fast} and {slow} entries, the farthest edge {worst:?} ns away");
+    assert!(worst.is_some_and(|ns| ns < 1_000), "{worst:?}");
 }

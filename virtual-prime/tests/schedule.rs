@@ -193,6 +193,52 @@ fn with_jerk_shapers_and_pressure_advance_it_does_so_too() {
     assert_alike(&case, &edges, false);
 }
 
+/// CMDR of SDMMC1 (RM0399 section 58.10), and the command that writes a block.
+const COMMAND: u64 = 0x5200_700C;
+const WRITE_BLOCK: u64 = 24;
+
+/// Entries of the journal hold the dispatcher, and no step: the same edges, to the nanosecond that an
+/// interrupt is late.
+#[test]
+fn a_journal_moves_no_step() {
+    let made = |with_journal: bool| {
+        let plan = Plan::new().file("job.g", CURVES).set("[player] power_loss_period = 1");
+        let plan = if with_journal { plan.set("[player] power_loss = true") } else { plan };
+        let mut velvet = plan.keeping_writes().watching(COMMAND..COMMAND + 4).start();
+        velvet.bench.writes.take();
+        velvet.type_in("play /sd/job.g -t");
+        velvet.hear_until("Done printing file", PATIENCE_MS);
+        // From each command that writes a block to the last one before a pause.
+        let (mut held_ns, mut since) = (0, None);
+        for pair in velvet.bench.writes.take().windows(2) {
+            if pair[0].value & 0x3F == WRITE_BLOCK {
+                since = Some(pair[0].at_ns);
+            }
+            if let Some(began_ns) = since.filter(|_| pair[1].at_ns - pair[0].at_ns > 2 * MS) {
+                held_ns = held_ns.max(pair[0].at_ns - began_ns);
+                since = None;
+            }
+        }
+        println!("with a journal: {with_journal}; the card was waited for up to {} us at a write", held_ns / 1_000);
+        let entries = velvet.block_writes().iter().filter(|write| write.bytes.starts_with(b"VPLJ")).count();
+        (entries, velvet.world(|world| world.trace_mut().take()))
+    };
+    let ((none, without), (entries, with)) = (made(false), made(true));
+    assert!(none == 0 && entries > 5, "{none} and {entries} blocks");
+    let (without, with) = (motions(&without), motions(&with));
+    assert_eq!(without.len(), with.len());
+    let mut worst = 0;
+    for (without, with) in without.iter().zip(&with) {
+        assert_eq!(without.len(), with.len());
+        for (without, with) in without.iter().zip(with) {
+            assert_eq!((without.1, without.2), (with.1, with.2));
+            worst = worst.max(without.0.abs_diff(with.0));
+        }
+    }
+    println!("{entries} blocks of the journal; the farthest edge is {worst} ns away");
+    assert!(worst <= TOLERANCE_NS, "{worst} ns");
+}
+
 /// The board's edges are where the oracle wants them and those of the host.
 fn assert_alike(case: &Case, edges: &[StepEdge], begins_with_homing: bool) {
     let worst = worst_ns(case, edges);

@@ -27,6 +27,9 @@ fn moved() -> Plan {
         "[switch] button.output_on_command = M106 S255",
         "[kill button] enable = true",
         "[kill button] pin = PJ6^",
+        "[filament detector] enable = true",
+        "[filament detector] detector_pin = PD14^",
+        "[filament detector] encoder_pin = PD12^",
     ]
     .into_iter()
     .fold(Plan::new(), Plan::set)
@@ -60,6 +63,12 @@ fn every_pin_is_the_one_that_the_configuration_names() {
     press(&mut velvet, "button", true);
     velvet.hear(SECOND);
     assert!(velvet.world(|world| world.fan_speed(0)) > 0.9, "input_pin of the button, output_pin of the fan");
+    press(&mut velvet, "filament", true);
+    velvet.hear(SECOND);
+    assert!(velvet.said().contains("// NOTE the filament has run out"), "detector_pin: {}", velvet.said());
+    press(&mut velvet, "filament wheel", true);
+    let said = velvet.ask("M407", SECOND);
+    assert!(said.contains("Encoder pulses: 1"), "encoder_pin: {said}");
     press(&mut velvet, "kill", true);
     assert!(velvet.said().contains("ALARM: Kill button pressed"), "pin of the kill button: {}", velvet.said());
 }

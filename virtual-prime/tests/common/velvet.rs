@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use config::BoardId;
+use sim::models::sd_card::{BlockWrite, SdCard, Traits};
 use sim::models::tmc26x::Chip;
 use sim::world::{Fault, TimedFault, World, WorldConfig};
 use units::Actuator;
@@ -50,6 +51,9 @@ pub struct Plan {
     second_core: bool,
     watched: Vec<Range<u64>>,
     chip: Chip,
+    traits: Traits,
+    keeps_writes: bool,
+    carriages: Vec<f64>,
 }
 
 impl Plan {
@@ -66,7 +70,28 @@ impl Plan {
             second_core: false,
             watched: Vec::new(),
             chip: Chip::Tmc2590,
+            traits: Traits::default(),
+            keeps_writes: false,
+            carriages: Vec::new(),
         }
+    }
+
+    /// Another make of card.
+    pub const fn with_traits(mut self, traits: Traits) -> Self {
+        self.traits = traits;
+        self
+    }
+
+    /// Keeps what is written to the card, from power-on: [`Velvet::block_writes`].
+    pub const fn keeping_writes(mut self) -> Self {
+        self.keeps_writes = true;
+        self
+    }
+
+    /// The carriages stand here at power-on, mm, in the order of the motors.
+    pub fn carriages(mut self, places: &[f64]) -> Self {
+        self.carriages = places.to_vec();
+        self
     }
 
     /// A board with these drivers.
@@ -159,16 +184,25 @@ impl Plan {
         let built = self.built_as.as_ref().unwrap_or(&self.config);
         let id = if self.chip == Chip::Tmc2660 { BoardId::Prime2660 } else { BoardId::Prime2590 };
         let (machine, _) = config::parse(built.as_bytes(), id, &mut ());
-        let mut board = PrimeBoard::new(WorldConfig::of(&machine, self.chip)).expect("the board's tables are right");
+        let mut world = WorldConfig::of(&machine, self.chip);
+        for (motor, place) in world.actuators.iter_mut().zip(&self.carriages) {
+            motor.start_mm = *place;
+        }
+        let mut board = PrimeBoard::new(world).expect("the board's tables are right");
         board.mcu.set_second_core(self.second_core);
         let mut on_card = self.files;
         on_card.insert(0, ("config.ini".to_owned(), self.config.into_bytes()));
         let volume = || sd_image::build(None, &on_card).expect("a volume");
-        match &self.card {
-            Card::Nothing => {}
-            Card::Volume => board.insert_card(Some(volume())),
-            Card::Raw(make) => board.insert_card(Some(make(volume()))),
+        let content = match &self.card {
+            Card::Nothing => None,
+            Card::Volume => Some(volume()),
+            Card::Raw(make) => Some(make(volume())),
+        };
+        let mut card = content.map(|content| SdCard::new(content).with(self.traits));
+        if let Some(card) = card.as_mut().filter(|_| self.keeps_writes) {
+            card.keep_writes();
         }
+        board.insert(card);
         for fault in self.faults {
             let mut world = board.world().lock();
             let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
@@ -268,6 +302,17 @@ impl Velvet {
     pub fn level(&mut self, pin: &'static str) -> bool {
         let pin = virtual_prime::pins::pin(pin);
         self.bench.vm.with(move |stopped| stopped.session.board().level(pin)).expect("the run goes on")
+    }
+
+    /// Looks at the card in the slot.
+    pub fn card<R: Send + 'static>(&mut self, look: impl FnOnce(&SdCard) -> R + Send + 'static) -> R {
+        let looked = self.bench.vm.with(|stopped| stopped.session.board().mcu.sdmmc.card().map(look));
+        looked.flatten().expect("a card in the slot")
+    }
+
+    /// What was written to the card, where that is kept.
+    pub fn block_writes(&mut self) -> Vec<BlockWrite> {
+        self.card(|card| card.writes().to_vec())
     }
 
     /// Something goes wrong now.
