@@ -274,10 +274,13 @@ def tidy(actions):
 def with_overrides_once(actions):
     """LinuxCNC switches feed and spindle one behind the other, and once more where nothing changes."""
     kept, overrides = [], ["overrides", True, True]
-    for action, behind in zip(actions, [*actions[1:], [None]]):
+    # The end of a program stops the spindle and lets them count again.
+    end = len(actions)
+    while end and (actions[end - 1][0] == "overrides" or actions[end - 1] == ["spindle", "stop"]):
+        end -= 1
+    for place, (action, behind) in enumerate(zip(actions, [*actions[1:], [None]])):
         if action[0] == "overrides":
-            # The end of a program lets them count again.
-            if behind[0] in ("overrides", None) or action == overrides:
+            if place >= end or behind[0] == "overrides" or action == overrides:
                 continue
             overrides = action
         kept.append(action)

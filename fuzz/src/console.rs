@@ -240,10 +240,7 @@ impl Bench {
         // What is typed already may release the halt at once: then the next one holds, for that line is gone.
         for attempt in 1..=4_096 {
             if attempt % 256 == 0 {
-                // This console has begun to receive by YModem, and its words are the file's: two of Ctrl-X
-                // end it, behind a block that is given up.
-                self.pass(BLOCK_NS);
-                let _ = self.runner.send_on(CONSOLE, b"\x18\x18\x18");
+                self.end_transfer();
             }
             let _ = self.runner.send_on(CONSOLE, HALT);
             for _ in 0..2 {
@@ -267,12 +264,22 @@ impl Bench {
         assert_eq!(repaired, Ok(()), "repair");
         // Lines that still wait are answered or release the machine: each of those is stopped.
         for _ in 0..1_000 {
+            if !self.is_halted() {
+                self.end_transfer();
+            }
             let _ = self.runner.send_on(CONSOLE, HALT);
             if self.comes_to_rest() && self.says_that_it_is_halted(CONSOLE) && self.says_that_it_is_halted(OTHER) {
                 return self.release();
             }
         }
         panic!("it does not stay halted");
+    }
+
+    /// The console may have begun to receive by YModem, so that its words are the file's: two of Ctrl-X end
+    /// that, behind a block that is given up.
+    fn end_transfer(&mut self) {
+        self.pass(BLOCK_NS);
+        let _ = self.runner.send_on(CONSOLE, b"\x18\x18\x18");
     }
 
     /// Motors stand and have no current. False when the halt was released meanwhile.

@@ -260,7 +260,8 @@ fn numbered(dice: &mut Dice, text: &str) -> String {
 
 /// A command by name, with what it takes and numbers or names for it.
 fn named(dice: &mut Dice) -> String {
-    let row = dice.pick(extended::COMMANDS);
+    let rows: Vec<_> = extended::all().collect();
+    let row = dice.pick(&rows);
     let mut line = row.name.replace('*', "X");
     for key in row.takes.split_whitespace().filter(|_| !dice.once_in(4)).collect::<Vec<_>>() {
         let value = if dice.once_in(4) { "extruder" } else { dice.pick(NUMBERS) };

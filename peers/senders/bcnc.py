@@ -8,8 +8,8 @@ import time
 import urllib.parse
 import urllib.request
 
-from board import Board, Failed, ROOT, Steps, main
-from mill import steps_of_a_mill
+import mill
+from board import Failed, main
 
 INI = """[bCNC]
 lastcheck = {today}
@@ -109,14 +109,7 @@ class Bcnc:
 
 
 def run(name, out, program):
-    steps, board = Steps(name), Board(os.path.join(ROOT, "peers/senders/mill.ini"), out, name)
-    sender = Bcnc(board.talk(), out, program)
-    try:
-        steps_of_a_mill(steps, board, sender)
-    finally:
-        sender.close()
-        board.close()
-    return steps.rows
+    return mill.run(name, out, lambda board: Bcnc(board.talk(), out, program))
 
 
 if __name__ == "__main__":

@@ -7,8 +7,8 @@ import subprocess
 import threading
 import time
 
-from board import Board, Failed, ROOT, Steps, main
-from mill import steps_of_a_mill
+import mill
+from board import Failed, ROOT, main
 
 PORT = 8898
 
@@ -108,14 +108,7 @@ class Cncjs:
 
 
 def run(name, out, folder):
-    steps, board = Steps(name), Board(os.path.join(ROOT, "peers/senders/mill.ini"), out, name)
-    sender = Cncjs(board.terminal(), out, folder)
-    try:
-        steps_of_a_mill(steps, board, sender)
-    finally:
-        sender.close()
-        board.close()
-    return steps.rows
+    return mill.run(name, out, lambda board: Cncjs(board.terminal(), out, folder))
 
 
 if __name__ == "__main__":

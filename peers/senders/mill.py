@@ -1,9 +1,23 @@
 """What senders of GRBL's dialect are asked to do; each sender brings its own ways of doing it."""
 
-from board import Failed, between, zigzag
+import os
+
+from board import Board, Failed, ROOT, Steps, between, zigzag
 
 
-def steps_of_a_mill(steps, board, sender):
+def run(name, out, sender_on):
+    """The sender that `sender_on` starts on a board is asked everything; a row for each step."""
+    steps, board = Steps(name), Board(os.path.join(ROOT, "peers/senders/mill.ini"), out, name)
+    sender = sender_on(board)
+    try:
+        take_steps(steps, board, sender)
+    finally:
+        sender.close()
+        board.close()
+    return steps.rows
+
+
+def take_steps(steps, board, sender):
     """`sender` has connect, home, jog, load_and_run, hold, resume, feed (percent up), cancel, unlock, line, state and errors."""
 
     def connect():
