@@ -163,3 +163,69 @@ fn an_abort_ends_it() {
     bench.hear(2.0);
     near(bench.carriage(Alpha) - zero, 12.0);
 }
+
+/// Steps of X while an object is printed (the tool is down), by object: where X and E are, counted in steps
+/// from the object's first one, and when, ns from then.
+fn steps_of_objects(file: &str) -> [Vec<(i64, i64, u64)>; 3] {
+    let mut bench = Plan::new(CARTESIAN).file("part.g", file).start();
+    bench.world(|world| world.trace_mut().take());
+    bench.type_in("play part.g -t\n");
+    let mut edges = Vec::new();
+    for _ in 0..400 {
+        let heard = bench.hear(0.1);
+        edges.append(&mut bench.world(|world| world.trace_mut().take()));
+        if heard.contains("Done printing") {
+            break;
+        }
+    }
+    let (mut x, mut z, mut e) = (0_i64, 0_i64, 0_i64);
+    let mut by_object: [Vec<(i64, i64, u64)>; 3] = Default::default();
+    let mut first = [None; 3];
+    for edge in edges {
+        let step = if edge.direction == units::Direction::Forward { 1 } else { -1 };
+        match edge.actuator {
+            Gamma => z += step,
+            Delta => e += step,
+            Alpha => {
+                x += step;
+                // Down: below half the lift.
+                if z * 100 < STEPS_PER_MM_Z * 40 {
+                    let object = usize::try_from((x + 5 * STEPS_PER_MM_X) / (20 * STEPS_PER_MM_X)).unwrap_or(0).min(2);
+                    let (x0, e0, t0) = *first[object].get_or_insert((x, e, edge.time_ns));
+                    by_object[object].push((x - x0, e - e0, edge.time_ns - t0));
+                }
+            }
+            _ => {}
+        }
+    }
+    by_object
+}
+
+const STEPS_PER_MM_X: i64 = 80;
+const STEPS_PER_MM_Z: i64 = 400;
+
+#[test]
+fn the_other_objects_are_the_same_steps() {
+    let whole = steps_of_objects(&marlins());
+    assert!(
+        whole.iter().all(|steps| steps.len() == 10 * STEPS_PER_MM_X as usize),
+        "{:?}",
+        whole.each_ref().map(Vec::len)
+    );
+    for out in 0..3 {
+        let file = marlins().replace("M486 T3\n", &format!("M486 T3\nM486 P{out}\n"));
+        let some = steps_of_objects(&file);
+        for object in 0..3 {
+            if object == out {
+                assert!(some[object].is_empty(), "{out} is left out");
+            } else {
+                assert_eq!(some[object].len(), whole[object].len(), "{object} without {out}");
+                for (ours, theirs) in some[object].iter().zip(&whole[object]) {
+                    assert_eq!((ours.0, ours.1), (theirs.0, theirs.1), "{object} without {out}: the same steps");
+                    // On a grid of 5 ns, wherever on it the object begins.
+                    assert!(ours.2.abs_diff(theirs.2) <= 10, "{object} without {out}: {ours:?} {theirs:?}");
+                }
+            }
+        }
+    }
+}

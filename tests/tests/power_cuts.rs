@@ -203,3 +203,27 @@ fn a_power_cut_at_any_block_write_leaves_the_old_tool_table_or_the_new() {
         save_tools(card, &mut fresh)
     });
 }
+
+/// How the journal of a job is written: whole blocks in place, in a file that is there.
+#[test]
+fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
+    let disk = formatted();
+    let mut card = insert(disk.clone());
+    let file = card.open("/sd/a.journal", OpenMode::Write).unwrap();
+    (0..12).for_each(|_| card.write(file, &[0; 512]).unwrap());
+    card.close(file).unwrap();
+    let file = card.open("/sd/a.journal", OpenMode::Append).unwrap();
+    for number in 0..24_u32 {
+        let (before, place) = (disk.counts().writes, number * 5 % 12);
+        let old: Vec<_> = (0..disk.volume_blocks()).map(|block| disk.volume_block(block)).collect();
+        card.seek(file, place * 512).unwrap();
+        card.write(file, &[number as u8 + 1; 512]).unwrap();
+        assert_eq!(disk.counts().writes, before + 1);
+        let changed = old.iter().zip(0..).filter(|(old, block)| disk.volume_block(*block) != **old).count();
+        assert_eq!(changed, 1);
+        // And it is there, although the file is never closed.
+        let found = content(&mut insert(disk.powered_for(None)), "/sd/a.journal").unwrap();
+        assert_eq!(found[place as usize * 512..][..512], [number as u8 + 1; 512]);
+        assert_eq!(found.len(), 12 * 512);
+    }
+}
