@@ -135,6 +135,59 @@ fn of_a_gantry_whose_two_motors_have_a_switch_each() {
 }
 
 #[test]
+fn a_slave_is_put_where_its_own_switch_says() {
+    let mut bench = gantry().start();
+    assert_eq!(bench.say("G28.7"), "error:G28.7 requires one axis argument (XYZ)\n");
+    assert_eq!(bench.say("G28.7 Y0"), "error:The primary axis Y has not been homed: G28 Y0\n");
+    assert!(bench.say("G28.7 X0").starts_with("error:axis X does not have a slaved axis"));
+    // Aligned by hand: 1.5 mm from its switch where the master stands on its own.
+    rack(&bench, 1.5);
+    bench.run(&["G28"]);
+    let aligned = bench.carriage(Delta);
+    let said = bench.say("G28.7 Y0");
+    let way: f64 = said.split(" moved ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
+    assert!((way - 1.5).abs() < 0.013, "{said}");
+    assert!((bench.carriage(Delta) - aligned).abs() < 0.013, "back where it was");
+    assert_eq!(bench.say(&format!("M666 Y{way:.1}")), "X: 0.0000 Y: 1.5000 Z: 0.0000\nok\n");
+    assert!(bench.say("M503").contains("M666 X0.00000 Y1.50000 Z0.00000"), "{}", bench.say("M503"));
+    // Without current it slips; homing alone does not see that.
+    rack(&bench, 2.4);
+    bench.run(&["G28"]);
+    let before = bench.carriage(Beta);
+    assert!(bench.say("G28.7 Y1").contains("adjusted to 1.5"));
+    assert!((bench.carriage(Delta) - aligned).abs() < 0.013, "{} is not {aligned}", bench.carriage(Delta));
+    assert!((bench.carriage(Beta) - before).abs() < 1e-9, "the master stands");
+    // They go together again.
+    bench.run(&["G1 Y30 F3000", "M400"]);
+    assert!((bench.carriage(Delta) - bench.carriage(Beta) - aligned + before).abs() < 0.013);
+}
+
+#[test]
+fn a_slave_does_not_go_far_and_a_halt_leaves_it_a_slave() {
+    let mut bench = gantry().start();
+    rack(&bench, 25.0);
+    bench.run(&["G28"]);
+    let [stood, before] = [bench.carriage(Delta), bench.carriage(Beta)];
+    assert!(bench.say("G28.7 Y1").contains("was not triggered, please make sure it is within 20 mm"));
+    assert!((bench.carriage(Delta) - stood).abs() < 0.013);
+    bench.type_in("G28.7 Y1\n");
+    bench.hear(1.0);
+    bench.type_in("M112\n");
+    bench.hear_until("Emergency stop", 3.0);
+    assert!(stood - bench.carriage(Delta) > 1.0, "it was on its way");
+    bench.say("M999");
+    bench.run(&["G28", "G1 Y30 F3000", "M400"]);
+    let apart = bench.carriage(Delta) - bench.carriage(Beta);
+    bench.run(&["G1 Y60 F3000", "M400"]);
+    assert!((bench.carriage(Delta) - bench.carriage(Beta) - apart).abs() < 0.013 && before.abs() < 0.013);
+    // Limits guard by stopping the machine: they cannot be searched for.
+    let mut bench = gantry().set("[endstops] mina.limit_enable = true").start();
+    rack(&bench, 1.5);
+    bench.run(&["G28"]);
+    assert!(bench.say("G28.7 Y0").contains("limit must not be enabled for the endstop mina"));
+}
+
+#[test]
 fn a_gantry_that_is_racked_too_far_is_not_driven_into_its_stop() {
     let mut bench = gantry().start();
     rack(&bench, -1.0);

@@ -39,8 +39,7 @@ fn homed_delta(plan: Plan) -> Bench {
 }
 
 fn lay(bench: &Bench, surface: Surface) {
-    let at_ns = (bench.now_s() * 1e9) as u64;
-    bench.world(|world| world.lay(at_ns, surface));
+    bench.lay(surface);
 }
 
 fn lay_bed(bench: &Bench, bed: Bed) {
@@ -245,7 +244,19 @@ fn m48_tells_how_far_probes_of_one_place_differ() {
         answer.contains("\nDelta: 0.0000\nMean: 15.7") && answer.contains("Standard deviation: 0.0000\nok\n"),
         "{answer}"
     );
+    assert!(
+        answer.contains("\nMinimum: 15.7") && answer.contains(" Maximum: 15.7") && answer.contains(" Median: 15.7")
+    );
     assert_near(bench.carriage(Gamma), 20.0, 1e-9);
+    bench.lay(Surface { bed: Some(Bed::level(4.3)), noise_mm: 0.05, ..Surface::default() });
+    let answer = bench.say("PROBE_ACCURACY SAMPLES=7 PROBE_SPEED=4");
+    let mut heights: Vec<f64> =
+        answer.lines().filter_map(|line| line.strip_prefix("Z:")).map(|text| text.parse().expect("a number")).collect();
+    heights.sort_by(f64::total_cmp);
+    let told = numbers(&answer.replace("imum: ", "imum:").replace("Median: ", "Median:"), "Minimum:");
+    assert_eq!(told[0], heights[0], "{answer}");
+    assert!(answer.contains(&format!("Maximum: {:.4} Median: {:.4}\n", heights[6], heights[3])), "{answer}");
+    lay_bed(&bench, Bed::level(4.3));
     bench.run(&["G1 Z30 F600"]);
     assert_eq!(bench.say("M48"), "error:ZProbe not triggered within 20 mm\n");
 }

@@ -1,0 +1,179 @@
+//! Ways of homing: above what stands on the bed, in several approaches, by a script; and tests of an axis.
+
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::{self, Alpha, Beta, Gamma};
+
+fn at(bench: &Bench) -> [f64; 3] {
+    [Alpha, Beta, Gamma].map(|motor| bench.carriage(motor))
+}
+
+/// Moves a carriage by hand, as a motor that loses steps would.
+fn slip(bench: &mut Bench, motor: Actuator, mm: f64) {
+    let (at_ns, place) = ((bench.now_s() * 1e9) as u64, bench.carriage(motor));
+    bench.world(|world| world.place_carriage(at_ns, motor, place + mm));
+}
+
+#[test]
+fn z_rises_before_x_and_y_home_and_homes_at_its_own_place() {
+    let plan = Plan::new(CARTESIAN).set("[endstops] common.home_lift = 7");
+    let mut bench = plan.set("[endstops] common.safe_z_x = 60").set("[endstops] common.safe_z_y = 45").start();
+    let start = at(&bench);
+    bench.type_in("G28\n");
+    let mut highest: f64 = 0.0;
+    let mut z_homes_at = None;
+    while !bench.hear(0.01).contains("ok") {
+        let now = at(&bench);
+        highest = highest.max(now[2]);
+        if (now[0] - start[0]).abs() > 0.5 || (now[1] - start[1]).abs() > 0.5 {
+            assert!(highest > start[2] + 6.9, "X or Y move before Z is up: {now:?}");
+        }
+        if now[2] < 1.0 {
+            z_homes_at = Some([now[0], now[1]]);
+        }
+    }
+    let [x, y] = z_homes_at.expect("Z was homed");
+    assert!((x - 60.0).abs() < 0.05 && (y - 45.0).abs() < 0.05, "Z homes at {x} {y}");
+    assert!(bench.say("G28.6").contains("X:1 Y:1 Z:1"));
+    // Again, from a place that is known: not beyond the travel.
+    bench.run(&["G1 Z198 F3000", "M400", "G28 X"]);
+    assert!((at(&bench)[2] - 200.0).abs() < 0.05, "{:?}", at(&bench));
+}
+
+#[test]
+fn z_alone_wants_x_and_y_homed() {
+    let plan = Plan::new(CARTESIAN).set("[endstops] common.safe_z_x = 60");
+    let mut bench = plan.start();
+    let said = bench.say("G28 Z");
+    assert!(said.contains("Z homes at safe_z_x and safe_z_y: home X and Y first"), "{said}");
+    bench.run(&["G28 X Y", "G28 Z"]);
+    assert!((at(&bench)[0] - 60.0).abs() < 0.05);
+}
+
+#[test]
+fn a_place_of_its_own_for_z_that_cannot_be_reached_is_found_in_the_configuration() {
+    for order in ["[endstops] common.homing_order = ZXY", "[endstops] common.home_z_first = true"] {
+        let bench = Plan::new(CARTESIAN).set("[endstops] common.safe_z_x = 60").set(order).start();
+        assert!(bench.greeting().contains("Z homes before X and Y, and cannot go there"), "{}", bench.greeting());
+    }
+}
+
+#[test]
+fn several_approaches_agree_or_homing_fails() {
+    let plan = || {
+        Plan::new(CARTESIAN)
+            .set("[endstops] common.homing_samples = 4")
+            .set("[endstops] common.homing_tolerance = 0.02")
+            .set("[endstops] common.homing_retries = 1")
+    };
+    let mut bench = plan().start();
+    let said = bench.say("G28 X");
+    assert!(said.contains("// X: 4 approaches within 0.0"), "{said}");
+    assert!(at(&bench)[0].abs() < 0.013);
+
+    // A switch that is loose: between two approaches it moves.
+    let mut bench = plan().start();
+    bench.type_in("G28 X\n");
+    let mut said = String::new();
+    for _ in 0..2_000 {
+        said += &bench.hear(0.05);
+        if said.contains("ALARM") || said.contains("ERROR") || said.contains("ok") {
+            break;
+        }
+        slip(&mut bench, Alpha, 0.004);
+    }
+    assert!(said.contains("mm apart, homing_tolerance is 0.02"), "{said}");
+    bench.assert_safe();
+    bench.say("M999");
+    let homed = bench.say("G28.6");
+    assert!(homed.contains("X:0"), "it is not homed: {homed}");
+}
+
+#[test]
+fn a_script_stands_for_homing() {
+    let script = "[endstops] common.home_gcode = G91_G1_Z3_F600_G90_G28_G1_X30_F6000";
+    let mut bench = Plan::new(CARTESIAN).set(script).start();
+    bench.say("G28");
+    bench.run(&["M400"]);
+    assert!((at(&bench)[0] - 30.0).abs() < 0.05, "{:?}", at(&bench));
+    assert!(bench.say("G28.6").contains("X:1 Y:1 Z:1"));
+    bench.run(&["G28 X", "M400"]);
+    assert!(at(&bench)[0].abs() < 0.05, "one axis homes as ever");
+    bench.say("$H");
+    bench.run(&["M400"]);
+    assert!((at(&bench)[0] - 30.0).abs() < 0.05);
+}
+
+#[test]
+fn an_axis_says_how_well_it_homes() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    let said = bench.say("test endstop x 5");
+    assert!(said.contains("// X: 5 approaches within 0.0") && said.contains("standard deviation 0.0"), "{said}");
+    assert!(bench.say("test endstop q").contains("axis must be"));
+    assert!(bench.say("test endstop").contains("usage: test endstop axis [approaches]"));
+}
+
+#[test]
+fn lost_steps_are_found_and_counted() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    let said = bench.say("test speed x 100 100 3");
+    assert!(said.contains("X is where it was, within 0.0") && said.contains("no step was lost"), "{said}");
+    bench.type_in("test speed x 100 100 3\n");
+    // It is on its way back and forth by then. 80 steps a mm in 16 microsteps: four full steps are 0.8 mm.
+    bench.hear(1.0);
+    while bench.carriage(Alpha) < 50.0 {
+        bench.hear(0.01);
+    }
+    slip(&mut bench, Alpha, 1.6);
+    let said = bench.hear_until("lost", 60.0);
+    assert!(said.contains("8 full steps were"), "{said}");
+}
+
+/// At 20 to 40 Hz, half a second each: so many turns back, and nothing is left of it.
+#[test]
+fn a_sweep_shakes_an_axis_and_leaves_it_where_it_was() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.run(&["G28", "G1 X50 Y50 F6000", "M400"]);
+    let before = at(&bench);
+    bench.world(|world| world.trace_mut().take());
+    let began = bench.now_s();
+    let said = bench.say("test sweep x 20 40 0.5");
+    let took = bench.now_s() - began;
+    assert!(["20 Hz", "25 Hz", "40 Hz"].iter().all(|word| said.contains(word)), "{said}");
+    let edges = bench.world(|world| world.trace_mut().take());
+    let turns = edges.windows(2).filter(|pair| pair[0].direction != pair[1].direction).count();
+    // Two turns a period, but for the last.
+    let expected: f64 = (20..=40).map(|hertz| 2.0 * (f64::from(hertz) * 0.5).ceil()).sum();
+    assert!((turns as f64 + 1.0 - expected).abs() < 1.5, "{turns} turns of {expected}");
+    assert!((9.5..12.5).contains(&took), "21 half seconds took {took} s");
+    assert!(at(&bench).iter().zip(before).all(|(now, before)| (now - before).abs() < 0.013));
+    let limits = bench.say("M503");
+    assert!(limits.contains("M204 S"), "{limits}");
+    assert!(bench.say("test sweep x 0 40").contains("frequencies are from 1 to 200 Hz"));
+}
+
+#[test]
+fn an_acceleration_is_as_it_was_behind_a_sweep() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.run(&["G28", "G1 X50 F6000", "M204 S777"]);
+    bench.say("test sweep x 20 22 0.2");
+    let settings = bench.ask("M503");
+    let settings = settings + &bench.hear(1.0);
+    assert!(settings.contains("M204 S777"), "{settings}");
+    bench.run(&["M204 X900"]);
+    let said = bench.say("test sweep x 20 40 0.2");
+    assert!(said.contains("this needs 3000 mm/s2, and motor X may take 900: M204 X changes it"), "{said}");
+}
+
+#[test]
+fn backlash_is_measured_with_the_probe() {
+    for backlash in [0.0, 0.12] {
+        let plan = Plan::new(CARTESIAN).set("[zprobe] enable = true").set("[zprobe] probe_pin = PB10^");
+        let mut bench = plan.set("[zprobe] slow_feedrate = 2").start();
+        bench.run(&["G28 X Y", "G28.3 Z10"]);
+        bench.world(|world| world.loosen(Gamma, backlash));
+        let said = bench.say("test backlash z -30");
+        let measured: f64 =
+            said.trim_start_matches("Z: ").split(' ').next().and_then(|mm| mm.parse().ok()).expect(&said);
+        assert!((measured - backlash).abs() < 0.01, "{backlash} mm: {said}");
+    }
+}
