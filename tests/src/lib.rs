@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use machine::ports::{SessionProfile, StepTimes};
 use machine::sessions::SessionId;
+use sim::models::surface::Surface;
 use sim::runner::{CardState, Runner, Setup};
 use sim::world::{TimedFault, World};
 use units::Actuator;
@@ -125,6 +126,19 @@ impl Plan {
     pub const fn card(mut self, state: CardState) -> Self {
         self.card_state = state;
         self
+    }
+
+    /// Switches it on, sees that it complains of nothing, and homes it.
+    ///
+    /// # Panics
+    /// When it complains.
+    #[must_use]
+    pub fn start_homed(self) -> Bench {
+        let mut bench = self.start();
+        let greeting = bench.greeting();
+        assert!(!["ERROR", "Error", "error", "WARNING"].iter().any(|word| greeting.contains(word)), "{greeting}");
+        bench.run(&["G28"]);
+        bench
     }
 
     /// Switches the machine on and lets it boot.
@@ -304,6 +318,12 @@ impl Bench {
     /// Looks at the simulated machine, or changes it.
     pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
         self.runner.world(f)
+    }
+
+    /// The bed is this, from now on, and so are the probe's contacts with it.
+    pub fn lay(&self, surface: Surface) {
+        let at_ns = (self.now_s() * SECOND) as u64;
+        self.world(|world| world.lay(at_ns, surface));
     }
 
     /// Where a motor's carriage really is, mm.

@@ -21,7 +21,6 @@ fn motors_are_said_to_be_elsewhere() {
     bench.run(&["G28.4 X12 Y3 Z4"]);
     assert_eq!(bench.say("M114.3"), "ok APOS: X:12.0000 Y:3.0000 Z:4.0000 E:0.0000 \n");
     assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "that is no homing");
-    assert!(bench.say("G28.7 X1").contains("(not there yet)"));
 }
 
 #[test]
@@ -119,7 +118,7 @@ fn the_flow_of_filament_has_its_limit() {
     let took = bench.now_s() - began;
     assert!((5.0..5.3).contains(&took), "10 mm3 at 2 mm3/s took {took} s");
     for code in ["M404", "M405", "M406", "M407"] {
-        assert!(bench.say(code).contains("no filament detector"), "{code}");
+        assert!(bench.say(code).contains("ignored"), "{code}");
     }
     assert!(bench.say("M221 R1000").contains("(not there yet)"));
 }

@@ -47,8 +47,8 @@ mod tests {
     }
 
     /// ARMv7-M ARM B3.5: RASR is XN 28, AP 26 to 24, TEX 21 to 19, S 18, C 17, B 16, SIZE 5 to 1 (2^(SIZE
-    /// + 1) bytes), ENABLE 0. The regions repeat the default map with what it does not say; the last two lie
-    /// where the linker has put the stacks.
+    /// + 1) bytes), ENABLE 0. The regions repeat the default map with what it does not say; two lie where
+    /// the linker has put the stacks.
     #[test]
     fn the_mpu_has_the_regions_of_its_table() {
         const REGIONS: [(u32, u32, &str); 5] = [
@@ -70,7 +70,9 @@ mod tests {
                 attributes
             );
         }
-        for unused in 7..16 {
+        let d2 = (0x3000_0000, 0x130B_0023);
+        defmt::assert_eq!(memory::protection(7), d2, "SRAM1 and 2, 256 KiB: write-back, never executed");
+        for unused in 8..16 {
             defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
         }
         // PRIVDEFENA and ENABLE; not HFNMIENA: a hard fault's handler may touch everything.

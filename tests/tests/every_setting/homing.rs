@@ -4,6 +4,7 @@ use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, row};
 use scenarios::DELTA;
 
+const SAMPLES: &[&str] = &["[endstops] common.homing_samples = 4"];
 const HOME: &[&str] = &["G28"];
 const ROTARY: &[&str] = &["[motion control] arm_solution = rotary_delta"];
 const MORGAN: &[&str] = &["[motion control] arm_solution = morgan"];
@@ -31,6 +32,13 @@ pub const ROWS: &[Row] = &[
     row("[endstops] common.scara_homing", "true", "false", Look(homes)).with(MORGAN),
     row("[endstops] common.move_to_origin_after_home", "false", "true", Edges(HOME))
         .with(&["[endstops] minx.homing_position = -7"]),
+    row("[endstops] common.home_lift", "0", "5", Edges(HOME)),
+    row("[endstops] common.safe_z_x", "", "40", Edges(HOME)),
+    row("[endstops] common.safe_z_y", "", "40", Edges(HOME)),
+    row("[endstops] common.homing_samples", "1", "2", Edges(HOME)),
+    row("[endstops] common.homing_tolerance", "0.02", "5", Look(homes_a_loose_switch)).with(SAMPLES),
+    row("[endstops] common.homing_retries", "0", "2", Look(homes_a_loose_switch)).with(SAMPLES),
+    row("[endstops] common.home_gcode", "", "G91 G1 Z2 F600 G90 G28", Edges(HOME)),
     row("[endstops] common.alpha_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.beta_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.gamma_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
@@ -51,6 +59,18 @@ fn run_into_the_limit(bench: &mut Bench) -> String {
     bench.run(&["G28", "G1 X10 F3000", "M400", "G92 X50"]);
     bench.type_in("G1 X38 F3000\n");
     bench.hear(2.0) + &bench.status()
+}
+
+/// A carriage that slips a little all the time: approaches do not agree.
+fn homes_a_loose_switch(bench: &mut Bench) -> String {
+    bench.type_in("G28 X\n");
+    let mut said = String::new();
+    for _ in 0..300 {
+        said += &bench.hear(0.05);
+        let (at_ns, place) = ((bench.now_s() * 1e9) as u64, bench.carriage(units::Actuator::Alpha));
+        bench.world(|world| world.place_carriage(at_ns, units::Actuator::Alpha, place + 0.004));
+    }
+    said
 }
 
 /// Homing, whether or not it ends well on this machine.

@@ -2,6 +2,7 @@
 //! values of it, and something to see that differs. What is seen is the machine's behaviour: step edges,
 //! temperatures, replies, driver registers. A setting without a row fails the test, so none can be forgotten.
 
+mod filament;
 mod heat;
 mod homing;
 mod kinematics;
@@ -114,12 +115,13 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 10] {
+fn tables() -> [(&'static str, &'static [Row]); 11] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
         ("motors", motors::ROWS),
         ("tools", tools::ROWS),
+        ("filament", filament::ROWS),
         ("heat", heat::ROWS),
         ("homing", homing::ROWS),
         ("probe", probe::ROWS),

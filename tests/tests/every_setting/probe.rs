@@ -8,6 +8,12 @@ use sim::models::surface::{Bed, Surface};
 /// At power-on the tool is 10 mm above the bed.
 const PROBE: &[&str] =
     &["[zprobe] enable = true", "[zprobe] probe_pin = PB10^", "[zprobe] slow_feedrate = 2", "[zprobe] max_travel = 30"];
+const MOVED: &[&str] = &[
+    "[zprobe] enable = true",
+    "[zprobe] probe_pin = PB10^",
+    "[zprobe] deploy_gcode = G4 P1",
+    "[zprobe] stow_gcode = G4 P1",
+];
 const DELTA_PROBE: &[&str] = &[
     "[zprobe] enable = true",
     "[zprobe] probe_pin = PB10^",
@@ -38,11 +44,23 @@ const DELTA_GRID: &[&str] = &[
     "[delta grid leveling strategy] size = 2",
     "[delta grid leveling strategy] radius = 30",
 ];
+/// The same, touched three times everywhere.
+const SAMPLED: &[&str] = &[
+    "[zprobe] enable = true",
+    "[zprobe] probe_pin = PB10^",
+    "[zprobe] leveling = cartesian grid",
+    "[zprobe] samples = 3",
+    "[cartesian grid leveling strategy] x_size = 40",
+    "[cartesian grid leveling strategy] y_size = 30",
+    "[cartesian grid leveling strategy] grid_x_size = 2",
+    "[cartesian grid leveling strategy] grid_y_size = 2",
+];
 const LEVEL: &[&str] = &["G32"];
 const ROUND: &[&str] = &["G28", "G31"];
 const DOWN: &[&str] = &["G30"];
 
 pub const ROWS: &[Row] = &[
+    row("[zprobe] probe_offsets", "0,0,0", "1,2,3", Say(&["M565"])).with(PROBE),
     row("[zprobe] enable", "true", "false", Say(DOWN)).with(PROBE),
     row("[zprobe] probe_pin", "PB10^", "PE1^", Boot).with(PROBE),
     row("[zprobe] probe_pin", "PB10^", "PJ9^", Board("probing.rs")).with(PROBE),
@@ -53,6 +71,11 @@ pub const ROWS: &[Row] = &[
     row("[zprobe] reverse_z", "false", "true", Edges(DOWN)).with(PROBE).built(),
     row("[zprobe] dwell_before_probing", "0", "0.5", Edges(DOWN)).with(PROBE),
     row("[zprobe] probe_height", "5", "2", Edges(LEVEL)).with(GRID),
+    row("[zprobe] samples", "1", "3", Edges(LEVEL)).with(GRID),
+    row("[zprobe] samples_result", "average", "median", Look(noisy)).with(SAMPLED),
+    row("[zprobe] samples_tolerance", "0.1", "0.001", Look(noisy)).with(SAMPLED),
+    row("[zprobe] samples_retries", "3", "0", Look(too_noisy)).with(SAMPLED),
+    row("[zprobe] samples_retract", "2", "1", Edges(LEVEL)).with(SAMPLED),
     row("[three point leveling strategy] home_first", "true", "false", Edges(LEVEL)).with(POINTS),
     row("[three point leveling strategy] tolerance", "0.03", "0", Look(level_a_leaning_bed)).with(POINTS),
     row("[cartesian grid leveling strategy] do_home", "true", "false", Edges(LEVEL)).with(GRID),
@@ -67,12 +90,40 @@ pub const ROWS: &[Row] = &[
     row("[delta calibration strategy] tolerance", "0.03", "0.3", Say(&["G28", "M666 X0.2", "G32"]))
         .with(DELTA_PROBE)
         .on(DELTA),
+    row("[delta calibration strategy] factors", "4", "6", Say(&["G28", "M666 X0.2", "G32"]))
+        .with(DELTA_PROBE)
+        .on(DELTA),
+    row("[zprobe] deploy_gcode", "G4 P1", "G0 X35 F600", Edges(DOWN)).with(MOVED),
+    row("[zprobe] stow_gcode", "G4 P1", "G0 X35 F600", Edges(DOWN)).with(MOVED),
+    row("[zprobe] deployed_pin", "nc", "PJ9^", Say(DOWN)).with(PROBE),
+    row("[zprobe] stowed_reads_triggered", "false", "true", Look(a_probe_in_its_dock)).with(PROBE),
     row("[zprobe] debounce_ms", "0", "30", Edges(DOWN)).with(PROBE),
 ];
 
 /// By 0.025 mm from point to point.
 fn level_a_leaning_bed(bench: &mut Bench) -> String {
     let bed = Some(Bed::tilted(0.0, [0.001, 0.0]));
-    bench.world(|world| world.lay(0, Surface { bed, ..Surface::default() }));
+    bench.lay(Surface { bed, ..Surface::default() });
+    bench.say("G32")
+}
+
+/// Its contact reads triggered.
+fn a_probe_in_its_dock(bench: &mut Bench) -> String {
+    bench.world(|world| world.press(0, "probe", true)).expect("a probe");
+    bench.hear(0.1);
+    bench.say("G30")
+}
+
+/// What a probe that scatters finds.
+fn noisy(bench: &mut Bench) -> String {
+    scattered(bench, 0.02)
+}
+
+fn too_noisy(bench: &mut Bench) -> String {
+    scattered(bench, 0.5)
+}
+
+fn scattered(bench: &mut Bench, noise_mm: f64) -> String {
+    bench.lay(Surface { noise_mm, ..Surface::default() });
     bench.say("G32")
 }

@@ -11,6 +11,7 @@ const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
 const SPINDLE: &[&str] = &["[extruder] hotend.enable = false", "[tool change] prompt = false"];
 /// M203 is of minutes in one dialect and of seconds in the others.
 const PLAYED: &[&str] = &["M28 a.g", "M203 X600", "M29", "play /sd/a.g", "G4 P200", "M203"];
+const JOURNAL: &[&str] = &["[player] power_loss = true"];
 const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin = PB9"];
 
 pub const ROWS: &[Row] = &[
@@ -29,6 +30,10 @@ pub const ROWS: &[Row] = &[
     row("[uart console] bits", "8", "7", Board("settings.rs")),
     row("[uart console] stop_bits", "1", "2", Board("settings.rs")),
     row("[uart console] parity", "none", "even", Board("settings.rs")),
+    row("[player] before_job_gcode", "", "G91 G1 X2 F600", Look(played)),
+    row("[player] after_job_gcode", "", "G91 G1 X2 F600", Look(played)),
+    row("[player] after_abort_gcode", "", "G91 G1 X2 F600", Look(aborted)),
+    row("[player] queue_auto", "false", "true", Look(queued)),
     row("[kill button] enable", "true", "false", Look(pressed)).with(BUTTON),
     row("[kill button] pin", "PB7^", "PD3^", Boot).with(BUTTON),
     row("[kill button] toggle_enable", "true", "false", Look(pressed)).with(BUTTON),
@@ -38,9 +43,16 @@ pub const ROWS: &[Row] = &[
     row("[player] leave_heaters_on_suspend", "true", "false", Say(&["M104 S50", "M600", "get temp hotend"])),
     row("[player] after_suspend_gcode", "", "G91_G1_X1_F600", Edges(&["G91", "G1 Y1 F600", "M600"])),
     row("[player] before_resume_gcode", "", "G91_G1_Z1_F600", Edges(&["G91", "G1 Y1 F600", "M600", "resume"])),
+    row("[player] power_loss", "false", "true", Say(&["M413"])),
+    row("[player] power_loss_period", "1", "600", Look(journal)).with(JOURNAL),
+    row("[player] power_loss_motor_volts", "0", "30", Look(journal)).with(JOURNAL),
+    row("[player] power_loss_lift", "3", "7", Look(gone_on_with)).with(JOURNAL),
+    row("[player] power_loss_z_sag", "0", "1", Look(gone_on_with)).with(JOURNAL),
+    row("[player] power_loss_gcode", "", "M118_primed", Look(gone_on_with)).with(JOURNAL),
     row("[tool change] before_gcode", "", "G91_G1_X1_F600", Look(changed)).with(SPINDLE),
     row("[tool change] after_gcode", "", "G91_G1_Y1_F600", Look(changed)).with(SPINDLE),
     row("[tool change] prompt", "true", "false", Look(changed)).with(&["[extruder] hotend.enable = false"]),
+    row("[player] preflight", "off", "refuse", Look(looked_at)),
     row("[player] dialect", "klipper", "reprapfirmware", Say(PLAYED)),
     row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
 ];
@@ -56,6 +68,35 @@ pub const EXTERNAL: &[&str] = &[
     "[actuator] delta.acceleration = 20000",
     "[current control] delta.current",
 ];
+
+/// Steps of a job, and of what stands around it.
+fn played(bench: &mut Bench) -> String {
+    bench.say("play other.g");
+    bench.hear(3.0);
+    bench.world(|world| world.trace().total()).to_string()
+}
+
+/// The same of a job that is aborted.
+fn aborted(bench: &mut Bench) -> String {
+    bench.say("play other.g -p");
+    bench.say("abort");
+    bench.hear(3.0);
+    bench.world(|world| world.trace().total()).to_string()
+}
+
+/// Two files in the queue.
+fn queued(bench: &mut Bench) -> String {
+    bench.say("queue add other.g 2");
+    bench.type_in("queue next\n");
+    bench.hear(3.0)
+}
+
+/// A file with a line that would stop it.
+fn looked_at(bench: &mut Bench) -> String {
+    bench.write_card("out.g", b"G28\nG1 X9999 F600\n");
+    bench.type_in("play out.g\n");
+    bench.hear(3.0)
+}
 
 /// The kill button pressed, held, let go.
 fn pressed(bench: &mut Bench) -> String {
@@ -74,6 +115,25 @@ fn at_boot(bench: &mut Bench) -> String {
     bench.hear(2.0);
     let moved = bench.world(|world| world.trace().total());
     moved.to_string() + &edges(bench, &["G91", "G1 X1 F600"])
+}
+
+/// A job that lays filament, and the entries of its journal.
+fn journal(bench: &mut Bench) -> String {
+    bench.write_card("laid.g", b"G28\nG90\nG1 Z0.3 F600\nG1 X50 E5 F30\n");
+    bench.type_in("play /sd/laid.g\n");
+    let said = bench.hear(60.0);
+    let blocks = bench.read_card_bytes("power-loss.journal").unwrap_or_default();
+    let written = blocks.chunks(512).filter(|block| block.iter().any(|byte| *byte != 0)).count();
+    format!("{said}{written} blocks")
+}
+
+/// How such a job is gone on with after a halt.
+fn gone_on_with(bench: &mut Bench) -> String {
+    journal(bench);
+    bench.type_in("M112\n");
+    bench.hear(2.0);
+    bench.type_in("M999\nM916 S\nM1000\n");
+    bench.hear(60.0)
 }
 
 /// What a tool change says, and where it leaves the machine.
