@@ -24,7 +24,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-image test-virtual
 
 help:
@@ -92,6 +92,13 @@ peers: target/toolchain.mk
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
 
+## make faults                   the power cut at every block write of a job, on both runners; a page of each in out/faults; an hour
+faults: virtual-prime firmware
+	@$(CARGO) test -q --locked -p scenarios --test power_loss -- --ignored --nocapture
+	@mkdir -p out/faults
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FAULTS_OUT="$(CURDIR)/out/faults" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test power_cuts -- --ignored --nocapture
+
 ## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
 stream: virtual-prime firmware
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
@@ -127,7 +134,7 @@ test-lint: target/toolchain.mk
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
-	@$(CARGO) test -q --locked
+	@$(CARGO) test -q --locked --no-fail-fast
 	@$(CARGO) test -q --locked -p program --features docs --lib
 
 test-image: firmware virtual-prime
