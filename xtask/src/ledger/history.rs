@@ -36,7 +36,11 @@ const GROUPS: [(&str, &str, &[&str]); 13] = [
     ),
     ("Sustained rate", "steps a second, three axes, all else running", &["sustained_steps_per_s"]),
     ("Lines a second", "short G1 lines at 400 million instructions a second", &["lines_per_s"]),
-    ("Lines and blocks", "instructions", &["line_", "block_", "plan_", "expression_", "called_line_", "turn_"]),
+    (
+        "Lines and blocks",
+        "instructions",
+        &["line_", "block_", "plan_", "expression_", "called_line_", "turn_", "look_ahead_"],
+    ),
     ("Memory", "bytes", &["ram_", "flash_", "itcm_", "dtcm_"]),
     ("Interrupts", "instructions of one run", &["step_interrupt_", "masked_", "console_", "heat_"]),
     ("Longest runs of the step feed", "instructions", &["feed_run_"]),

@@ -89,6 +89,11 @@ impl Machines {
         self.shaped_printer().replace(PLANNER, &format!("{PLANNER}jerk = 250000\n"))
     }
 
+    /// The printer, which looks ahead at its jobs.
+    pub fn looking_ahead(&self) -> String {
+        self.printer.replace("preflight = off", "preflight = warn")
+    }
+
     /// The printer, with filters.
     pub fn shaped_printer(&self) -> String {
         self.printer.replace(ADVANCE.0, ADVANCE.1) + SHAPERS
@@ -145,6 +150,7 @@ mod tests {
         assert!(
             machines.smooth_printer().contains("\njerk = 250000\n") && machines.smooth_printer().contains("shaper")
         );
+        assert!(machines.looking_ahead().contains("\npreflight = warn\n"));
         assert!(machines.smooth(winch).contains("\njerk = 1000000\n") && !shaped.contains("jerk"));
         let levelled = machines.levelled(&KINDS[0]);
         assert!(levelled.contains("leveling = cartesian grid") && KINDS[0].levelled_job().starts_with("M421 "));

@@ -21,6 +21,8 @@ const RATES: [u32; 12] =
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 /// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
 const SMOOTH: &str = "_smooth";
+/// What names of jobs end with that are looked ahead at.
+const AHEAD: &str = "_ahead";
 /// The kinds that are measured on an uneven bed.
 const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
 /// A job of so many lines, or turns.
@@ -71,6 +73,9 @@ fn list(machines: &Machines) -> Vec<Job> {
         list.push(Job::new(format!("{name}-few"), printer, job(jobs::FEW)));
         list.push(Job::new(format!("{name}-many"), printer, job(jobs::MANY)));
     }
+    let looking = machines.looking_ahead();
+    list.push(Job::new(format!("lines-few{AHEAD}"), &looking, jobs::lines(jobs::FEW)));
+    list.push(Job::new(format!("lines-many{AHEAD}"), &looking, jobs::lines(jobs::MANY)));
     let smooth = machines.smooth_printer();
     list.push(Job::new("lines-few_smooth", &smooth, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many_smooth", &smooth, jobs::lines(jobs::MANY)));
@@ -158,18 +163,19 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// What expressions, subroutines and loops cost: an expression and a called line beyond the same line
-/// without, a turn of a loop in all.
+/// What expressions, subroutines, loops and looking ahead cost: an expression, a called line and a line that
+/// is looked at beyond the same line without, a turn of a loop in all.
 fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
-    let cost = |job: &str| -> Result<f64> {
-        let of = |which: &str| results.of(&format!("{job}-{which}"))?.dispatcher();
+    let cost = |job: &str, with: &str| -> Result<f64> {
+        let of = |which: &str| results.of(&format!("{job}-{which}{with}"))?.dispatcher();
         Ok((of("many")? - of("few")?) / (jobs::MANY - jobs::FEW) as f64)
     };
-    let plain = cost("lines")?;
+    let plain = cost("lines", "")?;
     for (name, _) in LANGUAGE {
         let without = if name == "turn" { 0.0 } else { plain };
-        ledger.insert(format!("{name}_instructions"), round(cost(name)? - without));
+        ledger.insert(format!("{name}_instructions"), round(cost(name, "")? - without));
     }
+    ledger.insert("look_ahead_instructions".into(), round(cost("lines", AHEAD)? - plain));
     Ok(())
 }
 

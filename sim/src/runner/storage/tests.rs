@@ -152,10 +152,7 @@ fn step(folder: &mut Card, board: &mut Board, files: &mut Files, call: &Call) {
 }
 
 /// As much as there is up to `size`; a single call may give less.
-fn read(
-    size: usize,
-    mut read: impl FnMut(&mut [u8]) -> Result<usize, StorageError>,
-) -> Result<Vec<u8>, StorageError> {
+fn read(size: usize, mut read: impl FnMut(&mut [u8]) -> Result<usize, StorageError>) -> Result<Vec<u8>, StorageError> {
     let (mut bytes, mut done) = (vec![0; size], 0);
     loop {
         let more = read(&mut bytes[done..])?;
