@@ -7,7 +7,7 @@ use crate::action::Corner;
 use crate::auxiliary::Auxiliary;
 use crate::cycle::Retract;
 use crate::interpreter::Interpreter;
-use crate::modal::{FeedMode, MotionMode};
+use crate::modal::{FeedMode, Modal, MotionMode};
 
 /// Bytes of it.
 pub const BEGINNING_BYTES: usize = 475;
@@ -121,18 +121,22 @@ fn is_plain(program: &Interpreter) -> bool {
 
 /// The program as it stands. `None` while modes are in force that are not kept.
 pub fn beginning(program: &mut Interpreter) -> Option<Bytes> {
-    let mut bytes = [0; BEGINNING_BYTES];
-    let is_kept = go_through(program, &mut Fields { bytes: &mut bytes, at: 0, reads: false });
-    (is_kept && is_plain(program)).then_some(bytes)
+    let (bytes, is_whole) = standing(program);
+    is_whole.then_some(bytes)
 }
 
-/// Takes a program that is as at boot back to where it stood. False when the bytes hold something else, or
-/// modes are in force that are not kept.
+/// What is kept of the program as it stands, and whether that is all of it.
+pub fn standing(program: &mut Interpreter) -> (Bytes, bool) {
+    let mut bytes = [0; BEGINNING_BYTES];
+    let is_kept = go_through(program, &mut Fields { bytes: &mut bytes, at: 0, reads: false });
+    (bytes, is_kept && is_plain(program))
+}
+
+/// Takes a program back to where it stood, whatever a file has set of modes since. False when the bytes hold
+/// something else.
 pub fn begin_again(program: &mut Interpreter, bytes: &mut Bytes) -> bool {
     program.halt();
-    if program.modal.motion == MotionMode::Cancelled {
-        program.modal.motion = MotionMode::Rapid;
-    }
+    program.modal = Modal::new(program.setup.feed_rate, program.modal.seek_rate);
     is_plain(program) && go_through(program, &mut Fields { bytes, at: 0, reads: true })
 }
 
@@ -160,7 +164,9 @@ mod tests {
         assert_eq!(beginning(&mut other).unwrap(), bytes);
         assert!(other.modal.inches && other.modal.systems[3] == [1.0, -2.0, 0.5] && other.position.0[2] == 12.5);
         other.modal.feed_mode = FeedMode::InverseTime;
-        assert!(beginning(&mut other).is_none() && !begin_again(&mut other, &mut bytes));
+        other.modal.corner = Corner::Stop;
+        assert!(beginning(&mut other).is_none(), "modes that are not kept");
+        assert!(begin_again(&mut other, &mut bytes) && beginning(&mut other) == Some(bytes));
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub use action::{
     ProbeAlong, ProbeDown, Rate, Shape, Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
-pub use beginning::{BEGINNING_BYTES, begin_again, beginning, set_flow};
+pub use beginning::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing};
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
