@@ -315,6 +315,17 @@ impl Bench {
         self.runner.now_ns() as f64 / SECOND
     }
 
+    /// The power goes at this moment, and comes back: the card and the carriages are as they were left.
+    ///
+    /// # Panics
+    /// When the machine does not start.
+    pub fn cycle_power(&mut self) {
+        let motors = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma, Actuator::Delta];
+        let carriages = motors.iter().map_while(|motor| self.world(|world| world.carriage_mm(*motor))).collect();
+        self.runner = Runner::new(&Setup { carriages, ..Setup::new(&self.card) }).expect("a machine");
+        self.greeting = self.hear(0.5);
+    }
+
     /// Looks at the simulated machine, or changes it.
     pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
         self.runner.world(f)

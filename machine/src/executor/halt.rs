@@ -63,6 +63,7 @@ impl<P: Ports> Machine<'_, P> {
         if self.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
             self.ports.heat(HeatControl::release);
             self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+            journal::stands(self);
             self.resynchronise();
         }
     }

@@ -3,15 +3,17 @@
 
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
-use units::{Axis, Micros, Volts};
+use units::{Axis, Micros, PerAxis, Volts};
 
 use super::Machine;
 use crate::grbl::numbers::Alarm;
-use crate::journal::{Entry, Look, PlayedFile};
+use crate::journal::{Doing, Entry, Look, PlayedFile};
 use crate::ports::Ports;
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
+/// The same while it is suspended.
+const SUSPENDED_HEIGHT_PERIOD: Micros = Micros::from_millis(100);
 /// Heights that differ less are one, mm.
 const SAME_HEIGHT: f64 = 0.005;
 /// How far Z may go beyond what was noted, mm: less than what is taken to be the same height afterwards.
@@ -57,17 +59,20 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.end(&mut machine.ports);
 }
 
-/// What a session's line may change of the program under a job that is noted.
-pub(super) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<[u8; BEGINNING_BYTES]> {
-    if machine.journal.is_noting() { program::beginning(&mut machine.program) } else { None }
+/// What a session's line may change of the program.
+type Standing = ([u8; BEGINNING_BYTES], bool);
+
+/// The same, under a job that is noted.
+pub(super) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Standing> {
+    machine.journal.is_noting().then(|| program::standing(&mut machine.program))
 }
 
 /// It has: the file alone does not lead there any more.
-pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<[u8; BEGINNING_BYTES]>) {
+pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<Standing>) {
     if before.is_none() || !machine.journal.is_noting() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
         return;
     }
-    if program::beginning(&mut machine.program) != before {
+    if before != Some(program::standing(&mut machine.program)) {
         machine.journal.end(&mut machine.ports);
         machine.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
@@ -88,10 +93,12 @@ pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
     machine.journal.look_due = now.plus(LOOK_PERIOD);
     let (is_elsewhere, period) = (look(machine), machine.config.player.power_loss.period);
-    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(HEIGHT_PERIOD);
+    // A suspended job's file does not say where Z goes.
+    let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
+    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(apart);
     if machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere) {
         machine.journal.due = now.plus(machine.config.player.power_loss.period);
-        note(machine, None, false);
+        note(machine, Heights::Planned, false);
     }
 }
 
@@ -131,17 +138,30 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     leaves || rests && noted[1] - noted[0] > SAME_HEIGHT
 }
 
-/// Notes where the job is; `z`: the heights that the machine may be at before the next entry, where motion
-/// does not know them.
-pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bool) {
-    let entry = entry(machine, z, stands);
+/// The heights that the machine may be at before the next entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Heights {
+    /// Motion knows them.
+    Planned,
+    /// From here to there, mm.
+    Between([f64; 2]),
+    /// A script moves as it likes.
+    Any,
+}
+
+/// Notes where the job is.
+pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) {
+    let entry = entry(machine, heights, stands);
     let Machine { journal, ports, .. } = machine;
-    if let Err(error) = journal.note(entry, ports) {
-        machine.announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text()));
+    match journal.note(entry, ports) {
+        Ok(()) => journal.stood_at = PerAxis(entry.position),
+        Err(error) => {
+            machine.announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text()))
+        }
     }
 }
 
-fn entry<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bool) -> Entry {
+fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) -> Entry {
     let last = machine.journal.last;
     let now = machine.ports.now();
     let (tag, position, ahead, factors, bed) = machine.ports.motion(|motion| {
@@ -149,23 +169,32 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bo
         let ahead = motion.range_ahead(Axis::Z, AHEAD_S);
         (tag, motion.live_position(), ahead, motion.overrides(), motion.compensation().bed())
     });
-    let made = match tag {
-        // What a session moves is none of the job.
-        Some(tag) => machine.jobs.made(tag).unwrap_or(last.made),
-        // The last line may still wait for something.
-        None => machine.jobs.begun().saturating_sub(1),
+    let z = match heights {
+        Heights::Between(z) => z,
+        _ if stands => [position[Axis::Z]; 2],
+        _ => ahead,
     };
-    let z = z.unwrap_or(if stands { [position[Axis::Z]; 2] } else { ahead });
-    let away = u8::from(machine.recovery.is_some());
     if machine.recovery.is_some() || machine.journal.halts {
         // On the way back to the job, and once it is closed, only the machine's place is another one.
-        let away = away.max(last.away);
-        return Entry { position: position.0, z, stands, away, ..last };
+        let doing = match last.doing {
+            _ if heights == Heights::Any => Doing::WaitsAnywhere,
+            Doing::Job if machine.recovery.is_none() => Doing::Job,
+            Doing::Passes => Doing::Passes,
+            _ => Doing::Waits,
+        };
+        return Entry { position: position.0, z, stands, doing, ..last };
     }
-    let mut targets = [0.0; units::MAX_HEATERS];
-    machine.ports.heat(|heat| {
-        targets.iter_mut().zip(heat.heaters()).for_each(|(to, (_, heater))| *to = f64::from(heater.target().0));
-    });
+    let (made, doing) = match tag {
+        Some(tag) => match machine.jobs.made(tag) {
+            Some(made) => (made, Doing::Job),
+            // What a session moves is none of the job.
+            None => (last.made, Doing::Passes),
+        },
+        // The last line may still wait for something.
+        None => (machine.jobs.begun().saturating_sub(1), Doing::Job),
+    };
+    let doing = if machine.jobs.is_suspended() { Doing::Waits } else { doing };
+    let targets = targets(machine, &last);
     let mut flow = [1.0; 3];
     flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
     let homed = Axis::ALL.into_iter().filter(|axis| machine.axes.homed().has(*axis));
@@ -182,9 +211,25 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, z: Option<[f64; 2]>, stands: bo
         has_mesh: u8::from(bed != Bed::Flat),
         left_out: machine.jobs.objects.left_out(),
         stands,
-        away,
+        doing,
         ..last
     }
+}
+
+/// What the job goes on with, C.
+fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units::MAX_HEATERS] {
+    let mut targets = last.targets;
+    if machine.safety.is_halted() {
+        // They have been switched off; those of the entry before are meant.
+    } else if let Some(suspended) = machine.jobs.suspended() {
+        targets.iter_mut().zip(&suspended.targets).for_each(|(to, target)| *to = f64::from(target.0));
+    } else {
+        targets = [0.0; units::MAX_HEATERS];
+        machine.ports.heat(|heat| {
+            targets.iter_mut().zip(heat.heaters()).for_each(|(to, (_, heater))| *to = f64::from(heater.target().0));
+        });
+    }
+    targets
 }
 
 /// The machine halts, outputs off already: which line it was at is known now, where it comes to rest is not
@@ -201,10 +246,7 @@ pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
         return machine.journal.close(&mut machine.ports);
     }
     if machine.recovery.is_none() && machine.jobs.is_open() {
-        let targets = machine.journal.last.targets;
-        note(machine, None, false);
-        // They were switched off before; those of the entry before are meant.
-        machine.journal.last.targets = targets;
+        note(machine, Heights::Planned, false);
     }
     machine.journal.halts = true;
 }
@@ -212,9 +254,8 @@ pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
 /// The halted machine stands.
 pub(super) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.journal.is_noting() && machine.journal.halts {
-        note(machine, None, true);
+        note(machine, Heights::Planned, true);
         machine.journal.close(&mut machine.ports);
     }
     (machine.journal.halts, machine.recovery) = (false, None);
-    machine.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
 }

@@ -13,12 +13,13 @@ use program::{Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond};
 
 use super::frames::{Frame, Then};
+use super::journal::Heights;
 use super::passed::{Passed, Until};
 use super::{Hands, Machine, fast_forward, journal, restore, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
-use crate::journal::{Found, Offer, Recovery, Step, find, forget};
+use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
@@ -29,6 +30,7 @@ const SAME_Z: f64 = 0.02;
 const UNNOTICED_S: f64 = 1.0;
 /// Places may differ by this: corners are rounded, and the feed is ahead of the motors, mm.
 const SAME_PLACE: f64 = 3.0;
+const OTHER_MODES: &str = "modes are in force that the job did not begin with: reset, then M1000";
 /// Down onto the part, mm/s.
 const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
@@ -39,6 +41,7 @@ pub(super) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     {
         machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
     }
+    machine.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
     match find(&mut machine.ports) {
         Ok(Found::Offer(offer)) => say(machine, &offer, Recipient::All),
         Ok(Found::Broken) => machine.announce(format_args!(
@@ -123,11 +126,15 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
         ));
     }
     let here = machine.ports.motion(|motion| motion.commanded_position());
+    let before = program::beginning(&mut machine.program);
+    let before = before.ok_or_else(|| Failure::refused(OTHER_MODES))?;
     machine.recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
         z_is_told: z.is_some(),
         highest: f64::NEG_INFINITY,
         is_placed: false,
+        has_heated: false,
+        before,
         place: here,
         kept: None,
         switches: Default::default(),
@@ -142,7 +149,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
     let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
     let dialect = usize::from(recovery.offer.file.dialect).checked_sub(1);
     if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
-        return Err(Failure::refused("modes are in force that the job did not begin with: reset, then M1000"));
+        return Err(Failure::refused("the journal is damaged: the job cannot be gone on with"));
     }
     machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
@@ -159,14 +166,20 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
     Ok(Answer::Ok)
 }
 
-/// It does not go on: everything is as before it was asked for, and the offer stays.
-fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.recovery = None;
+/// It does not go on: the program and its modes are as before it was asked for, and the offer stays.
+pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.passed = None;
     machine.journal.close(&mut machine.ports);
     machine.jobs.close(&mut machine.ports);
-    restore::cool(machine);
-    machine.resynchronise_if_still();
+    if let Some(mut recovery) = machine.recovery.take() {
+        // These are its own.
+        let _ = program::begin_again(&mut machine.program, &mut recovery.before);
+        // What somebody else has heated before stays so.
+        if recovery.has_heated {
+            restore::cool(machine);
+        }
+    }
+    machine.resynchronise();
 }
 
 /// The next step.
@@ -206,12 +219,14 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
         let (least, most) = (from[axis].min(end[axis]) - slack, from[axis].max(end[axis]) + slack);
         (least..=most).contains(&was[axis as usize])
     };
-    let was_at_it = recovery.offer.entry.left_out == 0 && recovery.offer.entry.away == 0;
+    let was_at_it = recovery.offer.entry.left_out == 0 && recovery.offer.entry.doing == Doing::Job;
     if was_at_it && !Axis::PRIMARY.into_iter().all(is_there) {
         return Err(Failure::refused("the file does not lead to where the machine was: M1000 C forgets the job"));
     }
     recovery.highest = passed.z[1].max(end[Axis::Z]);
-    let stands = recovery.offer.entry.stands || recovery.offer.entry.away != 0;
+    // The file is read twice: it has to lead to the same place.
+    recovery.place = from;
+    let stands = recovery.offer.entry.stands || recovery.offer.entry.doing.waits();
     let seconds = UNNOTICED_S * recovery.offer.entry.feed_factor.max(1.0);
     read_on(machine, Until::Seconds(if stands { 0.0 } else { seconds }), Step::Look, to)
 }
@@ -223,11 +238,16 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
     let entry = &recovery.offer.entry;
     let [mut least, mut most] = entry.z;
-    if !entry.stands && entry.away == 0 {
+    if !entry.stands && !entry.doing.waits() {
         (least, most) = (least.min(passed.z[0]), most.max(passed.z[1]));
     }
-    let is_known = most - least < SAME_Z || recovery.z_is_told || machine.axes.homed().has(Axis::Z);
-    if !is_known && !up {
+    let is_told = recovery.z_is_told || machine.axes.homed().has(Axis::Z);
+    if entry.doing == Doing::WaitsAnywhere && !is_told {
+        return Err(Failure::refused(
+            "power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",
+        ));
+    }
+    if most - least >= SAME_Z && !is_told && !up {
         return Err(Failure::Refused(message(format_args!(
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
         ))));
@@ -248,13 +268,25 @@ async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     let (kept, place) = (machine.program.keep(), *machine.program.position());
     let Machine { recovery, jobs, journal, ports, .. } = machine;
     let Some(recovery) = recovery else { return Err(Failure::Halted) };
+    if Axis::PRIMARY.into_iter().any(|axis| (place[axis] - recovery.place[axis]).abs() > SAME_Z) {
+        return Err(Failure::refused(
+            "the file leads to another place each time that it is read: M1000 C forgets the job",
+        ));
+    }
     (recovery.kept, recovery.place, recovery.switches) = (Some(kept), place, passed.switches);
+    recovery.has_heated = true;
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
     journal.go_on(&recovery.offer, ports).map_err(|error| Failure::refused(error.text()))?;
     let (entry, highest, z) = (recovery.offer.entry, recovery.highest, (recovery.z, recovery.z_is_told));
     restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to).await?;
     lift(machine, &entry.position, z, highest, to).await?;
+    // The script goes from where the tool is, not from where the file is.
+    machine.standstill().await?;
+    machine.resynchronise();
     let script = machine.config.player.power_loss.gcode.as_str();
+    if !script.is_empty() {
+        journal::note(machine, Heights::Any, false);
+    }
     suspend::start_script(machine, script, Then::Recover(Step::GoBack, to)).map(drop)
 }
 
@@ -279,21 +311,19 @@ async fn lift<P: Ports>(
         here[Axis::Z] = if z_is_told { z } else { z + has_moved - settings.sag };
     }
     let mut up = here;
-    up[Axis::Z] = here[Axis::Z].max(highest) + settings.lift;
-    let [_, most] = machine.travel().ends();
-    up[Axis::Z] = up[Axis::Z].min(most[Axis::Z]).max(here[Axis::Z]);
+    up[Axis::Z] = above(machine, here[Axis::Z].max(highest)).max(here[Axis::Z]);
     machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
     Hands::new(machine, to).set_position(here)?;
     if let Some(recovery) = &mut machine.recovery {
         recovery.is_placed = true;
     }
     // Until it is there it may be anywhere between.
-    journal::note(machine, Some([here[Axis::Z], up[Axis::Z]]), false);
+    journal::note(machine, Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
     machine.axes.mark_homed(AxisSet::PRIMARY);
     let hands = &mut Hands::new(machine, to);
     hands.enable_motors()?;
     hands.go_there(up, SLOWLY).await?;
-    journal::note(machine, None, false);
+    journal::note(machine, Heights::Planned, false);
     let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
     if homes_upwards(machine) {
         homes = homes.with(Axis::Z);
@@ -306,6 +336,12 @@ async fn lift<P: Ports>(
     homing::home(&mut Hands::new(machine, to), homes).await
 }
 
+/// So high that nothing is run into over what goes up to this height, mm.
+fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
+    let [_, most] = machine.travel().ends();
+    (highest + machine.config.player.power_loss.lift).min(most[Axis::Z])
+}
+
 async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     machine.standstill().await?;
     let Some(recovery) = machine.recovery.clone() else { return Err(Failure::Halted) };
@@ -314,15 +350,19 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     // Filament counts from here as the file does; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
     Hands::new(machine, to).set_position(over)?;
-    let from = over;
+    // The script may have left the tool low.
+    over[Axis::Z] = above(machine, recovery.highest).max(over[Axis::Z]);
+    let up = over;
     (over[Axis::X], over[Axis::Y]) = (place[Axis::X], place[Axis::Y]);
-    machine.stays_within(&from, &over)?;
+    machine.stays_within(&up, &over)?;
     machine.stays_within(&over, &place)?;
     machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
     let rate = machine.program.modal().seek_rate;
-    Hands::new(machine, to).go(over, rate, Mode::Rapid).await?;
-    machine.standstill().await?;
-    journal::note(machine, Some([place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])]), false);
+    let hands = &mut Hands::new(machine, to);
+    hands.go(up, rate, Mode::Rapid).await?;
+    hands.go_there(over, rate).await?;
+    let [low, high] = [place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])];
+    journal::note(machine, Heights::Between([low, high]), false);
     Hands::new(machine, to).go_there(place, SLOWLY).await?;
     if let Some(kept) = recovery.kept {
         machine.program.come_back_to(kept);
@@ -332,7 +372,7 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     program::set_flow(&mut machine.program, &entry.flow);
     restore::switch(machine, &recovery.switches);
     machine.recovery = None;
-    journal::note(machine, None, false);
+    journal::note(machine, Heights::Planned, false);
     machine
         .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));
     Ok(())

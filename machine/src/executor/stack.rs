@@ -146,6 +146,8 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
+            // Where the machine is the job cannot be gone on with.
+            Frame::Then(Then::Recover(..)) if matches!(failure, Failure::Refused(_)) => recover::give_up(machine),
             Frame::Script(..)
             | Frame::Then(_)
             | Frame::Startup(_)

@@ -16,7 +16,7 @@ use units::{Micros, PerAxis};
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use record::{BLOCK, Block, Fields, Kind, crc32};
-pub(crate) use record::{Beginning, Entry, PlayedFile};
+pub(crate) use record::{Beginning, Doing, Entry, PlayedFile};
 
 /// Where it is.
 pub const PATH: &str = "/sd/power-loss.journal";
@@ -61,6 +61,10 @@ pub(crate) struct Recovery {
     pub highest: f64,
     /// Motion knows where the machine is.
     pub is_placed: bool,
+    /// It has begun to heat.
+    pub has_heated: bool,
+    /// What the program stood on before.
+    pub before: Beginning,
     /// Where its next line begins.
     pub place: PerAxis<f64>,
     /// Modes of the program there.
@@ -102,7 +106,7 @@ pub(crate) struct Journal {
     pub last: Entry,
     /// The machine halts: a last entry follows when it stands.
     pub halts: bool,
-    /// Where motion believed the machine to be when it came to rest, or was switched on, mm.
+    /// Where motion believed the machine to be at the last entry, or when it was switched on, mm.
     pub stood_at: PerAxis<f64>,
     /// Filament has been laid: there is something to go on with.
     pub has_laid: bool,

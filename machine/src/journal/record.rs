@@ -172,6 +172,29 @@ impl PlayedFile {
     }
 }
 
+/// What the machine was about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Doing {
+    /// The job: the machine was on the way of its file.
+    #[default]
+    Job = 0,
+    /// The job waited: it was suspended, or the machine was on its way back to it. Nothing but what is noted
+    /// had moved it.
+    Waits = 1,
+    /// The same, and a script may have moved Z since.
+    WaitsAnywhere = 2,
+    /// A move that is none of the job's, which goes on behind it.
+    Passes = 3,
+}
+
+impl Doing {
+    /// The file had nothing moved since.
+    pub const fn waits(self) -> bool {
+        matches!(self, Self::Waits | Self::WaitsAnywhere)
+    }
+}
+
 /// How far a job is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Entry {
@@ -194,8 +217,8 @@ pub struct Entry {
     pub homed: u8,
     /// The bed's mesh is in force.
     pub has_mesh: u8,
-    /// The machine was on its way back to the job.
-    pub away: u8,
+    /// What the machine was about.
+    pub doing: Doing,
     /// Objects that are left out, a bit each.
     pub left_out: u64,
     /// The motors stand there, and nothing newer will come.
@@ -213,7 +236,10 @@ impl Entry {
         fields.number(&mut self.feed_factor);
         fields.byte(&mut self.homed);
         fields.byte(&mut self.has_mesh);
-        fields.byte(&mut self.away);
+        let mut doing = self.doing as u8;
+        fields.byte(&mut doing);
+        let all = [Doing::Job, Doing::Waits, Doing::WaitsAnywhere, Doing::Passes];
+        self.doing = all.get(usize::from(doing)).copied().unwrap_or(Doing::WaitsAnywhere);
         fields.long(&mut self.left_out);
     }
 }
