@@ -302,3 +302,20 @@ fn a_halt_in_any_step_of_a_beginning_in_the_middle_drops_it() {
         assert!((bench.carriage(Alpha) - 5.0).abs() < 0.05, "{delay}: the program is where the machine is");
     }
 }
+
+#[test]
+fn a_script_around_a_job_that_fails_says_why() {
+    let plan = || Plan::new(CARTESIAN).file("a.g", "G28\nG1 X5 F3000\n");
+    let mut bench = plan().set("[player] before_job_gcode = T9_M118_behind").start();
+    bench.type_in("play a.g -t\n");
+    let said = bench.hear(3.0);
+    assert!(said.contains("error:no extruder has tool_id 9"), "{said}");
+    assert!(said.contains("// the job has not begun: M24 begins it all the same, abort ends it"), "{said}");
+    assert!(bench.say("progress").contains("SD print is paused at 0/"));
+    bench.type_in("M24\n");
+    bench.hear_until("Done printing file", 20.0);
+    let mut bench = plan().set("[player] after_job_gcode = T9_M118_behind").start();
+    bench.type_in("play a.g -t\n");
+    let said = bench.hear_until("Done printing file", 20.0);
+    assert!(said.contains("error:no extruder has tool_id 9") && !said.contains("behind"), "{said}");
+}

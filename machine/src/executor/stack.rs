@@ -157,6 +157,16 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
             | Frame::ToolChange(_) => {}
         }
     }
+    // A script around a job: no line waits for its end.
+    match failure {
+        Failure::Refused(why) => machine.sessions.refuse(Recipient::All, why.error, format_args!("{why}")),
+        Failure::Alarm(why) => answers::alarm(machine, &why, Recipient::All),
+        Failure::Halted => {}
+    }
+    if machine.jobs.begun() == 0 && machine.jobs.is_playing() {
+        machine.jobs.set_paused(true);
+        machine.announce(format_args!("// the job has not begun: M24 begins it all the same, abort ends it\n"));
+    }
 }
 
 // --- saved settings ---
