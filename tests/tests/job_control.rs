@@ -319,3 +319,15 @@ fn a_script_around_a_job_that_fails_says_why() {
     let said = bench.hear_until("Done printing file", 20.0);
     assert!(said.contains("error:no extruder has tool_id 9") && !said.contains("behind"), "{said}");
 }
+
+#[test]
+fn a_look_at_another_file_leaves_what_is_known_of_the_job() {
+    let mut bench = Plan::new(CARTESIAN).file("part.gcode", &layers(";x")).file("other.g", "G28\nG1 X5\n").start();
+    bench.say("play part.gcode");
+    bench.hear(3.0);
+    assert!(bench.say("progress").contains("by the planner"));
+    let said = bench.say("check other.g");
+    assert!(said.contains("lines"), "{said}");
+    let said = bench.say("progress");
+    assert!(said.contains("by the planner"), "{said}");
+}

@@ -125,7 +125,9 @@ fn begin<P: Ports>(
     let size = ports.size(file).map_err(failed)?;
     let forced = crate::program_setup::file_dialect(machine.config).or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
-    *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, ..Ahead::default() };
+    // A check changes nothing of what is known of the job.
+    let (job, made) = (ahead.job, ahead.made);
+    *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, job, made, ..Ahead::default() };
     let targets = machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
