@@ -321,6 +321,54 @@ fn a_script_around_a_job_that_fails_says_why() {
 }
 
 #[test]
+fn nothing_of_a_job_that_was_broken_off_is_open_in_the_next_one() {
+    let plan = Plan::new(CARTESIAN)
+        .file("a.g", "G28\nO1 while [1 EQ 1]\nG1 X10 F6000\nG1 X20\nO1 endwhile\n")
+        .file("b.g", "G1 X5 F3000\nO1 repeat [2]\nG91\nG1 X1\nG90\nO1 endrepeat\n");
+    for (end, next) in [("abort", "play b.g -t"), ("M25", "M32 b.g")] {
+        let mut bench = plan.clone().start();
+        bench.type_in("play a.g\n");
+        bench.hear(10.0);
+        bench.say(end);
+        bench.hear(3.0);
+        bench.type_in(&format!("{next}\n"));
+        let said = bench.hear_until("Done printing file", 10.0);
+        assert!(!said.contains("error"), "{end}: {said}");
+        assert!((bench.carriage(Alpha) - 7.0).abs() < 0.05, "{end}");
+    }
+}
+
+#[test]
+fn a_log_is_whole_when_a_paused_job_is_broken_off() {
+    let lines: String = (1..40).map(|n| format!("G1 X{} F3000\n", 20 + n % 2 * 40)).collect();
+    let mut bench = Plan::new(CARTESIAN).file("a.ngc", &format!("(LOGOPEN,l.txt)\n(LOG,hello)\n{lines}")).start();
+    bench.type_in("play a.ngc\n");
+    bench.hear(2.0);
+    bench.type_in("pause\n");
+    suspended(&mut bench);
+    bench.type_in("abort\n");
+    bench.hear(2.0);
+    assert_eq!(bench.read_card("l.txt").as_deref(), Some("hello\n"));
+}
+
+#[test]
+fn m26_begins_with_the_jobs_own_file_from_its_first_layer() {
+    let mut bench = Plan::new(CARTESIAN)
+        .file("a.g", ";LAYER_CHANGE\nM118 main\nO<sub> call\nM118 back\n")
+        .file("sub.ngc", "O<sub> sub\nM118 within\nG4 P900\nG4 P900\nO<sub> endsub\n")
+        .start();
+    bench.type_in("play a.g -t\n");
+    bench.hear_until("within", 5.0);
+    bench.say("M25");
+    bench.run(&["M26"]);
+    bench.type_in("M24\n");
+    let said = bench.hear_until("main", 5.0);
+    assert!(bench.say("pause list").contains("now in layer 1"), "{said}");
+    let said = bench.hear_until("Done printing file", 8.0);
+    assert!(said.contains("back") && !said.contains("error"), "{said}");
+}
+
+#[test]
 fn a_look_at_another_file_leaves_what_is_known_of_the_job() {
     let mut bench = Plan::new(CARTESIAN).file("part.gcode", &layers(";x")).file("other.g", "G28\nG1 X5\n").start();
     bench.say("play part.gcode");

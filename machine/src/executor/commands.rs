@@ -403,9 +403,10 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
         machine.say(to, format_args!("Suspend cleared\n"));
     }
     passed_over::say(machine);
-    if machine.jobs.is_playing() {
+    if machine.jobs.is_open() {
         log::close(machine);
         program_io::overrides_count_again(machine);
+        machine.program.end_program();
     }
     statistics::end_job(machine, false, Recipient::Nobody);
     if !machine.jobs.close(&mut machine.ports) {

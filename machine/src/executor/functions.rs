@@ -306,13 +306,20 @@ fn file_or_job<P: Ports>(
         _ => {}
     }
     let now = machine.ports.now();
-    let Machine { ports, sessions, files, jobs, journal, filament, config, .. } = machine;
+    let Machine { ports, sessions, files, jobs, journal, filament, config, program, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
     Some(match function {
         Function::Mount => files::commands::mount(ports, reply),
-        Function::SelectFile => jobs.select(name, false, now, ports, reply),
-        Function::StartFile => jobs.select(name, true, now, ports, reply),
+        Function::SelectFile | Function::StartFile => {
+            let was_open = jobs.is_open();
+            let selected = jobs.select(name, function == Function::StartFile, now, ports, reply);
+            if was_open && selected.is_ok() {
+                // Loops and subroutines of a job that was paused are none of the next one's.
+                program.end_program();
+            }
+            selected
+        }
         // A suspended job is where its machine is not.
         Function::StartJob if jobs.is_suspended() => return None,
         // One that has not begun is suspended before its first move.
@@ -331,7 +338,13 @@ fn file_or_job<P: Ports>(
         Function::RestartJob if words.get('S').is_some_and(|offset| offset > 0.0) => Err(Failure::refused(
             "M26 S: play file --from byte N begins there, with modes and E as the file has them by then",
         )),
-        Function::RestartJob => jobs.restart(ports),
+        Function::RestartJob => {
+            let restarted = jobs.restart(ports);
+            if restarted.is_ok() {
+                program.end_program();
+            }
+            restarted
+        }
         Function::PowerLoss => {
             if let Some(on) = words.get('S') {
                 journal.is_on = on != 0.0;

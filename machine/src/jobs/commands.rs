@@ -3,7 +3,7 @@
 use program::Dialect;
 use units::Micros;
 
-use super::{Job, Jobs, Listeners, PRINTING, Suspended};
+use super::{Job, Jobs, Layers, Listeners, PRINTING, Suspended};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{Files, Path};
 use crate::ports::{Calendar, OpenMode, Storage, StorageError};
@@ -117,8 +117,10 @@ impl Jobs {
     /// # Errors
     /// Without a selected file, or when the card does not answer.
     pub fn restart(&mut self, storage: &mut impl Storage) -> Outcome {
+        self.return_all(storage);
         let job = self.job.as_mut().ok_or_else(|| Failure::refused(NOTHING_SELECTED))?;
-        job.has_begun = false;
+        // What is known of it, and noted, begins anew too.
+        (job.has_begun, job.is_new, job.layers) = (false, true, Layers::default());
         let restarted = job.lines.restart(storage);
         self.forget_places();
         restarted.map_err(|error| Failure::refused(error.text()))?;
