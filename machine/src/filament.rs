@@ -163,6 +163,12 @@ impl Filament {
         (self.is_bad && !self.off).then_some(if bulge { Trouble::Bulge } else { Trouble::RunOut })
     }
 
+    /// A job that begins now is suspended, with the next look.
+    #[must_use]
+    pub fn is_about_to_ask(&self, config: &MachineConfig) -> bool {
+        (self.command || !self.has_asked) && self.is_missing(config).is_some()
+    }
+
     /// A job that was begun goes on.
     ///
     /// # Errors

@@ -295,3 +295,31 @@ fn the_tool_is_parked() {
     assert!(bench.say("G27 P1").contains("leave P out"));
     assert!(Plan::new(CARTESIAN).start().say("G27").contains("G27: where to?"));
 }
+
+/// Each of its lines can be carried out at once, so the look-ahead queue is never full.
+#[test]
+fn a_job_that_always_has_a_line_is_suspended_too() {
+    let lines: String = (1..400).map(|n| format!("G1 X{} Y20 E{n}\nG4 P1\n", 20 + n % 2 * 40)).collect();
+    let plan = Plan::new(CARTESIAN).adding(DETECTOR).file("a.g", &format!("G28\nG92 E0\nG1 F6000\n{lines}"));
+    let mut bench = plan.start();
+    bench.type_in("play /sd/a.g\n");
+    bench.hear(20.0);
+    press(&mut bench, "filament", true);
+    bench.hear_until("// Print Suspended", 5.0);
+}
+
+#[test]
+fn a_job_without_filament_is_suspended_before_its_first_move() {
+    let mut bench = Plan::new(CARTESIAN).adding(DETECTOR).file("part.gcode", &job()).start();
+    press(&mut bench, "filament", true);
+    bench.hear(1.0);
+    let at = [Alpha, Gamma, Delta].map(|motor| bench.carriage(motor));
+    bench.type_in("play /sd/part.gcode -t\n");
+    bench.hear_until("// Print Suspended", 10.0);
+    assert_eq!([Alpha, Gamma, Delta].map(|motor| bench.carriage(motor)), at);
+    press(&mut bench, "filament", false);
+    bench.hear(0.2);
+    bench.type_in("resume\n");
+    bench.hear_until("Done printing file", 120.0);
+    assert!((bench.carriage(Delta) - 39.0).abs() < 0.05, "all of it is printed: {}", bench.carriage(Delta));
+}

@@ -40,11 +40,15 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         size > 0 && used >= size
     });
     let had_line = run_session(machine, path_is_full).await;
+    // Before the job: it may always have a line that is ready.
+    if machine.frames.is_empty() && run_switch(machine).await {
+        return true;
+    }
     // Sessions and the file take turns; a file is mostly moves, so it waits for room.
     if machine.frames.is_empty() && !path_is_full && pin!(run_job_line(machine)).await {
         return true;
     }
-    if had_line || run_switch(machine).await {
+    if had_line {
         return true;
     }
     statistics::save(machine);
@@ -126,6 +130,11 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     }
     let to = machine.jobs.echo();
     if !machine.sessions.have_taken_most(to) {
+        return false;
+    }
+    // It is suspended before its first move.
+    let has_begun = machine.jobs.begun() > 0 || machine.safety.state() == State::Check;
+    if !has_begun && machine.filament.is_about_to_ask(machine.config) {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_before)
