@@ -326,6 +326,11 @@ impl Bench {
         self.greeting = self.hear(0.5);
     }
 
+    /// Something is wrong with the card from now on, or nothing any more.
+    pub fn set_card(&self, state: CardState) {
+        self.runner.set_card_state(state);
+    }
+
     /// Looks at the simulated machine, or changes it.
     pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
         self.runner.world(f)

@@ -1,6 +1,7 @@
 //! Where jobs pause by themselves, files that wait for their turn, and what is counted.
 
 use scenarios::{Bench, CARTESIAN, Plan};
+use sim::runner::CardState;
 use units::Actuator::{Alpha, Beta, Delta, Gamma};
 
 /// Three layers, each of ten moves, with a lift within each.
@@ -378,4 +379,32 @@ fn a_look_at_another_file_leaves_what_is_known_of_the_job() {
     assert!(said.contains("lines"), "{said}");
     let said = bench.say("progress");
     assert!(said.contains("by the planner"), "{said}");
+}
+
+#[test]
+fn a_card_that_is_gone_before_the_first_line_pauses_the_job_once() {
+    let mut bench = Plan::new(CARTESIAN).file("part.gcode", &layers(";x")).start();
+    bench.say("play part.gcode -t -p");
+    bench.set_card(CardState::Missing);
+    bench.type_in("M24\n");
+    let said = bench.hear(2.0);
+    assert_eq!(said.matches("error:paused, reading the file being played failed").count(), 1, "{said}");
+    bench.set_card(CardState::Good);
+    bench.type_in("M24\n");
+    bench.hear_until("Done printing file", 60.0);
+    assert!((bench.carriage(Delta) - 15.0).abs() < 0.05, "{}", bench.carriage(Delta));
+}
+
+/// Wherever in the file it stands.
+#[test]
+fn a_line_that_leaves_the_travel_pauses_the_job_before_it_even_at_the_files_end() {
+    for before in 0..6 {
+        let moves = "G1 X9\n".repeat(before);
+        let file = format!("G28\nG1 F6000\nG1 X30\n{moves}G1 X20\nG4 S3\nG1 X999\n");
+        let mut bench = Plan::new(CARTESIAN).file("a.g", &file).start();
+        bench.type_in("play a.g\n");
+        let said = bench.hear(20.0);
+        assert!(said.contains("the job pauses before it"), "{before}: {said}");
+        assert!(said.contains("// Print Suspended"), "{before}: {said}");
+    }
 }

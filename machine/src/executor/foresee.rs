@@ -155,6 +155,10 @@ fn begin<P: Ports>(
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let foresight = machine.foresight;
     if !foresight.is_under_way() {
+        if foresight.stage() == Stage::Done && is_heard(machine, foresight.purpose()) {
+            // What its last turn has found.
+            warn(machine, foresight);
+        }
         let Machine { ports, ahead, .. } = machine;
         return ahead.close(ports);
     }

@@ -317,6 +317,7 @@ fn file_or_job<P: Ports>(
             if was_open && selected.is_ok() {
                 // Loops and subroutines of a job that was paused are none of the next one's.
                 program.end_program();
+                journal.end(ports);
             }
             selected
         }

@@ -344,7 +344,11 @@ impl Jobs {
     pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let Some(job) = &mut self.job else { return Next::End };
         if job.lookup.is_some() {
-            return flavour::look(&mut job.lookup, &mut self.dialect, &mut job.slicer, &mut job.lines, storage);
+            let next = flavour::look(&mut job.lookup, &mut self.dialect, &mut job.slicer, &mut job.lines, storage);
+            if let Next::Failed(_) = next {
+                (job.is_lost, job.paused) = (true, true);
+            }
+            return next;
         }
         job.here = job.lines.place();
         let next = job.lines.next(storage, line);
