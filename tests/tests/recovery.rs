@@ -1,6 +1,6 @@
-//! Between a power cut and the first line of the job that is gone on with: what is noted of a job that waits, what
-//! a script may do, and what is left where it cannot be gone on with. The cuts at each write are in
-//! `power_loss.rs`.
+//! Between a power cut and the first line of the job that is gone on with: what is noted of a job that
+//! waits, what a script may do, and what is left where it cannot be gone on with. The cuts at each write are
+//! in `power_loss.rs`.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
