@@ -62,9 +62,10 @@ impl Thermal {
         self.enabled && self.coefficient != 0.0
     }
 
-    /// Z was homed: it is right at this temperature.
+    /// Z was homed: it is right at this temperature, and nothing is made up for.
     pub const fn homed(&mut self) {
-        self.reference = None;
+        self.reference = self.celsius;
+        self.offset = 0.0;
     }
 
     /// A reading, so long after the one before, s; none where the sensor does not say. Gives the offset where
@@ -168,7 +169,7 @@ mod tests {
         assert_eq!(thermal.read(Some(40.0), 1.0, true), None, "homed at this temperature");
         assert_eq!(thermal.read(Some(50.0), 10.0, true), Some(0.1));
         thermal.homed();
-        assert_eq!(thermal.read(Some(50.0), 10.0, true), Some(0.0));
+        assert_eq!(thermal.read(Some(50.0), 10.0, true), None, "at once, not with the next reading");
         assert_eq!(thermal.read(Some(f64::NAN), 1.0, true), None);
         assert_eq!(thermal.read(Some(150.0), 1_000.0, true), Some(0.3), "no more than max_adjust");
     }

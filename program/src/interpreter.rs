@@ -415,9 +415,11 @@ impl Interpreter {
         Kept { series, modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
     }
 
-    /// Comes back to what was kept.
+    /// Comes back to what was kept. What makes up for temperature is the machine's, and is as it is now.
     pub fn come_back_to(&mut self, kept: Kept) {
+        let thermal_z = self.modal.thermal_z;
         self.modal = kept.modal;
+        self.modal.set_thermal_z(thermal_z);
         self.cycles.set_series(kept.series);
         if let Some(tool) = self.tools.active_mut() {
             tool.e = kept.e;

@@ -70,3 +70,39 @@ fn a_job_that_is_suspended_and_goes_on_is_shifted_once() {
     bench.run(&["G1 Z5.1 F600", "G1 Z5 F600", "M400"]);
     assert!((bench.carriage(Gamma) - shifted).abs() < 0.01);
 }
+
+#[test]
+fn z_is_right_at_the_temperature_of_the_last_homing_of_z_and_of_no_other() {
+    let mut bench = start(plan());
+    let cold = bench.celsius("bed");
+    bench.say("M190 S62");
+    bench.run(&["G1 Z5.2 F600", "M400"]);
+    // Z is where it was: homing X says nothing of it.
+    bench.run(&["G28 X", "G4 P200", "G1 Z5 F600", "M400"]);
+    let grown = 0.004 * (bench.celsius("bed") - cold);
+    assert!(grown > 0.14 && (bench.carriage(Gamma) - (5.0 - grown)).abs() < 0.008, "{}", bench.carriage(Gamma));
+    // The first move behind homing is right already.
+    bench.run(&["G28", "G1 Z5 F6000", "M400"]);
+    assert!((bench.carriage(Gamma) - 5.0).abs() < 0.003, "{}", bench.carriage(Gamma));
+}
+
+#[test]
+fn whatever_homes_z_tells_the_temperature_too() {
+    let probe = plan()
+        .set("[zprobe] enable = true")
+        .set("[zprobe] probe_pin = PB10^")
+        .set("[zprobe] leveling = cartesian grid")
+        .set("[cartesian grid leveling strategy] x_size = 100")
+        .set("[cartesian grid leveling strategy] y_size = 100")
+        .set("[cartesian grid leveling strategy] grid_x_size = 2")
+        .set("[cartesian grid leveling strategy] grid_y_size = 2");
+    let mut bench = start(probe);
+    bench.lay(sim::models::surface::Surface::default());
+    bench.say("M190 S62");
+    bench.run(&["G1 Z6 F600", "M400"]);
+    assert!(bench.carriage(Gamma) < 5.9, "{}", bench.carriage(Gamma));
+    let answer = bench.say("G32");
+    assert!(answer.ends_with("ok\n"), "{answer}");
+    bench.run(&["G4 P200", "G1 X20 Y20 Z1 F6000", "M400"]);
+    assert!((bench.carriage(Gamma) - 1.0).abs() < 0.01, "{}", bench.carriage(Gamma));
+}

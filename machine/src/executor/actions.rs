@@ -197,7 +197,7 @@ async fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Optio
     let set = machine.ports.motion(|motion| motion.set_position(position));
     set.map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))?;
     if homed {
-        machine.axes.mark_homed(named);
+        machine.mark_homed(named);
     }
     Ok(Answer::Ok)
 }

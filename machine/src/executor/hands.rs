@@ -275,7 +275,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
 
     /// These axes are homed now.
     pub fn mark_homed(&mut self, axes: AxisSet) {
-        self.machine.axes.mark_homed(axes);
+        self.machine.mark_homed(axes);
     }
 
     // --- the machine's state ---

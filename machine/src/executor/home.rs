@@ -1,6 +1,6 @@
 //! G28 and `$H`: homing, or the script of the configuration that stands for it.
 
-use units::{Axis, AxisSet};
+use units::AxisSet;
 
 use super::frames::Then;
 use super::{Hands, Machine, suspend};
@@ -17,8 +17,5 @@ pub(super) async fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet,
     }
     let homed = crate::homing::home(&mut Hands::new(machine, to), named).await;
     machine.resynchronise_if_still();
-    if homed.is_ok() && machine.axes.homed().has(Axis::Z) {
-        machine.thermal.homed();
-    }
     homed.map(|()| Answer::Ok)
 }

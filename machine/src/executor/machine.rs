@@ -297,6 +297,15 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
+    /// These axes are homed now: what Z is shifted by for the frame's temperature counts from here.
+    pub(super) fn mark_homed(&mut self, axes: AxisSet) {
+        self.axes.mark_homed(axes);
+        if axes.has(Axis::Z) {
+            self.thermal.homed();
+            self.program.set_thermal_z(0.0);
+        }
+    }
+
     // --- following ---
 
     /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.
