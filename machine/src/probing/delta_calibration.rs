@@ -79,16 +79,14 @@ pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, word
     let goal = Goal { circle: circle(hands, words)?, tolerance, sought };
     // It belongs to the geometry that is about to change.
     leveling::recompensate(hands, motion::Motion::level_off).await?;
-    let (arms, trim) = (hands.motion_config()?.kinematics, hands.tuning().trim());
+    let before = belief(hands)?;
     hands.delta_records().touches.clear();
     let calibrated = calibration_rounds(hands, &goal).await;
     if calibrated.is_err() {
         // As if nothing had been.
         hands.delta_records().touches.clear();
-        hands.tuning().set_trim(trim);
         homing::come_to_rest(hands).await;
-        let now = hands.motion_config()?;
-        arms::change_arms(hands, now, arms)?;
+        believe(hands, &before)?;
     }
     calibrated
 }
@@ -171,11 +169,22 @@ fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
     libm::sqrt(0.5 * squares / count as f64)
 }
 
+/// The machine is taken for this from now on. How far the carriages are from their switches is known whatever
+/// is believed; where the tool is follows from it, so Z is right before the next homing too.
+fn believe<P: Ports>(hands: &mut Hands<'_, '_, P>, wanted: &Belief) -> Result<(), Failure> {
+    let (now, config, mut place) = (belief(hands)?, hands.motion_config()?, hands.position());
+    let ways = now.ways_to(&hands.motion(|motion| motion.compensation().motors(&place)));
+    arms::change_arms(hands, config, wanted.kinematics)?;
+    hands.tuning().set_trim(wanted.trim);
+    let tool = hands.motion(|motion| motion.compensation().program(&wanted.place(&ways)));
+    Axis::PRIMARY.into_iter().for_each(|axis| place[axis] = tool[axis]);
+    hands.set_position(place)
+}
+
 /// Puts what was found in force, and says it.
 pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sought: Sought) -> Result<(), Failure> {
-    let (belief, now) = (&found.belief, hands.motion_config()?);
-    arms::change_arms(hands, now, belief.kinematics)?;
-    hands.tuning().set_trim(belief.trim);
+    let belief = &found.belief;
+    believe(hands, belief)?;
     let [x, y, z] = belief.trim;
     hands.say(format_args!("Trim: X:{x:.4} Y:{y:.4} Z:{z:.4} Radius: {:.4}\n", belief.radius()));
     if sought.angles {

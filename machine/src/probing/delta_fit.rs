@@ -143,7 +143,7 @@ impl Belief {
     }
 
     /// Where the tool is after these ways.
-    fn place(&self, ways: &Ways) -> PerAxis<f64> {
+    pub fn place(&self, ways: &Ways) -> PerAxis<f64> {
         let mut motors = PerActuator([0.0; units::MAX_ACTUATORS]);
         for ((motor, switch), way) in motors.0.iter_mut().zip(self.switches()).zip(ways) {
             *motor = switch + way;

@@ -118,6 +118,30 @@ fn a_halt_or_a_miss_in_the_middle_changes_nothing() {
     assert!(bench.status().starts_with("<Idle"));
 }
 
+/// How high the tool is where Z reads 10, mm.
+fn height_at_z10(bench: &mut Bench) -> f64 {
+    bench.run(&["G0 X0 Y0 Z10 F9000", "M400"]);
+    bench.world(|world| world.tool_mm())[2]
+}
+
+#[test]
+fn z_is_where_it_was_after_a_calibration_that_failed() {
+    let mut bench = homed_delta(plan(DELTA));
+    assert_near(height_at_z10(&mut bench), 10.0, 0.02);
+    // The fourth round finds another bed: trims and radius have been changed by then.
+    lay_bed(&bench, Bed::tilted(0.0, [0.01, 0.004]).bent([0.0; 2], [1.5, 1.2], 0.0));
+    bench.type_in("G32\n");
+    let said = bench.hear_until("Trim:", 200.0);
+    assert!(said.contains("Spread:"), "{said}");
+    // Beside the tool's way down: the next touch misses.
+    lay_bed(&bench, Bed::level(-500.0));
+    let said = bench.hear_until("error:", 200.0);
+    assert!(said.contains("ZProbe not triggered"), "{said}");
+    bench.hear(0.5);
+    assert!(bench.say("M666").starts_with("X: 0.0000 Y: 0.0000 Z: 0.0000"));
+    assert_near(height_at_z10(&mut bench), 10.0, 0.02);
+}
+
 #[test]
 fn only_a_linear_delta_can_be_asked_for_it() {
     let plan = super::plan(scenarios::CARTESIAN).set("[zprobe] calibration = delta");
