@@ -71,6 +71,20 @@ fn the_probes_offset_is_found_and_saved() {
 }
 
 #[test]
+fn leveling_in_force_does_not_count_as_the_probes_offset() {
+    let mut bench = homed(plan(CARTESIAN));
+    // What levels the machine is steep: under the probe it is 0.2 mm higher than under the tool.
+    let bed = Bed::tilted(0.4, [0.01, 0.0]);
+    lay(&bench, bed);
+    bench.run(&["M561 A-0.01 B0 C1 D0"]);
+    bench.say("PROBE_CALIBRATE");
+    feel(&mut bench, bed);
+    let answer = bench.say("ACCEPT");
+    let offset: f64 = answer.split(' ').find_map(|word| word.parse().ok()).expect("a number");
+    assert!((offset - 1.8).abs() < 0.012, "{answer}");
+}
+
+#[test]
 fn where_z_homes_is_found() {
     let mut bench = homed(plan(CARTESIAN));
     // The switch closes 0.73 mm too high over this bed.
@@ -145,6 +159,37 @@ fn screws_are_walked_until_each_was_left_as_it_is() {
     assert!(bench.say("M851.5").contains("Screw 2 of 3"));
     bench.say("ABORT");
     assert!(plan(CARTESIAN).start().say("BED_SCREWS_ADJUST").contains("home it first"));
+}
+
+#[test]
+fn screws_are_tried_on_the_bed_as_it_is_and_not_as_a_mesh_follows_it() {
+    let mut bench = homed(plan(CARTESIAN).set("[bed screws] screws = 20,20 180,20 100,180"));
+    bench.run(&["M561 A-0.002 B0 C1 D0"]);
+    bench.say("BED_SCREWS_ADJUST");
+    assert!(tool(&bench)[2].abs() < 0.01, "{:?}", tool(&bench));
+    bench.say("ACCEPT");
+    assert!(tool(&bench)[2].abs() < 0.01, "{:?}", tool(&bench));
+}
+
+#[test]
+fn a_test_that_cannot_go_on_ends_and_changes_nothing() {
+    let plan = plan(CARTESIAN)
+        .set("[axis twist compensation] start = 30")
+        .set("[axis twist compensation] end = 180")
+        .set("[axis twist compensation] line = 100")
+        .set("[axis twist compensation] samples = 3");
+    let mut bench = homed(plan);
+    let bed = Bed::level(0.2);
+    lay(&bench, bed);
+    bench.say("AXIS_TWIST_COMPENSATION_CALIBRATE");
+    feel(&mut bench, bed);
+    // The probe has come off.
+    lay(&bench, Bed::level(-500.0));
+    let said = bench.say("ACCEPT");
+    assert!(said.contains("error:ZProbe not triggered"), "{said}");
+    lay(&bench, bed);
+    let said = bench.say("ACCEPT");
+    assert!(said.starts_with("error:no paper test is under way"), "the tool is not at any paper: {said}");
 }
 
 /// The probe hangs from a twisted rail: it reads up to 0.3 mm too high.

@@ -37,6 +37,13 @@ pub(crate) async fn recompensate<P: Ports>(
     return_to(hands, before).await
 }
 
+/// Takes leveling off for what measures a bed, or moves it. The tool stays where it is and its coordinates
+/// change: it may stand at the bed, and where it read before may be below.
+pub(crate) async fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    hands.standstill().await?;
+    hands.motion(Motion::level_off).map_err(refuse)
+}
+
 /// The machine reads as before again: by moving where it is homed, else by taking its word for it.
 async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
     let now = hands.position();

@@ -26,6 +26,7 @@ mod tests;
 
 pub(crate) use compensation::{
     adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, recompensate, set_compensation_aside,
+    take_off,
 };
 pub(crate) use grid_file::grid_point;
 pub(crate) use map::{map_line, means, say_findings, show_map};

@@ -45,6 +45,11 @@ pub(super) async fn go_over<P: Ports>(
     hands.go_there(target, slowly).await
 }
 
+/// The height of a place of the tool without what levels the machine there, mm.
+pub(super) fn unleveled<P: Ports>(hands: &mut Hands<'_, '_, P>, place: &PerAxis<f64>) -> f64 {
+    hands.motion(|motion| motion.compensation().motors(place))[Axis::Z]
+}
+
 pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();

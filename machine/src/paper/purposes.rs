@@ -2,7 +2,7 @@
 
 use units::{Axis, AxisSet};
 
-use super::moves::{CLEAR, go_over, lift};
+use super::moves::{CLEAR, go_over, lift, unleveled};
 use super::state::{Along, Purpose, Walk};
 use crate::arms::homes_by_motor;
 use crate::executor::Hands;
@@ -25,19 +25,16 @@ impl Purpose {
         }
     }
 
-    /// The paper drags with the tool at this height: what is tried next, if anything.
-    pub async fn accept<P: Ports>(
-        self,
-        hands: &mut Hands<'_, '_, P>,
-        height: f64,
-        turned: bool,
-    ) -> Result<Option<Self>, Failure> {
+    /// The paper drags with the tool where it is: what is tried next, if anything.
+    pub async fn accept<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+        let here = hands.position();
+        let (height, bare) = (here[Axis::Z], unleveled(hands, &here));
         match self {
-            Self::ProbeOffset { contact } => set_probe_offset(hands, contact - height),
+            Self::ProbeOffset { contact } => set_probe_offset(hands, contact - bare),
             Self::Endstop => set_homing_position(hands, height).await?,
             Self::Height => hands.say(format_args!("the paper drags at Z {height:.4} of the machine\n")),
             Self::Screws(walk) => return Ok(walk.next(hands, turned).await?.map(Self::Screws)),
-            Self::Twist(along) => return Ok(along.next(hands, height).await?.map(Self::Twist)),
+            Self::Twist(along) => return Ok(along.next(hands, bare).await?.map(Self::Twist)),
         }
         Ok(None)
     }
@@ -58,7 +55,8 @@ async fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Pu
     hands.say(format_args!(
         "The probe's contact closed at X:{x:.4} Y:{y:.4}. The tool is over that place now, some {CLEAR} mm above the bed\n"
     ));
-    Ok(Purpose::ProbeOffset { contact: contact[Axis::Z] })
+    // The probe and the tool touch the same place, each with the tool somewhere else, where a mesh is higher.
+    Ok(Purpose::ProbeOffset { contact: unleveled(hands, &contact) })
 }
 
 fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {

@@ -5,6 +5,7 @@ use super::state::Walk;
 use crate::alignment::Corner;
 use crate::executor::Hands;
 use crate::failure::Failure;
+use crate::leveling;
 use crate::ports::Ports;
 
 impl Walk {
@@ -14,6 +15,8 @@ impl Walk {
                 "BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
             ));
         }
+        // A mesh would lift the tool along with what the screws are to mend.
+        leveling::take_off(hands).await?;
         let walk = Self { screw: 0, accepted: 0 };
         walk.go(hands).await?;
         Ok(walk)

@@ -27,7 +27,8 @@ impl Paper {
 /// What is to be found.
 #[derive(Clone, Debug)]
 pub(super) enum Purpose {
-    /// How high the tool is over the bed as the probe's contact closes: it closed at this height, mm.
+    /// How high the tool is over the bed as the probe's contact closes: it closed at this height without
+    /// leveling, mm.
     ProbeOffset { contact: f64 },
     /// Where Z homes.
     Endstop,
@@ -61,7 +62,7 @@ impl Walk {
 /// How far it has come.
 #[derive(Clone, Debug)]
 pub(super) struct Along {
-    /// Height of the tool as the probe touched at the present place.
+    /// Height of the tool as the probe touched at the present place, without leveling, mm.
     pub contact: f64,
     /// What the probe's offset was at the places before.
     pub offsets: Vec<f64, MOST_TWIST_POINTS>,

@@ -80,20 +80,26 @@ async fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outc
 }
 
 async fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
-    let height = hands.position()[Axis::Z];
     let Some(test) = &hands.paper().test else { return Err(Failure::refused(NONE)) };
     let purpose = test.purpose.clone();
     if turned && !matches!(purpose, Purpose::Screws(_)) {
         return Err(Failure::refused("ADJUSTED says that a screw was turned: ACCEPT here"));
     }
     // A halt on the way ends the test by itself; nothing has been changed then.
-    match purpose.accept(hands, height, turned).await? {
-        Some(next) => await_paper(hands, next),
-        None => {
+    match purpose.accept(hands, turned).await {
+        Ok(Some(next)) => await_paper(hands, next),
+        Ok(None) => {
             hands.paper().end();
             if hands.axes().homed().has_all(AxisSet::PRIMARY) {
                 lift(hands).await?;
             }
+        }
+        Err(failure) => {
+            // The tool is not at the paper any more: another ACCEPT would take its height for that.
+            if hands.paper().end() {
+                hands.say(format_args!("the paper test has ended, nothing was changed\n"));
+            }
+            return Err(failure);
         }
     }
     Ok(Answer::Ok)

@@ -5,7 +5,7 @@
 use heapless::Vec;
 use units::{Axis, PerAxis};
 
-use super::moves::{CLEAR, go_over, lift};
+use super::moves::{CLEAR, go_over, lift, unleveled};
 use super::state::Along;
 use crate::bed::Twist;
 use crate::executor::Hands;
@@ -48,8 +48,8 @@ impl Along {
         let ended = touched.as_ref().map(|_| crate::failure::Answer::Ok).map_err(Clone::clone);
         stow_after(hands, ended).await?;
         let contact: PerAxis<f64> = touched?;
-        self.contact = contact[Axis::Z];
-        go_over(hands, place, high, self.contact - bed.probe_offsets[2] + CLEAR).await?;
+        self.contact = unleveled(hands, &contact);
+        go_over(hands, place, high, contact[Axis::Z] - bed.probe_offsets[2] + CLEAR).await?;
         let (number, count, letter) =
             (self.offsets.len() + 1, config.axis_twist.samples, if config.axis_twist.along_y { 'Y' } else { 'X' });
         hands.say(format_args!("Place {number} of {count}: {letter}{along:.2}\n"));
