@@ -183,6 +183,26 @@ fn a_mesh_can_be_set_aside_faded_and_looked_up_elsewhere() {
 }
 
 #[test]
+fn measuring_takes_a_mesh_off_without_going_down() {
+    for (code, config) in
+        [("G31", "[cartesian grid leveling strategy] do_home = false"), ("G35", "[zprobe] enable = true")]
+    {
+        let mut bench = plan().set(config).set("[bed screws] screws = 20,20 140,20 80,100").start_homed();
+        let bed = Bed::level(0.0).bent([80.0, 60.0], [-0.3, -0.3], 0.0);
+        lay(&bench, bed, 0.0);
+        bench.run(&["M421 I6 J6 Z0.4", "G1 X160 Y120 Z0.05 F6000", "M400"]);
+        near(bench.carriage(Gamma), 0.45, Z_STEP);
+        bench.type_in(&format!("{code}\n"));
+        let mut lowest: f64 = 9.0;
+        while bench.carriage(Gamma) < 5.0 {
+            bench.hear(0.01);
+            lowest = lowest.min(bench.carriage(Gamma));
+        }
+        assert!(lowest > 0.44, "{code}: the tool went down to {lowest}");
+    }
+}
+
+#[test]
 fn nothing_touches_a_faulty_region_and_its_points_are_worked_out() {
     let region = [[50.0, 50.0], [110.0, 75.0]];
     let mut bench = plan().set("[bed mesh] faulty_regions = 50,50 110,75").start_homed();

@@ -2,7 +2,6 @@
 
 use config::Thread;
 use core::fmt;
-use motion::Motion;
 
 use super::words::Corner;
 use crate::executor::Hands;
@@ -68,7 +67,7 @@ pub(crate) async fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
         return Err(Failure::refused("G35 touches the bed at places of the machine: home it first"));
     }
     // Screws level the bed as it is, and what was measured belongs to the bed before.
-    leveling::recompensate(hands, Motion::level_off).await?;
+    leveling::take_off(hands).await?;
     let touches = touch_places(hands, &screws.screws, screws.initial_height.0).await?;
     let first = touches.first().map_or(0.0, |touch| touch[2]);
     let mut worst: f64 = 0.0;

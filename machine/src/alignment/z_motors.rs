@@ -6,7 +6,6 @@
 
 use config::ZAlignment;
 use heapless::Vec;
-use motion::Motion;
 use program::Words;
 use units::{Actuator, MmPerSecond};
 
@@ -48,7 +47,7 @@ pub(crate) async fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<
         return Err(Failure::refused("G34 touches the bed at places of the machine: home it first"));
     }
     // What was measured belongs to a bed that is about to move.
-    leveling::recompensate(hands, Motion::level_off).await?;
+    leveling::take_off(hands).await?;
     let slaves = slaves_of(config, Actuator::Gamma);
     rounds(hands, &settings, &slaves).await?;
     Ok(Answer::Ok)

@@ -27,7 +27,7 @@ pub(super) fn rounded(value: f64, parts: f64) -> f64 {
 }
 
 /// Changes the compensation: coordinates stay, and the motors follow where the machine knows where it is.
-pub(crate) async fn recompensate<P: Ports>(
+pub(super) async fn recompensate<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
 ) -> Outcome {

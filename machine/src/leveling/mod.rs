@@ -6,7 +6,8 @@
 //!
 //! Coordinates are those of the program throughout. When the compensation changes while the machine knows
 //! where it is, they stay and the motors follow: the tool moves by as much as the compensation changed there,
-//! slowly. When it does not know, nothing moves.
+//! slowly. When it does not know, nothing moves. Nor does it where a bed is about to be measured: leveling is
+//! taken off, and coordinates are those of the motors.
 
 pub(crate) mod area;
 mod compensation;
@@ -25,8 +26,7 @@ mod table;
 mod tests;
 
 pub(crate) use compensation::{
-    adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, recompensate, set_compensation_aside,
-    take_off,
+    adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, set_compensation_aside, take_off,
 };
 pub(crate) use grid_file::grid_point;
 pub(crate) use map::{map_line, means, say_findings, show_map};

@@ -78,7 +78,7 @@ pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, word
     let tolerance = words.as_length('I').unwrap_or(hands.config().delta_calibration.tolerance.0);
     let goal = Goal { circle: circle(hands, words)?, tolerance, sought };
     // It belongs to the geometry that is about to change.
-    leveling::recompensate(hands, motion::Motion::level_off).await?;
+    leveling::take_off(hands).await?;
     let before = belief(hands)?;
     hands.delta_records().touches.clear();
     let calibrated = calibration_rounds(hands, &goal).await;

@@ -1,6 +1,6 @@
 //! Leveling by a grid of touches: rectangular, and round on a delta.
 
-use motion::{GridShape, Motion};
+use motion::GridShape;
 use program::Words;
 use units::{Axis, AxisSet};
 
@@ -241,7 +241,7 @@ fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<
 
 /// Touches the bed at every point of a grid and levels by what is found.
 async fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
-    leveling::recompensate(hands, Motion::level_off).await?;
+    leveling::take_off(hands).await?;
     hands.bed().scatter = Scatter::default();
     touch_grid(hands, plan).await?;
     if plan.radius.is_some() {

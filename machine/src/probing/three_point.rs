@@ -1,7 +1,7 @@
 //! Three point leveling: the plane through three touches.
 
+use motion::Plane;
 use motion::compensation::Bed as Shape;
-use motion::{Motion, Plane};
 use units::{Axis, AxisSet};
 
 use super::points::{clear_of, find_bed, nozzle_over, probe_point};
@@ -43,7 +43,7 @@ pub(super) async fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>
     let (config, bed, probe) = (hands.config(), *hands.bed(), hands.tuning().probe);
     // Before anything moves.
     plane_through(&bed.points, [0.0; 3])?;
-    leveling::recompensate(hands, Motion::level_off).await?;
+    leveling::take_off(hands).await?;
     if config.leveling.home_first {
         homing::home(hands, AxisSet::of(Axis::X).with(Axis::Y)).await?;
     }
