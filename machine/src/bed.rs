@@ -81,8 +81,8 @@ pub struct Bed {
     pub fade_height: Option<f64>,
     /// The mesh is looked up so far from where the tool is, mm. M420.1.
     pub mesh_offset: [f64; 2],
-    /// M420 S0 has set a mesh aside, which S1 puts in force again.
-    pub mesh_waits: bool,
+    /// M420 S0 has set a mesh aside, which S1 puts in force again: the offset that it was laid with.
+    pub mesh_waits: Option<[f64; 2]>,
     /// The file that the mesh in force is saved in.
     pub mesh_name: MeshName,
 }

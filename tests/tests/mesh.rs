@@ -183,6 +183,18 @@ fn a_mesh_can_be_set_aside_faded_and_looked_up_elsewhere() {
 }
 
 #[test]
+fn a_mesh_that_was_set_aside_is_looked_up_where_it_was_asked_for_meanwhile() {
+    let mut bench = plan().start_homed();
+    bench.run(&["M421 I3 J3 Z0.4", "M420 S0"]);
+    bench.say("BED_MESH_OFFSET X=30");
+    bench.run(&["M420 S1"]);
+    for (x, z) in [(50, 2.4), (80, 2.0)] {
+        bench.run(&[&format!("G1 X{x} Y60 Z2 F6000"), "M400"]);
+        near(bench.carriage(Gamma), z, 0.06);
+    }
+}
+
+#[test]
 fn measuring_takes_a_mesh_off_without_going_down() {
     for (code, config) in
         [("G31", "[cartesian grid leveling strategy] do_home = false"), ("G35", "[zprobe] enable = true")]

@@ -61,7 +61,7 @@ async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>)
 /// M370: no leveling.
 pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let off = recompensate(hands, Motion::level_off).await?;
-    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), false);
+    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     match hands.config().leveling.strategy {
         Some(Leveling::ThreePoint) => hands.say(format_args!("saved plane cleared\n")),
         Some(_) => hands.say(format_args!("grid cleared and disabled\n")),
@@ -76,7 +76,7 @@ pub(crate) async fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &G
     let (fade, between) = (fade(leveling, &bed), interpolation(leveling.mesh.interpolation));
     let there = moved(shape, bed.mesh_offset, -1.0);
     let adopted = recompensate(hands, |motion| motion.level_by_draft(&there, between, fade)).await?;
-    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), false);
+    (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     Ok(adopted)
 }
 
@@ -173,21 +173,22 @@ const _: () = {
 pub(super) async fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
     let waited = hands.bed().mesh_waits;
+    let offset = hands.bed().mesh_offset;
     recompensate(hands, Motion::level_off).await?;
-    hands.bed().mesh_waits = has_grid || waited;
+    hands.bed().mesh_waits = if has_grid { Some(offset) } else { waited };
     hands.bed().mesh_name = name;
     Ok(Answer::Ok)
 }
 
 /// M420 S1 after S0. False: no grid waits.
 pub(super) async fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
-    if !hands.bed().mesh_waits {
-        return Ok(false);
-    }
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
+    let Some(before) = bed.mesh_waits else { return Ok(false) };
     let fade = fade(leveling, &bed);
-    recompensate(hands, |motion| motion.level_by_last_grid(fade)).await?;
-    hands.bed().mesh_waits = false;
+    // M420.1 may have said another offset meanwhile.
+    let by = [before[0] - bed.mesh_offset[0], before[1] - bed.mesh_offset[1]];
+    recompensate(hands, |motion| motion.level_by_last_grid(by, fade)).await?;
+    hands.bed().mesh_waits = None;
     Ok(true)
 }
 

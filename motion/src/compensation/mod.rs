@@ -367,9 +367,11 @@ impl Compensation {
         Ok(())
     }
 
-    /// Levels by the grid that did last.
-    pub(crate) fn set_last_grid(&mut self, fade: Option<Fade>) -> Result<(), CompensationError> {
-        let (shape, interpolation) = (*self.surface.shape(), self.surface.interpolation());
+    /// Levels by the grid that did last, moved by so much.
+    pub(crate) fn set_last_grid(&mut self, [x, y]: [f64; 2], fade: Option<Fade>) -> Result<(), CompensationError> {
+        let (mut shape, interpolation) = (*self.surface.shape(), self.surface.interpolation());
+        let [ox, oy] = shape.origin;
+        shape.origin = [ox + x, oy + y];
         self.surface.draft = self.surface.heights;
         self.set_grid(&shape, interpolation, fade)
     }

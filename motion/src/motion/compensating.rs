@@ -39,13 +39,13 @@ impl Motion {
         self.recompensate(|compensation| compensation.set_grid(shape, interpolation, fade))
     }
 
-    /// Levels by the grid that did last, after [`Self::level_off`].
+    /// Levels by the grid that did last, after [`Self::level_off`], moved by so much along X and Y, mm.
     ///
     /// # Errors
     /// That there was none, that it is too high for this fading, or that something moves; nothing was changed
     /// then.
-    pub fn level_by_last_grid(&mut self, fade: Option<Fade>) -> Result<(), CompensationError> {
-        self.recompensate(|compensation| compensation.set_last_grid(fade))
+    pub fn level_by_last_grid(&mut self, by: [f64; 2], fade: Option<Fade>) -> Result<(), CompensationError> {
+        self.recompensate(|compensation| compensation.set_last_grid(by, fade))
     }
 
     /// Levels by a plane, without fading.
