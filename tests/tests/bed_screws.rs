@@ -2,6 +2,7 @@
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::models::surface::{Bed, Surface};
+use units::Actuator::{Alpha, Gamma};
 
 const SCREWS: [[f64; 2]; 4] = [[20.0, 20.0], [180.0, 20.0], [180.0, 180.0], [20.0, 180.0]];
 
@@ -61,6 +62,27 @@ fn it_says_which_screw_how_far_and_which_way() {
     told("Leave the front left screw, turn the others, then repeat G35\n");
     lay(&bench, Bed::level(0.5), 0.0);
     assert!(bench.say("G35").contains("The bed is level: no screw is off by more than 0.00"));
+}
+
+#[test]
+fn the_tool_is_lifted_before_it_goes_over_to_the_first_screw() {
+    let mut bench = plan().start_homed();
+    lay(&bench, Bed::level(0.0), 0.0);
+    bench.run(&["G1 X100 Y100 Z0.2 F6000", "M400"]);
+    bench.type_in("G35\n");
+    while (bench.carriage(Alpha) - 100.0).abs() < 1.0 {
+        bench.hear(0.01);
+    }
+    assert!(bench.carriage(Gamma) > 9.0, "{}", bench.carriage(Gamma));
+}
+
+#[test]
+fn a_screw_that_the_probe_cannot_reach_is_not_tried() {
+    let mut bench = plan().set("[zprobe] probe_offsets = -50,0,0").start_homed();
+    lay(&bench, Bed::level(0.0), 0.0);
+    let said = bench.say("G35");
+    assert!(said.contains("machine X 230.000 is out of travel"), "{said}");
+    assert!(bench.world(|world| world.lost_mm(Alpha)) < 1e-9, "the carriage was pushed against the frame");
 }
 
 #[test]

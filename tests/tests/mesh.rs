@@ -215,6 +215,16 @@ fn measuring_takes_a_mesh_off_without_going_down() {
 }
 
 #[test]
+fn points_out_of_the_travel_are_refused_before_anything_moves() {
+    let mut bench = plan().set("[zprobe] probe_offsets = 30,0,0").start_homed();
+    bench.run(&["G1 X50 Y50 Z20 F6000", "M400"]);
+    let before = bench.carriage(Gamma);
+    let said = bench.say("G31 X10 Y10 A100 B50");
+    assert!(said.contains("error:") && said.contains("machine X -30.000 is out of travel"), "{said}");
+    near(bench.carriage(Gamma), before, Z_STEP);
+}
+
+#[test]
 fn nothing_touches_a_faulty_region_and_its_points_are_worked_out() {
     let region = [[50.0, 50.0], [110.0, 75.0]];
     let mut bench = plan().set("[bed mesh] faulty_regions = 50,50 110,75").start_homed();

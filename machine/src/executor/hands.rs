@@ -9,7 +9,7 @@ use core::fmt::Arguments;
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion, MotionConfig};
 use program::State;
-use units::{AxisSet, Micros, MmPerSecond, PerAxis};
+use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 
 use super::{Machine, probe_script};
 use crate::axes::Axes;
@@ -230,6 +230,17 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// How far axes may be commanded.
     pub fn travel(&mut self) -> &Travel {
         self.machine.travel()
+    }
+
+    /// Whether the tool may go over this place, X and Y of the machine, from where it is.
+    ///
+    /// # Errors
+    /// When it is out of the travel.
+    pub fn may_go_over(&mut self, [x, y]: [f64; 2]) -> Result<(), Failure> {
+        let here = self.position();
+        let mut there = here;
+        (there[Axis::X], there[Axis::Y]) = (x, y);
+        self.machine.stays_within(&here, &there)
     }
 
     /// Submits one straight move, wherever it goes, waiting while the look-ahead queue is full.

@@ -35,6 +35,7 @@ pub(super) async fn go_over<P: Ports>(
     high: f64,
     low: f64,
 ) -> Result<(), Failure> {
+    hands.may_go_over([x, y])?;
     let (travel, slowly) = (hands.tuning().probe.fast_rate, rate(hands));
     let mut target: PerAxis<f64> = hands.position();
     target[Axis::Z] = if target[Axis::Z] > high { target[Axis::Z] } else { high };

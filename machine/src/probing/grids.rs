@@ -6,7 +6,7 @@ use units::{Axis, AxisSet};
 
 use super::faulty;
 use super::plan::Plan;
-use super::points::{clear_of, find_bed, nozzle_over, probe_at, probe_point};
+use super::points::{check_reach, clear_of, find_bed, nozzle_over, probe_at, probe_point};
 use super::samples::Scatter;
 use super::search::check_homed;
 use crate::executor::Hands;
@@ -59,6 +59,7 @@ pub(super) async fn prepare_cartesian_grid<P: Ports>(
     let reference = hands.config().leveling.mesh.zero_reference.unwrap_or(whole.place(0));
     let plan = Plan { shape, radius: None, reference, from: settings.initial_height.0 };
     check_regions(&plan, &hands.config().leveling.mesh.faulty_regions)?;
+    check_places(hands, &plan)?;
     Ok(plan)
 }
 
@@ -118,6 +119,14 @@ fn check_regions(plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Every point, and where heights count from, is one that the probe reaches.
+fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
+    let faulty = &hands.config().leveling.mesh.faulty_regions;
+    let places = (0..plan.shape.points()).map(|index| plan.shape.place(index));
+    let touched = places.filter(|place| plan.touches(*place) && faulty::region_of(*place, faulty).is_none());
+    check_reach(hands, core::iter::once(plan.reference).chain(touched))
+}
+
 /// G31 and G32 with a cartesian grid, once its area is known.
 pub(crate) async fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
     level_by_grid(hands, plan).await
@@ -134,8 +143,9 @@ pub(super) async fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words
     if shape.count.iter().any(|count| *count < LEAST_SCAN) {
         return Err(Failure::refused("G29 scans at least 5 x 5 points: I and J"));
     }
-    let height = hands.position()[Axis::Z];
-    touch_grid(hands, &Plan { shape, radius: None, reference: shape.place(0), from: height }).await?;
+    let plan = Plan { shape, radius: None, reference: shape.place(0), from: hands.position()[Axis::Z] };
+    check_places(hands, &plan)?;
+    touch_grid(hands, &plan).await?;
     say_draft(hands, &shape).await;
     Ok(Answer::Ok)
 }
@@ -190,6 +200,7 @@ pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, 
     let mesh = &hands.config().leveling.mesh;
     plan.reference = mesh.zero_reference.unwrap_or(plan.reference);
     check_regions(&plan, &mesh.faulty_regions)?;
+    check_places(hands, &plan)?;
     level_by_grid(hands, &plan).await
 }
 
@@ -267,11 +278,8 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
             let column = if row % 2 == 0 { step } else { nx - 1 - step };
             let index = row * nx + column;
             let [x, y] = plan.shape.place(index);
-            let found = if plan.radius.is_some_and(|radius| x * x + y * y > radius * radius) {
-                f64::NAN
-            } else {
-                touch_point(hands, plan, [x, y], height).await? - bed
-            };
+            let found =
+                if plan.touches([x, y]) { touch_point(hands, plan, [x, y], height).await? - bed } else { f64::NAN };
             if found.is_finite() {
                 hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{found:.3}\n"));
                 hands.drain().await;

@@ -14,3 +14,10 @@ pub(crate) struct Plan {
     /// Height from which the bed is searched for.
     pub from: f64,
 }
+
+impl Plan {
+    /// Whether this place is to be touched, or worked out from what is.
+    pub fn touches(&self, [x, y]: [f64; 2]) -> bool {
+        self.radius.is_none_or(|radius| x * x + y * y <= radius * radius)
+    }
+}

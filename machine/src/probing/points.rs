@@ -34,6 +34,28 @@ pub(super) fn probe_at(bed: &Bed, nozzle: &PerAxis<f64>) -> [f64; 2] {
     [nozzle[Axis::X] + dx, nozzle[Axis::Y] + dy]
 }
 
+/// Whether the probe can be brought over these places.
+pub(super) fn check_reach<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    places: impl IntoIterator<Item = [f64; 2]>,
+) -> Result<(), Failure> {
+    let bed = *hands.bed();
+    places.into_iter().try_for_each(|place| hands.may_go_over(nozzle_over(&bed, place)))
+}
+
+/// Over to X and Y at this height: what is nearer to the bed goes away from it first.
+async fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<(), Failure> {
+    hands.may_go_over(at)?;
+    let probe = hands.tuning().probe;
+    let mut target = hands.position();
+    if (target[Axis::Z] - height) * towards_bed(&probe) > 0.0 {
+        target[Axis::Z] = height;
+        hands.go_there(target, probe.fast_rate).await?;
+    }
+    (target[Axis::X], target[Axis::Y], target[Axis::Z]) = (at[0], at[1], height);
+    hands.go_there(target, probe.fast_rate).await
+}
+
 /// Finds the bed with the nozzle at X and Y, coming from this height. Stands `probe_height` away from it
 /// afterwards.
 pub(super) async fn find_bed<P: Ports>(
@@ -68,6 +90,7 @@ pub(crate) async fn touch_places<P: Ports, const N: usize>(
     places: &Vec<[f64; 2], N>,
     from: f64,
 ) -> Result<Vec<[f64; 3], N>, Failure> {
+    check_reach(hands, places.iter().copied())?;
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let mut touches = Vec::new();
     for place in places {
@@ -98,14 +121,13 @@ async fn touch<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64
 /// was.
 pub(crate) async fn touch_uncorrected<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
-    [x, y]: [f64; 2],
+    nozzle: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let settings = probe.samples;
-    let mut over = hands.position();
-    (over[Axis::X], over[Axis::Y], over[Axis::Z]) = (x, y, height);
-    hands.go_there(over, probe.fast_rate).await?;
+    go_over(hands, nozzle, height).await?;
+    let over = hands.position();
     let at = probe_at(hands.bed(), &over);
     for again in 0..=u32::from(settings.retries) {
         let mut touches = Touches::default();

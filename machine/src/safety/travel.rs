@@ -7,8 +7,8 @@
 //!
 //! What that means is plain where a switch belongs to an axis. Towers and arms have theirs at motors: of a
 //! linear delta the height above which no carriage can go is known, of the others nothing is refused that
-//! they can reach. A, B and C may turn without end. What homing and probing do is not held against this: they
-//! go where switches and contacts are.
+//! they can reach. A, B and C may turn without end. Homing and searches are not held against this: they go
+//! where switches and contacts are.
 //!
 //! Positions are machine coordinates as programs see them: after work, tool and G92 offsets, before leveling
 //! and skew. So a bed that is measured anew does not move the ends of a program's space, and a lift of some
