@@ -50,6 +50,19 @@ fn z_alone_wants_x_and_y_homed() {
 }
 
 #[test]
+fn z_alone_rises_too_before_it_goes_to_its_own_place() {
+    let plan = Plan::new(CARTESIAN).set("[endstops] common.home_lift = 7");
+    let plan = plan.set("[endstops] common.safe_z_x = 60").set("[endstops] common.safe_z_y = 45");
+    let mut bench = plan.start_homed();
+    bench.run(&["G1 X150 Y150 Z0.2 F6000", "M400"]);
+    bench.type_in("G28 Z\n");
+    while at(&bench)[0] > 149.0 {
+        bench.hear(0.01);
+    }
+    assert!(at(&bench)[2] > 7.0, "the tool is dragged over the bed: {:?}", at(&bench));
+}
+
+#[test]
 fn a_place_of_its_own_for_z_that_cannot_be_reached_is_found_in_the_configuration() {
     for order in ["[endstops] common.homing_order = ZXY", "[endstops] common.home_z_first = true"] {
         let bench = Plan::new(CARTESIAN).set("[endstops] common.safe_z_x = 60").set(order).start();

@@ -227,7 +227,7 @@ pub const ENDSTOPS: Section = Section {
             "0",
             NOT_NEGATIVE,
             |c, _, v| c.homing.lift = Mm(v),
-            "Raise Z so far before X and Y home, so that the tool clears clamps and parts. Not where Z homes to its maximum.",
+            "Raise Z so far before X and Y home, or go to where Z homes, so that the tool clears clamps and parts. Not where Z homes to its maximum.",
         )
         .common()
         .klipper("[safe_z_home] z_hop")

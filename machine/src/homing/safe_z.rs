@@ -9,13 +9,15 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::Ports;
 
-/// Raises Z before X or Y home. Where Z homes upwards it goes up anyhow, and may stand on its switch.
+/// Raises Z before X or Y home, or go to where Z homes. Where Z homes upwards it goes up anyhow, and may
+/// stand on its switch.
 pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let lift = config.homing.lift.0;
     let z = switch_of(config, Axis::Z);
     let homes_up = z.is_some_and(|(_, stop)| towards(stop) > 0.0);
-    if lift <= 0.0 || homes_up || chosen.and(XY).is_empty() {
+    let goes_aside = chosen.has(Axis::Z) && config.homing.safe_z != [None; 2] && hands.axes().homed().has_all(XY);
+    if lift <= 0.0 || homes_up || chosen.and(XY).is_empty() && !goes_aside {
         return Ok(());
     }
     let Some(rate) = z.map(|(_, stop)| stop.fast_rate) else { return Ok(()) };
