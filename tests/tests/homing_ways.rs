@@ -190,3 +190,30 @@ fn backlash_is_measured_with_the_probe() {
         assert!((measured - backlash).abs() < 0.01, "{backlash} mm: {said}");
     }
 }
+
+/// Z homes by the script over the middle of the bed: beside it there is none.
+#[test]
+fn a_grid_is_not_measured_by_homing_past_the_script() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[endstops] common.home_gcode = G28_X_Y_G1_X100_Y100_F6000_G28_Z")
+        .set("[zprobe] enable = true")
+        .set("[zprobe] probe_pin = PB10^")
+        .set("[zprobe] leveling = cartesian grid")
+        .set("[cartesian grid leveling strategy] x_size = 100")
+        .set("[cartesian grid leveling strategy] y_size = 100")
+        .set("[cartesian grid leveling strategy] grid_x_size = 2")
+        .set("[cartesian grid leveling strategy] grid_y_size = 2")
+        .start();
+    bench.lay(sim::models::surface::Surface::default());
+    let before = at(&bench);
+    assert_eq!(bench.say("G32"), "error:home the machine with G28 first: home_gcode says how, and may hold any code\n");
+    assert_eq!(at(&bench), before, "nothing moved");
+    bench.run(&["G28", "G1 X90 Y90 Z20 F6000", "M400"]);
+    bench.type_in("G32\n");
+    let mut nearest: f64 = 90.0;
+    while bench.carriage(Gamma) > 10.0 {
+        bench.hear(0.01);
+        nearest = nearest.min(at(&bench)[0]);
+    }
+    assert!(nearest > 89.0, "it homes again, and not by the script: {nearest}");
+}

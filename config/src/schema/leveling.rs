@@ -63,8 +63,13 @@ pub const CARTESIAN_GRID: Section = Section {
             "Makes M500 add a command that reloads the saved grid.",
         )
         .v1("leveling-strategy.rectangular-grid.save"),
-        bool("do_home", "true", |c, _, v| c.leveling.grid.home = v, "Homes before the grid probe.")
-            .v1("leveling-strategy.rectangular-grid.do_home"),
+        bool(
+            "do_home",
+            "true",
+            |c, _, v| c.leveling.grid.home = v,
+            "Homes before the grid probe. With home_gcode it must have been homed.",
+        )
+        .v1("leveling-strategy.rectangular-grid.do_home"),
         bool(
             "only_by_two_corners",
             "false",
@@ -147,8 +152,13 @@ pub const DELTA_GRID: Section = Section {
             "Makes M500 add a command that reloads the saved grid.",
         )
         .v1("leveling-strategy.delta-grid.save"),
-        bool("do_home", "true", |c, _, v| c.leveling.delta.home = v, "Homes before probing.")
-            .v1("leveling-strategy.delta-grid.do_home"),
+        bool(
+            "do_home",
+            "true",
+            |c, _, v| c.leveling.delta.home = v,
+            "Homes before probing. With home_gcode it must have been homed.",
+        )
+        .v1("leveling-strategy.delta-grid.do_home"),
         number(
             "initial_height",
             "10",

@@ -49,6 +49,21 @@ pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet)
     home_with(hands, named, &samples).await
 }
 
+/// Homes everything before a bed is measured. Where a line of the configuration stands for G28, homing is not
+/// known to be safe without it, and it may hold any code: then the machine must have been homed by it.
+///
+/// # Errors
+/// As [`home`]; a refusal when that line has not been run.
+pub(crate) async fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    if hands.config().homing.gcode.is_empty() {
+        return home(hands, AxisSet::NONE).await;
+    }
+    if hands.all_homed() {
+        return Ok(());
+    }
+    Err(Failure::refused("home the machine with G28 first: home_gcode says how, and may hold any code"))
+}
+
 /// Homes an axis with so many slow approaches to its switch, and says how well they agree. Gives how far from
 /// its place it has found the switch, mm.
 ///

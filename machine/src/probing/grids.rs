@@ -2,7 +2,7 @@
 
 use motion::GridShape;
 use program::Words;
-use units::{Axis, AxisSet};
+use units::Axis;
 
 use super::faulty;
 use super::plan::Plan;
@@ -38,7 +38,7 @@ pub(super) async fn prepare_cartesian_grid<P: Ports>(
     let has_corners = ['X', 'Y', 'A', 'B'].into_iter().all(|letter| words.has(letter));
     let two_corners = (settings.two_corners || has_corners) && words.get('R') != Some(0.0);
     if settings.home && !here && !two_corners {
-        homing::home(hands, AxisSet::NONE).await?;
+        homing::home_before_probing(hands).await?;
     }
     hands.standstill().await?;
     check_homed(hands)?;
@@ -192,7 +192,7 @@ pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, 
     }
     let radius = grid_radius(hands, words)?;
     if settings.home {
-        homing::home(hands, AxisSet::NONE).await?;
+        homing::home_before_probing(hands).await?;
     }
     hands.standstill().await?;
     check_homed(hands)?;
