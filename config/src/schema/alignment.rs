@@ -34,7 +34,7 @@ pub const Z_ALIGNMENT: Section = Section {
             "points",
             MAX_POINTS,
             |c, _, v| c.z_alignment.points = list(v),
-            "Where the probe touches the bed; as many as there are motors, or more.",
+            "Where the probe touches the bed (Klipper writes where the nozzle is then); as many as there are motors, or more.",
         )
         .klipper("[z_tilt] points")
         .velvet(),
@@ -85,7 +85,7 @@ pub const BED_SCREWS: Section = Section {
             "screws",
             MAX_SCREWS,
             |c, _, v| c.bed_screws.screws = list(v),
-            "Where they are. The first one stays; the others are turned.",
+            "Where they are (Klipper's screws_tilt_adjust writes where the nozzle is with the probe over them). The first one stays; the others are turned.",
         )
         .klipper("[screws_tilt_adjust] screw1")
         .velvet(),
@@ -137,7 +137,7 @@ pub const AXIS_TWIST: Section = Section {
             "points",
             MOST_TWIST_POINTS,
             |c, _, v| c.axis_twist.points = list(v),
-            "Places along the axis, in rising order, and what the probe reads too high there. M851.1 P4 finds them, M500 saves them.",
+            "Places along the axis, in rising order, and what the probe reads too high there (Klipper's z_compensations have the other sign). M851.1 P4 finds them, M500 saves them.",
         )
         .klipper("[axis_twist_compensation] z_compensations")
         .velvet(),

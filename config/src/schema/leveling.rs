@@ -261,7 +261,7 @@ const fn point(key: &'static str, set: SetNumbers, summary: &'static str) -> Set
 }
 
 const fn offsets(set: SetNumbers) -> Setting {
-    numbers("probe_offsets", 3, set, "Probe position relative to the nozzle as X,Y,Z. M565 changes it.").unit("mm")
+    numbers("probe_offsets", 3, set, "Probe position relative to the nozzle as X,Y and how high the nozzle is as the contact closes. M565 changes it.").unit("mm")
 }
 
 const fn size(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {

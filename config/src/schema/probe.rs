@@ -112,7 +112,7 @@ pub const ZPROBE: Section = Section {
             "probe_offsets",
             3,
             |c, _, v| c.probe.offsets = v.try_into().unwrap_or_default(),
-            "Probe position relative to the nozzle as X,Y,Z, where the leveling strategy has none of its own. M565 and M851 \
+            "Probe position relative to the nozzle as X,Y and how high the nozzle is as the contact closes, where the leveling strategy has none of its own. M565 and M851 \
              change it.",
         )
         .unit("mm")
