@@ -195,6 +195,21 @@ fn a_mesh_that_was_set_aside_is_looked_up_where_it_was_asked_for_meanwhile() {
 }
 
 #[test]
+fn a_halt_while_the_tool_follows_does_not_lose_where_a_mesh_lies() {
+    let mut bench = plan().start_homed();
+    bench.run(&["M421 I3 J3 Z2", "G1 X80 Y60 Z5 F6000", "M400"]);
+    // It comes down by 2 mm, at 5 mm/s.
+    bench.type_in("M420.1 X30\n");
+    bench.hear(0.2);
+    bench.type_in("\x18");
+    bench.hear_until("ALARM", 1.0);
+    bench.say("M999");
+    bench.say("M420.1 X0");
+    bench.run(&["G28", "G1 X80 Y60 Z5 F6000", "M400"]);
+    near(bench.carriage(Gamma), 7.0, Z_STEP);
+}
+
+#[test]
 fn measuring_takes_a_mesh_off_without_going_down() {
     for (code, config) in
         [("G31", "[cartesian grid leveling strategy] do_home = false"), ("G35", "[zprobe] enable = true")]

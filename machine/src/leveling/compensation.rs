@@ -88,10 +88,13 @@ async fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Out
     let Some(lies) = lies else { return Ok(Answer::Ok) };
     hands.standstill().await?;
     hands.motion(Motion::copy_to_draft);
+    let changes = hands.motion(|motion| motion.compensation().changes());
     let adopted = adopt_grid(hands, &moved(&lies, before.mesh_offset, 1.0)).await;
-    match &adopted {
-        Ok(_) => hands.bed().mesh_name = before.mesh_name,
-        Err(_) => *hands.bed() = before,
+    if hands.motion(|motion| motion.compensation().changes()) == changes {
+        *hands.bed() = before;
+    } else {
+        // In force, also where a halt ended the tool's way after it.
+        hands.bed().mesh_name = before.mesh_name;
     }
     adopted
 }
