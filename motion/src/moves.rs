@@ -37,6 +37,10 @@ impl Tag {
     pub const NONE: Self = Self(0);
 }
 
+/// Which part of the work a move belongs to, as whoever submits it counts: an object of a print, say. What waits
+/// of a part can be left out ([`crate::Motion::go_round`]). Zero: none.
+pub type Part = u8;
+
 /// A move from wherever the previous one ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Move {
@@ -55,6 +59,8 @@ pub struct Move {
     pub corner: Corner,
     /// What it is made for.
     pub tag: Tag,
+    /// Which part of the work it belongs to.
+    pub part: Part,
 }
 
 impl Move {
@@ -69,6 +75,7 @@ impl Move {
             curve: Curve::Line,
             corner: Corner::Sharp,
             tag: Tag::NONE,
+            part: 0,
         }
     }
 

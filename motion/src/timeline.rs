@@ -174,6 +174,14 @@ impl Timeline {
         }
     }
 
+    /// Blocks from this count on are others than those that were entered. Marks stay where they are counted:
+    /// those of blocks that are gone are reached on the way to what follows them.
+    pub fn enter_anew(&mut self, from: u32) {
+        if self.has_begun(from) {
+            self.next = from;
+        }
+    }
+
     /// What has not happened yet comes this much later.
     pub fn shift(&mut self, from: TickTime, by: TickTime) {
         for index in 0..self.begun.length {

@@ -19,12 +19,14 @@ mod back;
 mod compensating;
 mod corner;
 mod cursor;
+mod detour;
 mod filtered;
 mod forecast;
 mod jerk_limited;
 mod request;
 
 use back::Pace;
+pub use detour::Waiting;
 pub use forecast::Passage;
 use units::{AxisSet, PerActuator, PerAxis, StepPosition, Ticks};
 
@@ -39,7 +41,7 @@ use crate::{
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
-    planner::{Block, BlockRing, CAPACITY, KEPT, Overrides, Planner},
+    planner::{Block, BlockRing, CAPACITY, KEPT, MOST_OF_DETOUR, Overrides, Planner},
     ramp::Ramp,
     run::Run,
     store::Elsewhere,
@@ -266,12 +268,12 @@ impl Motion {
             return Err(ConfigError::Busy);
         }
         config.check()?;
-        self.config = Some(config);
+        // Room for a way round what is left out; where trajectory may be taken back, its blocks must not have
+        // been overwritten.
+        let spare = if config.filters.latency() > 0.0 { KEPT } else { MOST_OF_DETOUR };
+        let queue_size = config.queue_size.min(CAPACITY - spare);
+        self.config = Some(MotionConfig { queue_size, ..config });
         self.orphans = request::orphans(&config);
-        if let (Some(config), true) = (&mut self.config, config.filters.latency() > 0.0) {
-            // Where trajectory may be taken back, its blocks must not have been overwritten.
-            config.queue_size = config.queue_size.min(CAPACITY - KEPT);
-        }
         self.orders.setup = Some(MotorSetup::all(&config));
         self.filters.configure(&config.filters);
         self.settle_at(self.planned);

@@ -25,7 +25,7 @@ impl Motion {
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
-        let result = self.accept(request);
+        let result = self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size));
         // What a block is planned by depends on what was planned before it: always after each, then, whenever
         // the planner's turn comes.
         self.planner.plan_jerk();
@@ -44,14 +44,15 @@ impl Motion {
         self.timeline.mark(self.planner.pushed()).ok_or(Refusal::Full)
     }
 
-    fn accept(&mut self, request: &Move) -> Result<(), Refusal> {
+    /// As [`Self::submit`], into a queue of this size.
+    pub(super) fn accept(&mut self, request: &Move, queue_size: usize) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
         if matches!(self.state, State::Stopping | State::Aborting) {
             return Err(Refusal::Stopping);
         }
         let is_curved = !request.curve.is_line();
         let may_curve = is_curved || matches!(request.corner, Corner::Rounded(_));
-        if self.planner.len() >= config.queue_size || (may_curve && self.curves.is_full()) {
+        if self.planner.len() >= queue_size || (may_curve && self.curves.is_full()) {
             return Err(Refusal::Full);
         }
         // Last: while the queue is full this is asked again and again.
@@ -89,7 +90,7 @@ impl Motion {
         let length = envelope.length;
         let unit = PerAxis(delta.0.map(|part| part / length));
         let rounding = self.rounding(&envelope, &unit, request);
-        self.wants_two = rounding.is_some() && self.planner.len() + 2 > config.queue_size;
+        self.wants_two = rounding.is_some() && self.planner.len() + 2 > queue_size;
         if self.wants_two {
             return Err(Refusal::Full);
         }

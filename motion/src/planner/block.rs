@@ -10,7 +10,7 @@ use crate::{
     config::Limits,
     kinematics::Strain,
     least,
-    moves::{Mode, Move, Tag},
+    moves::{Mode, Move, Part, Tag},
     square_root,
 };
 
@@ -53,6 +53,8 @@ pub struct Block {
     pub(crate) curved: bool,
     /// What it is made for.
     pub tag: Tag,
+    /// Which part of the work it belongs to.
+    pub part: Part,
 }
 
 /// What look-ahead keeps with a block beside its entry speed.
@@ -92,6 +94,7 @@ impl Block {
         mode: Mode::Feed,
         curved: false,
         tag: Tag::NONE,
+        part: 0,
     };
 
     /// Cruise speed under these overrides, mm/s.
@@ -267,6 +270,7 @@ impl Envelope {
             mode: request.mode,
             curved: !request.curve.is_line(),
             tag: request.tag,
+            part: request.part,
             ..Block::EMPTY
         }
     }

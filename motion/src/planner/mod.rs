@@ -13,11 +13,13 @@
 mod block;
 mod brake;
 mod cruise_ratio;
+mod detour;
 mod junction;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
 pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
+pub(crate) use detour::MOST_OF_DETOUR;
 pub(crate) use junction::{corner_sq, jump_sq};
 
 use crate::store::Elsewhere;

@@ -4,6 +4,7 @@ mod arms;
 mod back;
 mod corners;
 mod curves;
+mod detours;
 mod filters;
 mod forecast;
 mod hard;

@@ -1,0 +1,106 @@
+//! Leaving out moves that wait, and going another way to those behind them.
+//!
+//! It is done behind a [`Motion::hold`], once the motors stand: what is left of the move under way and the
+//! first blocks that wait are dropped, and the blocks of a new way are put in front of the others, which stay
+//! what they are. The first of these is entered from rest.
+
+use units::PerAxis;
+
+use super::{Motion, State};
+use crate::{
+    moves::{Corner, Move, Part, Refusal},
+    path::Curve,
+    planner::MOST_OF_DETOUR,
+};
+
+/// A move that waits, or what is left of the one that was under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waiting {
+    /// As it was asked for. Of a curve only the end.
+    pub request: Move,
+    /// It is straight.
+    pub is_straight: bool,
+}
+
+impl Motion {
+    /// It is held, and the motors have come to rest.
+    #[must_use]
+    pub fn is_held_still(&self) -> bool {
+        self.state == State::Held && self.filters.drained && self.report.drained
+    }
+
+    /// Where a hold has come to rest; where the trajectory is otherwise.
+    #[must_use]
+    pub fn held_at(&self) -> PerAxis<f64> {
+        self.run.as_ref().map_or(self.place, crate::run::Run::point)
+    }
+
+    /// What is left to be made, in order: of the move under way, if one is, and of those that wait.
+    pub fn waiting(&self) -> impl Iterator<Item = Waiting> {
+        let under_way = self.run.as_ref().map(|run| &run.block);
+        let behind = (0..self.planner.len()).map_while(|index| self.planner.ahead(index));
+        under_way.into_iter().chain(behind).map(|block| {
+            let request = Move {
+                target: block.target,
+                feed_rate: units::MmPerSecond(block.requested),
+                mode: block.mode,
+                power: block.power,
+                curve: Curve::Line,
+                corner: Corner::Sharp,
+                tag: block.tag,
+                part: block.part,
+            };
+            Waiting { request, is_straight: !block.curved }
+        })
+    }
+
+    /// Which part the move under way belongs to, or the next one while none is; `None` when nothing waits.
+    #[must_use]
+    pub fn part_now(&self) -> Option<Part> {
+        self.run.as_ref().map(|run| &run.block).or_else(|| self.planner.front()).map(|block| block.part)
+    }
+
+    /// Drops the first so many of [`Self::waiting`] behind a hold, declares that the machine stands at
+    /// `here`, and goes along `way` to where what then waits begins. That must be something.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`] unless it [`is_held_still`](Self::is_held_still), [`Refusal::Full`] for a way that is
+    /// too long; nothing was changed then. What else is wrong with the way: then everything that waits has
+    /// been dropped, as by [`Self::stop`].
+    pub fn go_round(&mut self, dropped: usize, here: PerAxis<f64>, way: &[Move]) -> Result<(), Refusal> {
+        let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
+        let rest_sq = config.limits.minimum_speed.get() * config.limits.minimum_speed.get();
+        if !self.is_held_still() {
+            return Err(Refusal::Busy);
+        }
+        let of_queue = dropped.saturating_sub(usize::from(self.run.is_some())).min(self.planner.len());
+        if way.len() > MOST_OF_DETOUR || !self.planner.has_room_before() {
+            return Err(Refusal::Full);
+        }
+        let curved = (0..of_queue).filter(|index| self.planner.ahead(*index).is_some_and(|block| block.curved)).count();
+        for _ in 0..curved {
+            let _dropped = self.curves.pop();
+        }
+        self.run = None;
+        let (planned, last) = (self.planned, self.last);
+        let behind = self.planner.open(of_queue);
+        self.settle_at(here);
+        let taken = way.iter().try_for_each(|request| self.accept(request, MOST_OF_DETOUR));
+        self.planner.close(&behind, rest_sq);
+        if let Err(refusal) = taken {
+            self.stop();
+            return Err(refusal);
+        }
+        if !behind.is_empty() {
+            (self.planned, self.last) = (planned, last);
+        }
+        // Behind the way everything begins from rest: nothing to come changes it.
+        if (self.flushed.wrapping_sub(behind.first) as i32) < 0 {
+            self.flushed = behind.first;
+        }
+        self.timeline.enter_anew(self.planner.released());
+        let cruise = self.planner.front().map_or(0.0, |front| front.cruise(&self.overrides));
+        self.planner.replan(cruise, &self.overrides);
+        Ok(())
+    }
+}
