@@ -151,6 +151,11 @@ impl Filament {
         core::mem::take(&mut self.command).then(|| Command::try_from(command).unwrap_or_default())
     }
 
+    /// Extruders count from another place than before, without having moved.
+    pub const fn counts_anew(&mut self) {
+        self.wheel.from = None;
+    }
+
     /// The machine was halted, or the job is over: nothing is to be suspended any more.
     pub fn forget(&mut self) {
         (self.command, self.has_asked) = (false, false);

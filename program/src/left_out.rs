@@ -23,36 +23,53 @@ pub(crate) struct LeftOut {
 
 /// Where the machine stays, and what it misses.
 #[derive(Clone, Debug)]
-struct Stay {
+pub(crate) struct Stay {
     at: PerAxis<f64>,
     /// Where the file believes it is.
     believed: PerAxis<f64>,
     /// A line of filament has been left out.
     has_printed: bool,
-    /// Pushed before that, by extruder, mm.
+    /// Pushed or pulled back before that, by extruder, mm.
     pushed: PerAxis<f64>,
     /// The furthest that extruders have been.
     furthest: PerAxis<f64>,
 }
 
 impl Stay {
-    fn new(at: PerAxis<f64>) -> Self {
+    pub fn new(at: PerAxis<f64>) -> Self {
         Self { at, believed: at, has_printed: false, pushed: PerAxis([0.0; units::MAX_AXES]), furthest: at }
     }
 
     /// A move that is left out.
-    fn follow(&mut self, to: &PerAxis<f64>, extruders: &[Axis]) {
+    pub fn follow(&mut self, to: &PerAxis<f64>, extruders: &[Axis]) {
         let from = core::mem::replace(&mut self.believed, *to);
         let has_way = Axis::PRIMARY.into_iter().any(|axis| from[axis] != to[axis]);
         for &axis in extruders {
             let pushed = to[axis] - from[axis];
             if has_way && pushed > 0.0 {
                 self.has_printed = true;
-            } else if !has_way && !self.has_printed {
+            } else if !self.has_printed {
+                // What a wipe pulls back, too.
                 self.pushed[axis] += pushed;
             }
             self.furthest[axis] = if to[axis] > self.furthest[axis] { to[axis] } else { self.furthest[axis] };
         }
+    }
+
+    /// As if what `later` misses had been missed behind this.
+    fn and_then(mut self, later: &Self) -> Self {
+        for (pushed, more) in self.pushed.0.iter_mut().zip(later.pushed.0).filter(|_| !self.has_printed) {
+            *pushed += more;
+        }
+        for (furthest, also) in self.furthest.0.iter_mut().zip(later.furthest.0) {
+            *furthest = if also > *furthest { also } else { *furthest };
+        }
+        Self { believed: later.believed, has_printed: self.has_printed || later.has_printed, ..self }
+    }
+
+    /// Where the file believes the machine is.
+    pub const fn believed(&self) -> &PerAxis<f64> {
+        &self.believed
     }
 
     /// Where an extruder has to be, for the file to be as far retracted as it believes.
@@ -103,30 +120,52 @@ impl LeftOut {
         is_left_out
     }
 
-    /// The way to where the file goes on with this move. `place`: where the file believes it is before it;
-    /// `pulls`: the extruder in use, and the rate of its retraction; `must_arrive`: more of its line
-    /// follows.
+    /// Moves that were planned are not made: the machine stays there, and what was left out behind them
+    /// still is.
+    pub fn stay(&mut self, earlier: Stay) {
+        self.stays = Some(match self.stays.take() {
+            Some(stay) => earlier.and_then(&stay),
+            None => earlier,
+        });
+    }
+
+    /// Where the machine has stayed, since something was left out.
+    pub const fn stays(&self) -> Option<&Stay> {
+        self.stays.as_ref()
+    }
+}
+
+/// What a way back depends on beside where it leads.
+#[derive(Clone, Debug)]
+pub(crate) struct Manner<'e> {
+    pub extruders: &'e [Axis],
+    /// The extruder in use, and the rate of its retraction.
+    pub pulls: Option<(Axis, MmPerSecond)>,
+    pub travel: MmPerSecond,
+}
+
+impl Stay {
+    /// The way to where the file goes on, with a move that `is_straight` and leads to `target`. `place`: where
+    /// the file believes it is before it; `must_arrive`: more of its line follows.
     pub fn way_back(
         &self,
         place: &PerAxis<f64>,
-        request: &Move,
+        (target, is_straight): (&PerAxis<f64>, bool),
         must_arrive: bool,
-        extruders: &[Axis],
-        pulls: Option<(Axis, MmPerSecond)>,
-        travel: MmPerSecond,
-    ) -> Option<WayBack> {
-        let stay = self.stays.as_ref()?;
-        let mut way = Way { at: stay.at, moves: Vec::new(), travel };
-        let due = pulls.map(|(axis, rate)| (axis, stay.due(axis, place[axis]), rate));
+        manner: &Manner<'_>,
+    ) -> WayBack {
+        let extruders = manner.extruders;
+        let mut way = Way { at: self.at, moves: Vec::new(), travel: manner.travel };
+        let due = manner.pulls.map(|(axis, rate)| (axis, self.due(axis, place[axis]), rate));
         if let Some((axis, due, rate)) = due.filter(|(axis, due, _)| due < &way.at[*axis]) {
             way.feed(axis, due, rate);
         }
         way.rise(place[Axis::Z]);
         let pushes = due.filter(|(axis, due, _)| due > &way.at[*axis]);
         // A straight way without filament needs none to where it begins.
-        let is_travel = matches!(request.shape, Shape::Line { .. })
-            && extruders.iter().all(|&axis| request.target[axis] == place[axis]);
-        if pushes.is_some() || !is_travel || must_arrive {
+        let is_travel = is_straight && extruders.iter().all(|&axis| target[axis] == place[axis]);
+        let arrives = pushes.is_some() || !is_travel || must_arrive;
+        if arrives {
             way.over(place, extruders);
             if let Some((axis, due, rate)) = pushes {
                 way.feed(axis, due, rate);
@@ -136,7 +175,7 @@ impl LeftOut {
         for &axis in extruders {
             here[axis] = place[axis];
         }
-        Some(WayBack { moves: way.moves, place: here })
+        WayBack { moves: way.moves, place: here, arrives }
     }
 }
 
@@ -147,6 +186,24 @@ pub struct WayBack {
     pub moves: Vec<Move, 5>,
     /// Where it then is, as the file counts: only extruders differ from where the moves lead.
     pub place: PerAxis<f64>,
+    /// It leads to where the file's next move begins; else that move itself leads from its end to its own.
+    pub arrives: bool,
+}
+
+impl WayBack {
+    /// The same with extruders counted as the file does from its beginning on, which is `at`, and where the
+    /// machine then is before it.
+    #[must_use]
+    pub fn counted_anew(mut self, at: &PerAxis<f64>) -> (Self, PerAxis<f64>) {
+        let end = self.moves.last().map_or(*at, |last| last.target);
+        let mut from = *at;
+        for axis in Axis::ALL {
+            let by = self.place[axis] - end[axis];
+            from[axis] += by;
+            self.moves.iter_mut().for_each(|step| step.target[axis] += by);
+        }
+        (self, from)
+    }
 }
 
 /// A way in pieces.
@@ -225,6 +282,46 @@ mod tests {
     fn what_is_not_printed_changes_retraction_alone() {
         let stay = stay(&[at(0.0, 0.2, 9.0), at(5.0, 0.2, 9.0), at(5.0, 0.2, 8.0)]);
         assert_eq!(stay.due(E, 8.0), 8.0);
+    }
+
+    #[test]
+    fn what_a_wipe_would_have_pulled_back_is_pulled_back() {
+        // Stopped in the middle of a wipe: half a millimetre of two has been pulled back.
+        let stay = stay(&[at(50.0, 0.2, 13.5), at(45.0, 0.2, 13.0), at(45.0, 0.2, 12.0)]);
+        assert_eq!(stay.due(E, 12.0), 12.0);
+    }
+
+    #[test]
+    fn what_is_missed_in_two_parts_is_missed_as_one() {
+        let places: std::vec::Vec<_> = [
+            (0.0, 9.0),
+            (5.0, 9.0),
+            (5.0, 10.0),
+            (50.0, 14.0),
+            (50.0, 11.0),
+            (70.0, 11.0),
+            (70.0, 14.0),
+            (90.0, 20.0),
+            (90.0, 18.0),
+        ]
+        .into_iter()
+        .map(|(x, e)| at(x, 0.2, e))
+        .collect();
+        let whole = stay(&places);
+        for split in 0..places.len() {
+            let both = stay(&places[..=split]).and_then(&stay(&places[split..]));
+            assert_eq!((both.due(E, 18.0), both.believed), (whole.due(E, 18.0), whole.believed), "{split}");
+        }
+    }
+
+    #[test]
+    fn a_way_counted_anew_ends_where_the_file_believes() {
+        let stay = stay(&[at(0.0, 0.2, 9.0), at(50.0, 0.2, 14.0), at(50.0, 0.2, 12.0)]);
+        let manner = Manner { extruders: &[E], pulls: Some((E, MmPerSecond(30.0))), travel: MmPerSecond(100.0) };
+        let next = at(60.0, 0.2, 14.0);
+        let (way, from) = stay.way_back(stay.believed(), (&next, true), false, &manner).counted_anew(&stay.at);
+        assert_eq!((from[E], way.moves.last().unwrap().target), (14.0, at(50.0, 0.2, 12.0)));
+        assert!(way.arrives && way.place == at(50.0, 0.2, 12.0), "{way:?}");
     }
 
     #[test]

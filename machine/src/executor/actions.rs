@@ -6,8 +6,8 @@ use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, objects, operator, program_io, shapes,
-    suspend, tool_change,
+    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator, program_io,
+    shapes, suspend, tool_change,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
@@ -85,6 +85,9 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
     }
     match *action {
         Action::Move(ref request) => {
+            if machine.cut.brakes {
+                leave_out::wait(machine).await?;
+            }
             if program::objects::is_apart(&machine.program) && objects::is_left_out(machine, request).await? {
                 return Ok(Answer::Ok);
             }

@@ -253,7 +253,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     {
         return Begun::Ended(Err(failure));
     }
-    if program::objects::is_apart(&machine.program) {
+    if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
         objects::begin_block(machine, source);
     }
     let facts = machine.facts();

@@ -21,6 +21,11 @@ impl Hold {
         *self == Self::Acts
     }
 
+    /// Whether one would act now.
+    pub fn acts(self) -> bool {
+        self == Self::Acts
+    }
+
     /// The one that waits is not asked for any more. False when there is none.
     pub fn take_back(&mut self) -> bool {
         let waited = *self == Self::Asked;

@@ -161,6 +161,19 @@ pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, sta
     }
 }
 
+/// The machine goes to these heights now, which the file does not say.
+pub(super) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, heights: impl Iterator<Item = f64>) {
+    let is_kept = machine.journal.is_noting() && machine.journal.has_laid && !machine.journal.halts;
+    if !is_kept || machine.recovery.is_some() {
+        return;
+    }
+    let here = machine.ports.motion(|motion| motion.live_position())[Axis::Z];
+    let [least, most] = heights.fold([here; 2], |[least, most], z| [least.min(z), most.max(z)]);
+    if most - least > UNNOTED {
+        note(machine, Heights::Between([least, most]), false);
+    }
+}
+
 fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) -> Entry {
     let last = machine.journal.last;
     let now = machine.ports.now();

@@ -39,6 +39,8 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         let (used, size) = motion.queue_level();
         size > 0 && used >= size
     });
+    // What is read behind moves that are to be dropped waits until they are.
+    let path_is_full = path_is_full || machine.jobs.objects.is_cutting();
     let had_line = run_session(machine, path_is_full).await;
     // Before the job: it may always have a line that is ready.
     if machine.frames.is_empty() && run_switch(machine).await {

@@ -8,6 +8,7 @@ use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
+use super::cut::Cut;
 use super::frames::Frames;
 use super::hold::Hold;
 use super::passed::Passed;
@@ -86,6 +87,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) feed_waits: Option<f64>,
     /// Whether a feed hold acts.
     pub(super) hold: Hold,
+    /// Moves that are planned and are to be left out.
+    pub(super) cut: Cut,
     /// What GRBL's dialect has beside.
     pub(super) grbl: Grbl,
     /// Saved settings were loaded since boot.
@@ -135,6 +138,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             polls: Polls::default(),
             feed_waits: None,
             hold: Hold::default(),
+            cut: Cut::default(),
             grbl: Grbl::default(),
             settings_loaded: false,
             meanwhile,
@@ -281,7 +285,12 @@ impl<'c, P: Ports> Machine<'c, P> {
         loop {
             match self.ports.motion(|motion| motion.submit(request)) {
                 Ok(()) => break,
-                Err(Refusal::Full | Refusal::Stopping) => self.pause().await?,
+                Err(Refusal::Full | Refusal::Stopping) => {
+                    self.cut.has_line_behind = true;
+                    let paused = self.pause().await;
+                    self.cut.has_line_behind = false;
+                    paused?;
+                }
                 Err(Refusal::NoFeedRate) => {
                     return Err(Failure::Alarm(message(format_args!("Undefined feed rate")).numbered(Error::FeedRate)));
                 }

@@ -1,11 +1,14 @@
 //! Objects of a print that are left out: which of its moves are not made, and how the machine comes to the
 //! next one that is.
 
+use motion::Tag;
 use program::Move;
+use units::Axis;
 
 use super::source::{Origin, Source};
-use super::{Machine, actions};
+use super::{Machine, actions, journal, leave_out};
 use crate::failure::{Answer, Failure, Outcome, message};
+use crate::jobs::By;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
@@ -14,14 +17,21 @@ use crate::sessions::{Recipient, Reply};
 #[cold]
 pub(super) fn begin_block<P: Ports>(machine: &mut Machine<'_, P>, source: Source) {
     let prints = if machine.jobs.is_open() { Origin::Job } else { Origin::Session };
+    machine.jobs.objects.counts(source.origin == prints);
     program::objects::counts(&mut machine.program, source.origin == prints);
 }
 
 /// M486: says which object begins, or which one is to be left out.
 pub(super) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Recipient) -> Outcome {
+    let is_of_file = to == Recipient::Nobody && machine.tag != Tag::NONE;
+    let by =
+        if is_of_file { By::File } else { By::Person(machine.ports.motion(|motion| motion.part_now().unwrap_or(0))) };
     let Machine { jobs, sessions, program, .. } = machine;
-    let labelled = jobs.objects.label(text, &mut Reply::new(sessions, to));
+    let labelled = jobs.objects.label(text, by, &mut Reply::new(sessions, to));
     program::objects::leave_out(program, jobs.objects.is_left_out());
+    if jobs.objects.is_cutting() {
+        leave_out::find_rest(machine);
+    }
     labelled.map(|()| Answer::Ok).map_err(Failure::refused)
 }
 
@@ -39,11 +49,16 @@ pub(super) async fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request:
         return Ok(true);
     }
     if let Some(back) = program::objects::way_back(&mut machine.program, request) {
+        journal::leaves_height(machine, back.moves.iter().map(|step| step.target[Axis::Z]));
+        // The way is no part of an object.
+        machine.jobs.objects.counts(false);
         for step in &back.moves {
             actions::move_along(machine, step).await?;
         }
+        machine.jobs.objects.counts(true);
         // Extruders count from here as the file does.
         machine.standstill().await?;
+        leave_out::filament_counts_anew(machine);
         let set = machine.ports.motion(|motion| motion.set_position(back.place));
         set.map_err(|refusal| Failure::Alarm(message(format_args!("{refusal}"))))?;
     }

@@ -368,6 +368,8 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
         machine.program.come_back_to(kept);
     }
     machine.program.resynchronise(place);
+    // The job may go on within an object that was left out.
+    program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
     machine.ports.motion(|motion| motion.set_overrides(entry.feed_factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
     restore::switch(machine, &recovery.switches);

@@ -7,7 +7,9 @@ use gcode::realtime::Realtime;
 use program::{Dialect, State};
 use units::{Axis, Micros, PerAxis};
 
-use super::{Machine, commands, filament, foresee, functions, grbl, journal, long_answers, program_io, statistics};
+use super::{
+    Machine, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io, statistics,
+};
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -49,6 +51,9 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     if machine.ahead.is_open() {
         foresee::serve(machine);
+    }
+    if machine.jobs.objects.is_cutting() || machine.cut.brakes {
+        leave_out::serve(machine);
     }
     machine.sessions.flush(&mut machine.ports, now);
 }

@@ -51,7 +51,7 @@ impl Common {
 }
 
 /// What motion is to know of a move of the program, without its curve.
-fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
+pub(super) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed, Mode::Rapid),
         Rate::Feed(speed) => (speed, Mode::Feed),
@@ -75,6 +75,7 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
         curve: Curve::Line,
         corner,
         tag: machine.tag,
+        part: machine.jobs.objects.part(),
     }
 }
 
@@ -82,7 +83,7 @@ fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> m
 /// has been done, and [`submit`] does it, or says why not.
 pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> bool {
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
-    let is_whole = is_whole && !program::objects::is_apart(&machine.program);
+    let is_whole = is_whole && !program::objects::is_apart(&machine.program) && !machine.cut.brakes;
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
     if !is_whole || !is_free || machine.may_move().is_err() || !machine.reaches(&request.target) {
         return false;

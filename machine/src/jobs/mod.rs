@@ -37,6 +37,7 @@ pub(crate) use flavour::{Lookup, Step};
 use layers::Layers;
 pub use lines::Next;
 pub(crate) use lines::{FileLines, is_comment, sub_path};
+pub use objects::By;
 use objects::Objects;
 pub use passed_over::Name;
 use passed_over::PassedOver;

@@ -2,6 +2,7 @@
 //! which are left out.
 
 use heapless::{String, Vec};
+use motion::Part;
 
 use crate::sessions::Reply;
 
@@ -32,6 +33,19 @@ pub struct Objects {
     all: Vec<Object, MOST>,
     /// The one whose lines are read.
     current: Option<usize>,
+    /// The block that is read is none of the print's.
+    is_aside: bool,
+    /// Those of which moves that are planned are not made either, a bit each.
+    cut: u64,
+}
+
+/// Who labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The file, at its place in it.
+    File,
+    /// A person, while the motors make this part: what is left out is so at once.
+    Person(Part),
 }
 
 impl Objects {
@@ -41,11 +55,11 @@ impl Objects {
     ///
     /// # Errors
     /// When there is no such object, or there are too many.
-    pub fn label(&mut self, text: &str, reply: &mut Reply<'_>) -> Result<(), &'static str> {
+    pub fn label(&mut self, text: &str, by: By, reply: &mut Reply<'_>) -> Result<(), &'static str> {
         let (letter, rest) = text.split_at_checked(1).unwrap_or(("", ""));
         let rest = rest.trim();
         match letter {
-            "" => self.list(reply),
+            "" => self.list(by, reply),
             "T" => self.count = rest.parse().unwrap_or(0),
             "S" => return self.begin_numbered(rest),
             "A" => self.name_current(rest),
@@ -53,15 +67,15 @@ impl Objects {
             "O" => self.define(rest)?,
             "B" => self.current = self.named(rest),
             "E" => self.current = None,
-            "P" => self.of_number(rest).map(|object| object.is_left_out = true)?,
-            "U" => self.of_number(rest).map(|object| object.is_left_out = false)?,
+            "P" => self.of_number(rest).map(|place| self.leave_out(place, by))?,
+            "U" => self.of_number(rest).map(|place| self.take_in(place))?,
             "C" => {
-                let current = self.current.and_then(|current| self.all.get_mut(current));
-                current.ok_or("M486 C: no object is made now")?.is_left_out = true;
+                let place = self.made(by).ok_or("M486 C: no object is made now")?;
+                self.leave_out(place, by);
             }
-            "X" => self.of_name(rest)?.is_left_out = true,
-            "Y" => self.of_name(rest)?.is_left_out = false,
-            "R" => self.all.iter_mut().for_each(|object| object.is_left_out = false),
+            "X" => self.of_name(rest).map(|place| self.leave_out(place, by))?,
+            "Y" => self.of_name(rest).map(|place| self.take_in(place))?,
+            "R" => (0..self.all.len()).for_each(|place| self.take_in(place)),
             _ => return Err("M486 takes T, S, A, P, U or C"),
         }
         Ok(())
@@ -100,6 +114,65 @@ impl Objects {
         Ok(())
     }
 
+    /// The one that is made: by the motors, where a person asks, or by the line that is read.
+    fn made(&self, by: By) -> Option<usize> {
+        let of_motors = match by {
+            By::Person(part) => usize::from(part).checked_sub(1),
+            By::File => None,
+        };
+        of_motors.or(self.current).filter(|place| *place < self.all.len())
+    }
+
+    fn leave_out(&mut self, place: usize, by: By) {
+        if let Some(object) = self.all.get_mut(place) {
+            object.is_left_out = true;
+            self.cut |= if by == By::File { 0 } else { 1 << place };
+        }
+    }
+
+    fn take_in(&mut self, place: usize) {
+        if let Some(object) = self.all.get_mut(place) {
+            object.is_left_out = false;
+            self.cut &= !(1 << place);
+        }
+    }
+
+    // --- moves that are planned ---
+
+    /// Whether a file or a host has named any.
+    #[inline]
+    pub fn are_known(&self) -> bool {
+        !self.all.is_empty()
+    }
+
+    /// The block that is read is of the print, or somebody else's.
+    pub const fn counts(&mut self, yes: bool) {
+        self.is_aside = !yes;
+    }
+
+    /// What the moves of the block that is read are a part of: one more than the object's place.
+    #[inline]
+    pub fn part(&self) -> Part {
+        self.current.filter(|_| !self.is_aside).map_or(0, |place| place as Part + 1)
+    }
+
+    /// Whether moves that are planned may have to be dropped.
+    #[inline]
+    pub const fn is_cutting(&self) -> bool {
+        self.cut != 0
+    }
+
+    /// Whether those of this part have to.
+    pub const fn is_cut(&self, part: Part) -> bool {
+        part > 0 && self.cut >> (part - 1) & 1 != 0
+    }
+
+    /// None of them waits any more but those of these parts.
+    pub fn has_cut_but(&mut self, parts: impl Iterator<Item = Part>) {
+        let waiting = parts.filter(|part| *part > 0).fold(0, |bits, part| bits | 1_u64 << (part - 1));
+        self.cut &= waiting;
+    }
+
     /// Which are left out, a bit each in the order in which the file names them.
     pub fn left_out(&self) -> u64 {
         let bits = self.all.iter().enumerate().filter(|(_, object)| object.is_left_out);
@@ -116,14 +189,14 @@ impl Objects {
         self.current.and_then(|current| self.all.get(current)).is_some_and(|object| object.is_left_out)
     }
 
-    /// The object whose lines are read.
-    pub fn name(&self) -> &str {
-        self.current.and_then(|current| self.all.get(current)).map_or("none", |object| &object.name)
+    /// The object that is made.
+    pub fn name(&self, by: By) -> &str {
+        self.made(by).and_then(|place| self.all.get(place)).map_or("none", |object| &object.name)
     }
 
-    fn list(&self, reply: &mut Reply<'_>) {
+    fn list(&self, by: By, reply: &mut Reply<'_>) {
         let count = usize::from(self.count).max(self.all.len());
-        reply.say(format_args!("objects: {count}, this one: {}\n", self.name()));
+        reply.say(format_args!("objects: {count}, this one: {}\n", self.name(by)));
         for object in &self.all {
             let state = if object.is_left_out { " (left out)" } else { "" };
             match object.number {
@@ -178,18 +251,18 @@ impl Objects {
         })
     }
 
-    fn of_number(&mut self, text: &str) -> Result<&mut Object, &'static str> {
+    fn of_number(&mut self, text: &str) -> Result<usize, &'static str> {
         let number: u16 = text.parse().map_err(|_| "M486: which object? A number is needed")?;
         let known = self.all.iter().position(|object| object.number == Some(number));
         // It may come later.
         let place = if number < self.count { self.numbered(number) } else { known };
-        place.and_then(|place| self.all.get_mut(place)).ok_or("there is no object of this number: see M486")
+        place.ok_or("there is no object of this number: see M486")
     }
 
-    fn of_name(&mut self, name: &str) -> Result<&mut Object, &'static str> {
+    fn of_name(&self, name: &str) -> Result<usize, &'static str> {
         let (_, sum) = beginning_and_sum(unquoted(name));
-        let object = self.all.iter_mut().find(|object| object.sum == sum);
-        object.ok_or("there is no object of this name: see EXCLUDE_OBJECT_DEFINE")
+        let place = self.all.iter().position(|object| object.sum == sum);
+        place.ok_or("there is no object of this name: see EXCLUDE_OBJECT_DEFINE")
     }
 }
 
@@ -216,9 +289,9 @@ mod tests {
     fn told(texts: &[&str]) -> (Objects, std::string::String) {
         let (mut objects, mut desk) = (Objects::default(), Desk::new());
         for text in texts {
-            desk.hears(|reply| assert_eq!(objects.label(text, reply), Ok(()), "{text}"));
+            desk.hears(|reply| assert_eq!(objects.label(text, By::File, reply), Ok(()), "{text}"));
         }
-        let known = desk.hears(|reply| assert_eq!(objects.label("", reply), Ok(())));
+        let known = desk.hears(|reply| assert_eq!(objects.label("", By::File, reply), Ok(())));
         (objects, known)
     }
 
@@ -233,9 +306,9 @@ mod tests {
             ("Bx", "x"),
             ("E", "none"),
         ] {
-            assert_eq!(told(&[text]).0.name(), name, "{text}");
+            assert_eq!(told(&[text]).0.name(By::File), name, "{text}");
         }
-        assert_eq!(told(&["S1", "ABall"]).0.name(), "Ball");
+        assert_eq!(told(&["S1", "ABall"]).0.name(By::File), "Ball");
         assert_eq!(told(&["T3", "S0", "ABall", "P0", "S-1"]).1, "objects: 3, this one: none\n0: Ball (left out)\n");
     }
 
@@ -259,8 +332,30 @@ mod tests {
         assert_eq!(area(&["O10,20,30,40 a", "Db"]), None, "one could be anywhere");
         let mut desk = Desk::new();
         for text in ["O", "O1,2,3 a", "O1,2,3,4", "O3,2,1,4 a", "O1,2,3,nan a", "O1,2,3,4,5 a"] {
-            desk.hears(|reply| assert!(Objects::default().label(text, reply).is_err(), "{text}"));
+            desk.hears(|reply| assert!(Objects::default().label(text, By::File, reply).is_err(), "{text}"));
         }
+    }
+
+    #[test]
+    fn a_person_means_what_the_motors_make_and_at_once() {
+        let (mut objects, mut desk) = (told(&["S0 AOne", "S1 ATwo"]).0, Desk::new());
+        let mut says = |objects: &mut Objects, text: &str, by: By| {
+            desk.hears(|reply| assert_eq!(objects.label(text, by, reply), Ok(()), "{text}"))
+        };
+        assert_eq!(objects.part(), 2);
+        assert!(says(&mut objects, "", By::Person(1)).starts_with("objects: 2, this one: One\n"));
+        says(&mut objects, "C", By::Person(1));
+        assert_eq!((objects.left_out(), objects.is_cut(1), objects.is_cut(2)), (0b01, true, false));
+        says(&mut objects, "C", By::Person(0));
+        assert_eq!((objects.left_out(), objects.is_cut(2)), (0b11, true), "while nothing moves, what is read");
+        objects.has_cut_but([0, 2].into_iter());
+        assert!(!objects.is_cut(1) && objects.is_cut(2));
+        says(&mut objects, "U1", By::File);
+        assert!(!objects.is_cutting());
+        says(&mut objects, "P0", By::File);
+        assert!(!objects.is_cutting(), "the file means what comes behind");
+        objects.counts(false);
+        assert_eq!(objects.part(), 0);
     }
 
     #[test]
@@ -275,7 +370,7 @@ mod tests {
     fn what_is_not_there_cannot_be_left_out() {
         let mut desk = Desk::new();
         for text in ["P1", "Xcube", "C", "S", "P", "Q\u{e4}"] {
-            desk.hears(|reply| assert!(Objects::default().label(text, reply).is_err(), "{text}"));
+            desk.hears(|reply| assert!(Objects::default().label(text, By::File, reply).is_err(), "{text}"));
         }
     }
 
@@ -284,9 +379,9 @@ mod tests {
         fn any_text_is_taken_or_refused(texts in proptest::collection::vec("[TSAPUCDOBEXYR][ -~]{0,60}", 0..100)) {
             let (mut objects, mut desk) = (Objects::default(), Desk::new());
             for text in &texts {
-                desk.hears(|reply| { let _ = objects.label(text, reply); });
+                desk.hears(|reply| { let _ = objects.label(text, By::File, reply); });
             }
-            let _ = objects.name();
+            let _ = objects.name(By::File);
         }
     }
 }

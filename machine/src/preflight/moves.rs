@@ -146,7 +146,7 @@ impl Reading<'_, '_> {
             program::Corner::Rounded(within) => motion::Corner::Rounded(within.unwrap_or_else(deviation)),
         };
         let (target, power, tag) = (request.target, request.power, self.preflight.tag());
-        motion::Move { target, feed_rate, mode, power, curve: Curve::Line, corner, tag }
+        motion::Move { target, feed_rate, mode, power, curve: Curve::Line, corner, tag, part: 0 }
     }
 
     // --- what is wrong with a move ---

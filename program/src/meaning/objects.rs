@@ -2,9 +2,10 @@
 
 use units::PerAxis;
 
-use crate::action::Move;
+use crate::action::{Move, Shape};
 use crate::interpreter::Interpreter;
 pub use crate::left_out::WayBack;
+use crate::left_out::{Manner, Stay};
 
 /// From now on moves of the program are left out, or are made again.
 pub fn leave_out(program: &mut Interpreter, yes: bool) {
@@ -58,7 +59,43 @@ pub fn way_back(program: &mut Interpreter, request: &Move) -> Option<WayBack> {
     let left_out = program.left_out.take_if(|left_out| left_out.has_ended())?;
     // As the file counts, before this move.
     let place: PerAxis<f64> = program.before();
+    let next = (&request.target, matches!(request.shape, Shape::Line { .. }));
+    let must_arrive = !program.is_last_action();
+    left_out.stays().map(|stay| with_manner(program, |manner| stay.way_back(&place, next, must_arrive, manner)))
+}
+
+fn with_manner<R>(program: &Interpreter, f: impl FnOnce(&Manner<'_>) -> R) -> R {
     let pulls = program.tools.active().map(|tool| (tool.settings.axis, tool.settings.retract_rate));
-    let (extruders, travel) = (program.tools.axes(), program.modal.seek_rate);
-    left_out.way_back(&place, request, !program.is_last_action(), &extruders, pulls, travel)
+    f(&Manner { extruders: &program.tools.axes(), pulls, travel: program.modal.seek_rate })
+}
+
+/// Moves that the program has made, one behind the other, and that are not made after all.
+#[derive(Clone, Debug)]
+pub struct TakenOut(Stay);
+
+impl TakenOut {
+    /// The machine stands there, where the first of them goes on or begins.
+    #[must_use]
+    pub fn from(at: PerAxis<f64>) -> Self {
+        Self(Stay::new(at))
+    }
+
+    /// The next of them leads there.
+    pub fn follow(&mut self, program: &Interpreter, to: &PerAxis<f64>) {
+        self.0.follow(to, &program.tools.axes());
+    }
+}
+
+/// Behind these moves the machine was to make no others.
+#[cold]
+pub fn stay(program: &mut Interpreter, taken_out: TakenOut) {
+    program.left_out.get_or_insert_default().stay(taken_out.0);
+}
+
+/// The way round these moves to the next one, which is planned too, leads to `target`, and may be straight.
+#[cold]
+#[must_use]
+pub fn way_round(program: &Interpreter, taken_out: &TakenOut, next: (&PerAxis<f64>, bool)) -> WayBack {
+    let stay = &taken_out.0;
+    with_manner(program, |manner| stay.way_back(stay.believed(), next, false, manner))
 }
