@@ -394,3 +394,55 @@ fn a_card_that_is_pulled_pauses_the_job_which_goes_on_when_it_is_back() {
         covers("too much", &machine.laid, &whole.laid);
     }
 }
+
+/// The part with its squares as objects; the first one is excluded while it is made in the second layer, and the
+/// power goes so long afterwards.
+fn cut_behind_an_exclusion(relative: bool, seconds: f64) {
+    let mut layer = 0;
+    let job: String = part(relative)
+        .lines()
+        .map(|line| match line {
+            "G0 X20 Y20 F9000" => {
+                layer += 1;
+                format!("M486 S0\n{line}\n")
+            }
+            "G0 X60 Y30 F9000" => format!("M486 S1\n{line}\n"),
+            line if line.starts_with("G1 Z") => format!("M486 S-1\n{line}\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    assert_eq!(layer, 3);
+    let card = Card::new(&job);
+    let mut whole = Machine::start(&card, &[], None);
+    assert!(whole.print());
+    let mut first = Machine::start(&card, &[], None);
+    first.send("play /sd/job.g");
+    while !first.laid.last().is_some_and(|[x, y, z]| (0.59..0.61).contains(z) && *x > 34.0 && (25.0..40.0).contains(y))
+    {
+        assert!(first.step());
+    }
+    first.send("M486 C");
+    first.run((seconds * SECOND as f64) as u64);
+    let (laid, carriages) = (first.laid.clone(), first.carriages());
+    drop(first);
+    let mut second = Machine::start(&card, &carriages, None);
+    second.send("M1000");
+    second.until_any(&[" heats to ", "// up to Z", "Z may be anywhere"]);
+    if second.said.contains("Z may be anywhere") {
+        second.send(&format!("M1000 Z{:.3}", carriages[2]));
+    }
+    assert!(second.until("the job goes on") && second.until("Done printing file"), "{}", second.said);
+    let is_excluded = |[x, _, z]: &&[f64; 3]| *x < 50.0 && *z > 0.5;
+    let what = format!("relative {relative}, {seconds} s");
+    assert_eq!(second.laid.iter().filter(is_excluded).count(), 0, "{what}: nothing of it is made any more");
+    let kept: Laid = whole.laid.iter().filter(|place| !is_excluded(place)).copied().collect();
+    let all: Laid = laid.iter().chain(&second.laid).copied().collect();
+    covers(&format!("{what}: missing"), &kept, &all);
+    covers(&format!("{what}: too much"), &all, &whole.laid);
+}
+
+#[test]
+fn an_object_that_was_excluded_stays_so_after_a_cut() {
+    cut_behind_an_exclusion(false, 0.2);
+    cut_behind_an_exclusion(true, 6.0);
+}

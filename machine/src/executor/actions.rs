@@ -172,8 +172,10 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
         Action::Function(function, words) => functions::run(machine, function, words, to).await,
         _ => Ok(Answer::Ok),
     };
-    // What found its own way may have ended anywhere.
-    machine.resynchronise_if_still();
+    // What found its own way may have ended anywhere. What is only read goes no way.
+    if machine.safety.state() != State::Check {
+        machine.resynchronise_if_still();
+    }
     done
 }
 

@@ -161,10 +161,21 @@ pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, sta
     }
 }
 
+/// Whether there is something to go on with, and more to be noted of it.
+fn is_kept<P: Ports>(machine: &Machine<'_, P>) -> bool {
+    machine.journal.is_noting() && machine.journal.has_laid && !machine.journal.halts && machine.recovery.is_none()
+}
+
+/// A person has left an object out, or taken one in again.
+pub(super) fn objects_change<P: Ports>(machine: &mut Machine<'_, P>) {
+    if is_kept(machine) && machine.jobs.objects.left_out() != machine.journal.last.left_out {
+        note(machine, None, false);
+    }
+}
+
 /// The machine goes to these heights now, which the file does not say.
 pub(super) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, heights: impl Iterator<Item = f64>) {
-    let is_kept = machine.journal.is_noting() && machine.journal.has_laid && !machine.journal.halts;
-    if !is_kept || machine.recovery.is_some() {
+    if !is_kept(machine) {
         return;
     }
     let here = machine.ports.motion(|motion| motion.live_position())[Axis::Z];

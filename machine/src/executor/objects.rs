@@ -32,6 +32,9 @@ pub(super) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Reci
     if jobs.objects.is_cutting() {
         leave_out::find_rest(machine);
     }
+    if by != By::File {
+        journal::objects_change(machine);
+    }
     labelled.map(|()| Answer::Ok).map_err(Failure::refused)
 }
 
