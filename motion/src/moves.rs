@@ -37,8 +37,8 @@ impl Tag {
     pub const NONE: Self = Self(0);
 }
 
-/// Which part of the work a move belongs to, as whoever submits it counts: an object of a print, say. What waits
-/// of a part can be left out ([`crate::Motion::go_round`]). Zero: none.
+/// Which part of the work a move belongs to, as whoever submits it counts: an object of a print, say. What
+/// waits of a part can be left out ([`crate::Motion::go_round`]). Zero: none.
 pub type Part = u8;
 
 /// A move from wherever the previous one ends.

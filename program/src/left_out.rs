@@ -145,8 +145,8 @@ pub(crate) struct Manner<'e> {
 }
 
 impl Stay {
-    /// The way to where the file goes on, with a move that `is_straight` and leads to `target`. `place`: where
-    /// the file believes it is before it; `must_arrive`: more of its line follows.
+    /// The way to where the file goes on, with a move that `is_straight` and leads to `target`. `place`:
+    /// where the file believes it is before it; `must_arrive`: more of its line follows.
     pub fn way_back(
         &self,
         place: &PerAxis<f64>,

@@ -1,5 +1,5 @@
-//! An object that is excluded while the motors make it, or while its moves are planned (M486, EXCLUDE_OBJECT):
-//! it is left at once, and everything else is made as it was.
+//! An object that is excluded while the motors make it, or while its moves are planned (M486,
+//! EXCLUDE_OBJECT): it is left at once, and everything else is made as it was.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{self, Alpha, Beta, Delta, Gamma};
@@ -27,8 +27,8 @@ const MOVES: usize = 80;
 /// What an object takes of filament in a layer, mm.
 const FILAMENT: f64 = 2.0;
 
-/// Three objects of 10 mm along X, 20 mm apart, in two layers. The slicer comes retracted by 2 mm and lifted by
-/// 0.4 mm, and leaves so.
+/// Three objects of 10 mm along X, 20 mm apart, in two layers. The slicer comes retracted by 2 mm and lifted
+/// by 0.4 mm, and leaves so.
 fn part(style: Style) -> String {
     let mut text = String::from("G28.3 X0 Y0 Z0\nG90\nG1 Z0.6 F3000\n");
     text += if style.absolute_e { "M82\nG92 E0\n" } else { "M83\n" };
@@ -68,7 +68,7 @@ fn part(style: Style) -> String {
 
 const STEPS_PER_MM: i64 = 80;
 
-/// A step while an object is made: when, ns; where X, Y and E then are, steps from the beginning of the object.
+/// A step while an object is made: when, ns; where X, Y and E then are, steps from the object's beginning.
 type Step = (u64, [i64; 3]);
 
 /// What was made.
@@ -341,7 +341,7 @@ fn the_time_left_and_the_line_go_on_from_what_is_made() {
 
 #[test]
 fn a_pause_behind_it_loses_nothing_and_makes_nothing_of_what_is_excluded() {
-    // The moves of the second object are planned while the first is made: the pause waits for what is planned.
+    // The moves of the second object are planned while the first is made, and a pause waits for those.
     let text = part(PLAIN);
     let whole = play(&text, None, |_| {});
     let made = play(&text, Some(9.0), |bench| {

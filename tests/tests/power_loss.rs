@@ -395,8 +395,8 @@ fn a_card_that_is_pulled_pauses_the_job_which_goes_on_when_it_is_back() {
     }
 }
 
-/// The part with its squares as objects; the first one is excluded while it is made in the second layer, and the
-/// power goes so long afterwards.
+/// The part with its squares as objects; the first one is excluded while it is made in the second layer, and
+/// the power goes so long afterwards.
 fn cut_behind_an_exclusion(relative: bool, seconds: f64) {
     let mut layer = 0;
     let job: String = part(relative)

@@ -169,7 +169,7 @@ fn is_kept<P: Ports>(machine: &Machine<'_, P>) -> bool {
 /// A person has left an object out, or taken one in again.
 pub(super) fn objects_change<P: Ports>(machine: &mut Machine<'_, P>) {
     if is_kept(machine) && machine.jobs.objects.left_out() != machine.journal.last.left_out {
-        note(machine, None, false);
+        note(machine, Heights::Planned, false);
     }
 }
 

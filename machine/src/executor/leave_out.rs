@@ -8,10 +8,10 @@ use program::State;
 use program::objects::TakenOut;
 use units::{Axis, PerAxis};
 
-use super::answers::pause_job;
 use super::{Machine, journal, shapes};
 use crate::failure::Failure;
 use crate::ports::Ports;
+use crate::sessions::{Recipient, Reply};
 
 /// A look at what the machine makes. Seldom: only while such moves may wait.
 #[cold]
@@ -117,7 +117,8 @@ fn go_round<P: Ports>(
     if let Err(refusal) = machine.ports.motion(|motion| motion.go_round(dropped, from, &moves)) {
         machine.announce(format_args!("error:the way round the object that is left out: {refusal}\n"));
         machine.resynchronise();
-        pause_job(machine, "comes behind moves that were dropped");
+        let Machine { jobs, sessions, .. } = machine;
+        jobs.pause_at_this_line("comes behind moves that were dropped", &mut Reply::new(sessions, Recipient::All));
     }
 }
 

@@ -64,9 +64,9 @@ impl Motion {
     /// `here`, and goes along `way` to where what then waits begins. That must be something.
     ///
     /// # Errors
-    /// [`Refusal::Busy`] unless it [`is_held_still`](Self::is_held_still), [`Refusal::Full`] for a way that is
-    /// too long; nothing was changed then. What else is wrong with the way: then everything that waits has
-    /// been dropped, as by [`Self::stop`].
+    /// [`Refusal::Busy`] unless it [`is_held_still`](Self::is_held_still), [`Refusal::Full`] for a way
+    /// that is too long; nothing was changed then. What else is wrong with the way: then everything that
+    /// waits has been dropped, as by [`Self::stop`].
     pub fn go_round(&mut self, dropped: usize, here: PerAxis<f64>, way: &[Move]) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
         let rest_sq = config.limits.minimum_speed.get() * config.limits.minimum_speed.get();

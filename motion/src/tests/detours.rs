@@ -14,8 +14,8 @@ use crate::{
     path::{Arc, Curve},
 };
 
-/// Two parts: a zigzag from X0 that is one, and one from X100 that is the other; so much of E is pushed by each
-/// move. In each the fifth move is an arc.
+/// Two parts: a zigzag from X0 that is one, and one from X100 that is the other; so much of E is pushed by
+/// each move. In each the fifth move is an arc.
 fn two_parts(moves: usize, corner: Corner, filament: f64) -> Vec<Move> {
     let mut all = Vec::new();
     for (part, from) in [(1, 0.0), (2, 100.0)] {
