@@ -53,5 +53,6 @@ pub mod watchdog;
 
 pub use executor::run;
 pub use files::{CONFIG_PATH, kept, safe_file};
+pub use jobs::Layers;
 pub use leveling::{findings, form, map, profile_file};
 pub use program::{Dialect, State};

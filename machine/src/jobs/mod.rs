@@ -34,7 +34,7 @@ use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
 pub(crate) use flavour::of_text;
 pub(crate) use flavour::{Lookup, Step};
-use layers::Layers;
+pub use layers::Layers;
 pub use lines::Next;
 pub(crate) use lines::{FileLines, is_comment, sub_path};
 pub use objects::By;
