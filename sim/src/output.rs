@@ -134,7 +134,8 @@ mod tests {
             world.step(step * 1_000, Actuator::Beta);
         }
         recorder.console(b"ok\n").expect("written");
-        let outcome = Outcome { halted: Some("a \"reason\"".into()), lines: 7, ..Outcome::default() };
+        let starved_ns = Some(vec![1_500_000_000, 2_000_000_000]);
+        let outcome = Outcome { halted: Some("a \"reason\"".into()), lines: 7, starved_ns, ..Outcome::default() };
         recorder.finish(&mut world, &outcome).expect("written");
         let read = |name: &str| fs::read_to_string(directory.join(name)).expect("written before");
         assert_eq!(read("steps.csv"), "time_ns,actuator,direction\n1000,beta,-1\n2000,beta,-1\n3000,beta,-1\n");
@@ -144,7 +145,12 @@ mod tests {
                 .starts_with("time_s,hotend_c,hotend_duty,bed_c,bed_duty,vmotor_v,vfet_v,cpu_load\n0.000,22.00")
         );
         let summary = read("summary.json");
-        for part in ["\"lines\": 7", "\"halted\": \"a \\\"reason\\\"\"", "\"beta\": {\"steps\": 3,"] {
+        for part in [
+            "\"lines\": 7",
+            "\"starved_at_s\": [1.5000, 2.0000]",
+            "\"halted\": \"a \\\"reason\\\"\"",
+            "\"beta\": {\"steps\": 3,",
+        ] {
             assert!(summary.contains(part), "{part} is not in {summary}");
         }
         for result in [Err("a \"step\"".to_owned()), Ok(StepError { max_ns: 7.0, rms_ns: 2.5, bins: [0; 12] })] {

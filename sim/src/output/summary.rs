@@ -32,6 +32,9 @@ pub struct Outcome {
     pub errors: Vec<String>,
     /// With verification: how far edges were off.
     pub step_error: Option<StepError>,
+    /// When the planner had to release a move with too little look-ahead behind it, nanoseconds; `None` where
+    /// nobody could look into it.
+    pub starved_ns: Option<Vec<u64>>,
     /// The emulated board's complaints; empty for a clean run and for runs without a board.
     pub board: Vec<String>,
 }
@@ -116,6 +119,10 @@ pub(super) fn render(world: &World, outcome: &Outcome) -> String {
         ("timing_faults".into(), world.timing_faults().to_string()),
         ("board".into(), strings(&outcome.board)),
     ];
+    if let Some(times) = &outcome.starved_ns {
+        let times: Vec<String> = times.iter().map(|time| number(*time as f64 * 1e-9, 4)).collect();
+        members.push(("starved_at_s".into(), format!("[{}]", times.join(", "))));
+    }
     if let Some(error) = outcome.step_error {
         members.push((STEP_ERROR.into(), distances(error)));
     }

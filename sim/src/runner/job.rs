@@ -15,6 +15,8 @@ use crate::world::TimedFault;
 
 /// The job's name on the card.
 const FILE: &str = "job.gcode";
+/// Moments at which the planner starved that a summary lists.
+const MOST_STARVED: usize = 1_000;
 
 /// A job, and what to do with it.
 #[derive(Clone, Debug)]
@@ -56,8 +58,14 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
         played.runner.verify()?;
     }
     let mut recorder = played.runner.world(|world| Recorder::create(&job.out, world)).map_err(fail)?;
+    let mut starved = Vec::new();
+    let mut counted = 0;
     played.play(job.until_ns, progress, &mut |runner, sent| {
         recorder.console(sent)?;
+        let count = runner.motion(|motion| motion.counters().starved);
+        let new = (counted..count).take(MOST_STARVED.saturating_sub(starved.len()));
+        starved.extend(new.map(|_| runner.now_ns()));
+        counted = count;
         // There is no processor whose load could be measured.
         runner.world(|world| recorder.observe(world, f64::NAN))?;
         Ok(true)
@@ -65,7 +73,7 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
     let Played { runner, session, mut errors } = played;
     let step_error = runner.step_error().and_then(|result| result.map_err(|stray| errors.push(stray)).ok());
     let halted = session.halted().map(str::to_owned);
-    let outcome = Outcome { lines, halted, errors, step_error, ..Outcome::default() };
+    let outcome = Outcome { lines, halted, errors, step_error, starved_ns: Some(starved), ..Outcome::default() };
     runner.world(|world| recorder.finish(world, &outcome)).map_err(fail)?;
     Ok(outcome)
 }

@@ -196,7 +196,7 @@ impl Running {
         let mut errors = self.session.errors().to_vec();
         errors.extend(ended);
         let halted = self.session.halted().map(str::to_owned);
-        let outcome = Outcome { lines, halted, errors, step_error: None, board: self.vm.complaints() };
+        let outcome = Outcome { lines, halted, errors, board: self.vm.complaints(), ..Outcome::default() };
         self.recorder.finish(&mut self.world.lock(), &outcome)?;
         self.records.lock().end_calls();
         Ok(Finished {
