@@ -15,6 +15,13 @@ use super::rows::{self, Rows};
 
 /// X, Y and Z motors standing still for this long is a stop.
 const STOP_NS: u64 = 4_000_000;
+/// Time between edges that tells standing from braking and setting off again, which also take a few
+/// milliseconds for the last step and the first.
+const STAND_NS: u64 = 20_000_000;
+/// A time between edges that is not this much longer than its neighbour is slow motion.
+const SLOW: u64 = 3;
+/// Nothing moves as slowly as a step in this time.
+const SURELY_NS: u64 = 1_000_000_000;
 
 /// Position of one motor over time, in half steps, as straight lines.
 #[derive(Debug, Default)]
@@ -36,6 +43,19 @@ impl Track {
     fn is_second_of(&self, slot: u64, slot_ns: u64) -> bool {
         let [.., first, last] = self.corners.as_slice() else { return false };
         first.0 / slot_ns == slot && last.0 / slot_ns == slot
+    }
+
+    /// When the motor moved between these times: no longer than so without an edge.
+    pub fn moved(&self, from_ns: u64, to_ns: u64, gap_ns: u64) -> Vec<(u64, u64)> {
+        let first = self.corners.partition_point(|corner| corner.0 < from_ns);
+        let mut moved: Vec<(u64, u64)> = Vec::new();
+        for (time_ns, _) in self.corners[first..].iter().take_while(|corner| corner.0 <= to_ns) {
+            match moved.last_mut() {
+                Some(last) if time_ns - last.1 <= gap_ns => last.1 = *time_ns,
+                _ => moved.push((*time_ns, *time_ns)),
+            }
+        }
+        moved
     }
 
     /// A reader that goes forward in time.
@@ -70,15 +90,38 @@ impl TrackReader<'_> {
     }
 }
 
-/// A stretch of time in which X, Y and Z stood still.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A stretch of time without an edge of X, Y and Z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stop {
+    /// The edge before; the first of a run has none.
+    pub since_ns: u64,
     /// Its end; the last one of a run has none.
     pub until_ns: u64,
     /// Where every motor stood at its end, in steps from power-on.
     pub steps: [i64; MAX_ACTUATORS],
     /// Edges of every motor until then.
     pub edges: [u64; MAX_ACTUATORS],
+    /// The shorter one of the times between edges before it and behind it.
+    pub beside_ns: u64,
+}
+
+/// A stretch of time in which X, Y and Z stood still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stand {
+    /// Its beginning, seconds.
+    pub from_s: f64,
+    /// Its end, seconds.
+    pub to_s: f64,
+}
+
+/// The last edges of X, Y and Z, while reading.
+#[derive(Default)]
+struct Primary {
+    last_ns: Option<u64>,
+    /// Between the last two.
+    interval_ns: u64,
+    /// The last one ended a stop.
+    follows_stop: bool,
 }
 
 /// What the motors did.
@@ -115,33 +158,50 @@ impl Executed {
             hash: 0,
         };
         let mut hash = Fnv1a::default();
-        let mut last_primary_ns = None;
+        let mut primary = Primary::default();
         for edge in Rows::of(csv) {
             let StepEdge { time_ns, actuator, direction } = edge?;
             let direction = direction.sign() as i8;
             hash.update(&time_ns.to_le_bytes());
             hash.update(&[actuator as u8, direction as u8]);
-            executed.take(time_ns, actuator, direction, slot_ns, &mut last_primary_ns);
+            executed.take(time_ns, actuator, direction, slot_ns, &mut primary);
         }
         executed.hash = hash.value();
-        executed.stops.push(Stop { until_ns: u64::MAX, steps: executed.net_steps, edges: executed.edges });
+        let (since_ns, beside_ns) = (primary.last_ns.unwrap_or(0), primary.interval_ns);
+        let (steps, edges) = (executed.net_steps, executed.edges);
+        executed.stops.push(Stop { since_ns, until_ns: u64::MAX, steps, edges, beside_ns });
         Ok(executed)
     }
 
-    fn take(
-        &mut self,
-        time_ns: u64,
-        actuator: Actuator,
-        direction: i8,
-        slot_ns: u64,
-        last_primary_ns: &mut Option<u64>,
-    ) {
+    /// When X, Y and Z stood still, in a run that ends then. Before the first edge and behind the last they
+    /// stand.
+    pub fn stands(&self, end_s: f64) -> Vec<Stand> {
+        let last = self.stops.len().saturating_sub(1);
+        let is_stand = |(place, stop): &(usize, &Stop)| {
+            let length = stop.until_ns.saturating_sub(stop.since_ns);
+            let is_slow = length < SURELY_NS && length < SLOW.saturating_mul(stop.beside_ns);
+            *place == 0 || *place == last || length >= STAND_NS && !is_slow
+        };
+        let seconds = |ns: u64| (ns as f64 * 1e-9).min(end_s);
+        let stands = self.stops.iter().enumerate().filter(is_stand);
+        stands.map(|(_, stop)| Stand { from_s: seconds(stop.since_ns), to_s: seconds(stop.until_ns) }).collect()
+    }
+
+    fn take(&mut self, time_ns: u64, actuator: Actuator, direction: i8, slot_ns: u64, primary: &mut Primary) {
         let index = actuator as usize;
         if index < 3 {
-            if last_primary_ns.is_none_or(|last| time_ns.saturating_sub(last) >= STOP_NS) {
-                self.stops.push(Stop { until_ns: time_ns, steps: self.net_steps, edges: self.edges });
+            let interval_ns = time_ns.saturating_sub(primary.last_ns.unwrap_or(0));
+            if let (true, Some(stop)) = (primary.follows_stop, self.stops.last_mut()) {
+                stop.beside_ns = stop.beside_ns.min(interval_ns);
             }
-            *last_primary_ns = Some(time_ns);
+            primary.follows_stop = primary.last_ns.is_none() || interval_ns >= STOP_NS;
+            if primary.follows_stop {
+                let (since_ns, beside_ns) = (primary.last_ns.unwrap_or(0), primary.interval_ns);
+                let (steps, edges) = (self.net_steps, self.edges);
+                self.stops.push(Stop { since_ns, until_ns: time_ns, steps, edges, beside_ns });
+            }
+            primary.interval_ns = interval_ns;
+            primary.last_ns = Some(time_ns);
         }
         let middle = self.net_steps[index] * 2 + i64::from(direction);
         self.tracks[index].push(time_ns, middle as i32, slot_ns);
@@ -180,6 +240,17 @@ mod tests {
         let run = parse("5,alpha,1\n10,beta,1\n30000000,delta,1\n50000000,alpha,-1\n").unwrap();
         let stops: Vec<_> = run.stops.iter().map(|stop| (stop.until_ns, stop.steps[0], stop.steps[3])).collect();
         assert_eq!(stops, [(5, 0, 0), (50_000_000, 1, 1), (u64::MAX, 0, 1)]);
+    }
+
+    #[test]
+    fn a_stand_is_told_from_braking_and_from_slow_motion() {
+        let steps = |from_ms: u64, every_ms: u64| (0..10).map(move |n| from_ms + n * every_ms);
+        // Fast, 12 ms of turning round, fast, 200 ms of nothing, then steadily a step in 30 ms.
+        let times = steps(1_000, 1).chain(steps(1_021, 1)).chain(steps(1_230, 30));
+        let rows: String = times.map(|ms| format!("{},alpha,1\n", ms * 1_000_000)).collect();
+        let stands = parse(&rows).unwrap().stands(2.0);
+        let found: Vec<_> = stands.iter().map(|s| ((s.from_s * 1e3).round(), (s.to_s * 1e3).round())).collect();
+        assert_eq!(found, [(0.0, 1_000.0), (1_030.0, 1_230.0), (1_500.0, 2_000.0)]);
     }
 
     #[test]

@@ -51,7 +51,7 @@ pub fn edges(machine: &Machine, program: &Program) -> Vec<Edge> {
 }
 
 fn segments(program: &Program) -> impl Iterator<Item = ([f64; 3], [f64; 3], bool)> {
-    program.path.windows(2).map(|pair| (pair[0].at, pair[1].at, pair[1].extrudes))
+    program.path().windows(2).map(|pair| (pair[0].at, pair[1].at, pair[1].extrudes))
 }
 
 fn length(from: [f64; 3], to: [f64; 3]) -> f64 {
@@ -60,7 +60,18 @@ fn length(from: [f64; 3], to: [f64; 3]) -> f64 {
 
 /// Edges of one straight move at constant speed; gives the time it ends.
 fn line(machine: &Machine, edges: &mut Vec<Edge>, begin_s: f64, from: [f64; 3], to: [f64; 3], fed: f64) -> f64 {
-    let seconds = length(from, to) / SPEED_MM_PER_S;
+    line_in(machine, edges, [begin_s, length(from, to) / SPEED_MM_PER_S], from, to, fed)
+}
+
+/// The same, in a time of its own: when it begins and how long it takes, seconds.
+pub fn line_in(
+    machine: &Machine,
+    edges: &mut Vec<Edge>,
+    [begin_s, seconds]: [f64; 2],
+    from: [f64; 3],
+    to: [f64; 3],
+    fed: f64,
+) -> f64 {
     let (start, end) = (machine.steps(from), machine.steps(to));
     for motor in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma] {
         pass(edges, motor, begin_s, seconds, start[motor as usize], end[motor as usize]);
@@ -85,13 +96,18 @@ fn pass(edges: &mut Vec<Edge>, motor: Actuator, begin_s: f64, seconds: f64, from
     }
 }
 
-/// The report of these edges.
-pub fn report_of(machine: Machine, program: Program, edges: &[Edge]) -> Report {
+/// Edges as they are read from a run.
+pub fn executed(edges: &[Edge]) -> Executed {
     let mut csv = "time_ns,actuator,direction\n".to_owned();
     for (time_ns, motor, direction) in edges {
         writeln!(csv, "{time_ns},{},{direction}", motor.name()).unwrap();
     }
-    let executed = Executed::parse(csv.as_bytes(), 1_000_000).unwrap();
+    Executed::parse(csv.as_bytes(), 1_000_000).unwrap()
+}
+
+/// The report of these edges.
+pub fn report_of(machine: Machine, program: Program, edges: &[Edge]) -> Report {
+    let executed = executed(edges);
     let mut summary = Summary { virtual_seconds: executed.end_ns as f64 * 1e-9, lines: 14, ..Summary::default() };
     for motor in Actuator::ALL {
         let steps = executed.edges[motor as usize];
@@ -118,7 +134,7 @@ pub fn report_of(machine: Machine, program: Program, edges: &[Edge]) -> Report {
 /// A perfect run of [`PROGRAM`].
 pub fn report() -> Report {
     let machine = Machine::printer();
-    let program = Program::parse(PROGRAM.as_bytes(), machine.home);
+    let program = Program::parse(PROGRAM.as_bytes(), machine.beginning);
     let edges = edges(&machine, &program);
     report_of(machine, program, &edges)
 }

@@ -1,5 +1,6 @@
 //! The few facts of a configuration that a report needs.
 
+use super::program::Beginning;
 use ::machine::motion_config::motion_config;
 use anyhow::{Context, Result, bail};
 use config::{BoardId, MachineConfig};
@@ -14,8 +15,10 @@ pub struct Machine {
     pub steps_per_mm: [Option<f64>; MAX_ACTUATORS],
     /// How motors relate to axes; none: the geometry is that of no machine.
     pub kinematics: Option<Kinematics>,
-    /// X, Y and Z after homing; none: the axis has no homing switch.
-    pub home: [Option<f64>; 3],
+    /// How a program begins; X, Y and Z after homing, where an axis has a homing switch.
+    pub beginning: Beginning,
+    /// Greatest speed of X, Y and Z, mm/s.
+    pub max_speed: [f64; 3],
     /// Longest time between a change of direction and the motor's next step, nanoseconds.
     pub direction_setup_ns: u32,
     /// Input shapers round its corners on purpose.
@@ -44,15 +47,29 @@ impl Machine {
         let setup = motion.iter().flat_map(|motion| motion.actuators.0).flatten().map(|motor| motor.direction_setup);
         let direction_setup_ns = setup.max().unwrap_or(0) * units::TICK_NANOSECONDS;
         let kinematics = motion.map(|motion| motion.kinematics);
-        let home = home(config);
+        let beginning = Beginning {
+            home: home(config),
+            feed: config.motion.default_feed_rate.0,
+            seek: config.motion.default_seek_rate.0,
+            keeps_seek: config.motion.compliant_seek_rate,
+        };
+        let max_speed = config.motion.axis_max_speed.map(|limit| limit.map_or(f64::INFINITY, |limit| limit.0));
         let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id.0, tool.actuator()?))).collect();
         let shaped = motion.is_some_and(|motion| motion.filters.shapers.iter().any(Option::is_some));
-        Self { steps_per_mm, kinematics, home, direction_setup_ns, shaped, extruders }
+        Self { steps_per_mm, kinematics, beginning, max_speed, direction_setup_ns, shaped, extruders }
     }
 
     /// The motor of a tool.
     pub fn extruder(&self, tool: u8) -> Option<Actuator> {
         self.extruders.iter().find(|(id, _)| *id == tool).map(|(_, actuator)| *actuator)
+    }
+
+    /// Every motor that moves filament.
+    pub fn filament(&self) -> Vec<Actuator> {
+        let mut motors: Vec<Actuator> = self.extruders.iter().map(|(_, motor)| *motor).collect();
+        motors.sort_by_key(|motor| *motor as usize);
+        motors.dedup();
+        motors
     }
 
     /// Machine position in mm for motor positions in steps.
@@ -90,7 +107,8 @@ impl Machine {
         Self {
             steps_per_mm: [Some(80.0), Some(80.0), Some(400.0), Some(415.0), None, None],
             kinematics: Some(Kinematics::Cartesian),
-            home: [Some(0.0); 3],
+            beginning: [Some(0.0); 3].into(),
+            max_speed: [f64::INFINITY; 3],
             direction_setup_ns: 500,
             shaped: false,
             extruders: vec![(0, Actuator::Delta)],

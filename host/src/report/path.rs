@@ -47,12 +47,12 @@ const MOVING_MM_PER_S: f64 = 0.05;
 
 impl Samples {
     /// Reads positions every `period_s`. `origin`: where each motor stood at power-on, in steps of the
-    /// machine's own count. `e` is the motor whose steps count as filament.
+    /// machine's own count. `filament` are the motors whose steps count as filament.
     pub fn take(
         executed: &Executed,
         machine: &Machine,
         origin: &[f64; MAX_ACTUATORS],
-        e: Option<Actuator>,
+        filament: &[Actuator],
         period_s: f64,
     ) -> Self {
         let mut readers: Vec<_> = executed.tracks.iter().map(super::edges::Track::reader).collect();
@@ -64,10 +64,11 @@ impl Samples {
                 for (steps, reader) in steps.iter_mut().zip(&mut readers) {
                     *steps = reader.steps_at(time_ns);
                 }
-                let filament = e.and_then(|e| Some(steps[e as usize] / machine.steps_per_mm[e as usize]?));
+                let fed = |motor: &Actuator| Some(steps[*motor as usize] / machine.steps_per_mm[*motor as usize]?);
+                let fed = filament.iter().filter_map(fed).sum();
                 steps.iter_mut().zip(origin).for_each(|(steps, origin)| *steps += origin);
                 let [x, y, z, ..] = machine.point(steps);
-                [x, y, z, filament.unwrap_or(0.0)]
+                [x, y, z, fed]
             })
             .collect();
         Self { period_s, points }
@@ -91,6 +92,13 @@ impl Samples {
         (to[3] - from[3]) / seconds
     }
 
+    /// What a machine that moves does at a sample.
+    pub fn moves(&self, index: usize, has_extruder: bool) -> Kind {
+        let (from, to, seconds) = self.around(index.min(self.points.len() - 1), 1);
+        let feeds = (to[3] - from[3]) / seconds > FEEDING_MM_PER_S;
+        if feeds || !has_extruder { Kind::Work } else { Kind::Travel }
+    }
+
     /// Whether the machine moves along the path at a sample, and whether it feeds filament meanwhile.
     fn kind(&self, index: usize, has_extruder: bool) -> Option<Kind> {
         let (from, to, seconds) = self.around(index, 1);
@@ -98,8 +106,7 @@ impl Samples {
         if speed < MOVING_MM_PER_S {
             return None;
         }
-        let feeds = (to[3] - from[3]) / seconds > FEEDING_MM_PER_S;
-        Some(if feeds || !has_extruder { Kind::Work } else { Kind::Travel })
+        Some(self.moves(index, has_extruder))
     }
 
     /// The corners: straight pieces between them are within `error_mm` of the samples, and speed changes
@@ -195,33 +202,6 @@ fn from_chord(from: &[f64; 4], to: &[f64; 4], point: &[f64; 4]) -> (f64, f64) {
     (apart.sqrt(), share)
 }
 
-/// The largest distance of the executed path from the programmed one, mm, from `begin` (a sample) on. Both
-/// are walked forward together, so a path that takes a short cut is noticed even where the shortcut crosses
-/// the path. None when the program has no path.
-pub fn largest_deviation(samples: &Samples, begin: usize, program: &[[f64; 3]]) -> Option<f64> {
-    /// How many programmed pieces ahead the machine may be of the piece it was on.
-    const AHEAD: usize = 24;
-    const TIE_MM: f64 = 0.01;
-    let mut piece = 0;
-    let mut largest = 0.0_f64;
-    if program.len() < 2 {
-        return None;
-    }
-    for point in samples.points.get(begin..)? {
-        let point = [point[0], point[1], point[2], 0.0];
-        let ahead = piece..(piece + AHEAD).min(program.len() - 1);
-        let apart = |candidate: usize| {
-            let [from, to] = [program[candidate], program[candidate + 1]].map(|[x, y, z]| [x, y, z, 0.0]);
-            from_chord(&from, &to, &point).0
-        };
-        let nearest = ahead.clone().map(apart).fold(f64::INFINITY, f64::min);
-        // Of pieces equally near, as where the path crosses itself, the machine is on the first.
-        piece = ahead.clone().find(|candidate| apart(*candidate) <= nearest + TIE_MM).unwrap_or(piece);
-        largest = largest.max(nearest);
-    }
-    Some(largest)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -260,17 +240,5 @@ mod tests {
         });
         let corners = samples(circle).corners(false, 0.000_01, 0.1, 50);
         assert!((8..=50).contains(&corners.len()), "{}", corners.len());
-    }
-
-    #[test]
-    fn deviation_is_the_distance_from_the_programmed_line_and_sees_short_cuts() {
-        let program = [[0.0; 3], [20.0, 0.0, 0.0], [20.0, 20.0, 0.0]];
-        let path = corner_path();
-        assert!(largest_deviation(&path, 0, &program).unwrap() < 1e-9);
-        let shifted = program.map(|[x, y, z]| [x, y + 0.5, z]);
-        assert!((largest_deviation(&path, 0, &shifted).unwrap() - 0.5).abs() < 0.01);
-        let diagonal = samples((0..=1_000).map(|n| [f64::from(n) * 0.02, f64::from(n) * 0.02, 0.0, 0.0]));
-        assert!(largest_deviation(&diagonal, 0, &program).unwrap() > 9.0);
-        assert_eq!(largest_deviation(&path, 0, &program[..1]), None);
     }
 }

@@ -28,6 +28,9 @@ pub struct Summary {
     pub step_error_ns: Option<StepError>,
     /// Steps too close to a change of direction for the driver chips.
     pub timing_faults: Option<u64>,
+    /// When the planner had to release a move with too little look-ahead behind it, seconds; none: the run
+    /// could not look into it.
+    pub starved_at_s: Option<Vec<f64>>,
     /// The emulator's complaints.
     pub board: Option<Vec<Value>>,
 }
