@@ -1,9 +1,10 @@
 //! What is held against what: the run against the program, against itself, and against the rules of a safe
 //! end.
 
+use super::account::Closeness;
 use super::edges::{Executed, Stop};
 use super::machine::Machine;
-use super::path::{Samples, largest_deviation};
+use super::path::Samples;
 use super::program::Program;
 use super::run::Run;
 use serde::Serialize;
@@ -16,6 +17,9 @@ const FILAMENT_TOLERANCE_MM: f64 = 0.01;
 const PATH_TOLERANCE_MM: f64 = 0.05;
 /// An edge later than this is late (the firmware counts from here on).
 const LATE_NS: f64 = 250.0;
+
+/// Why the ways between objects cannot be checked.
+const LEFT_OUT: &str = "an object is left out, and the machine finds its own way to the next one";
 
 /// How a check came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -56,6 +60,8 @@ pub struct Evidence<'a> {
     pub executed: &'a Executed,
     /// Positions at even times.
     pub samples: &'a Samples,
+    /// How close that was to the program's path, where it could be laid along it.
+    pub closeness: Option<Closeness>,
     /// The machine, or why it is not known.
     pub machine: Result<&'a Machine, String>,
     /// The program, or why it is not known.
@@ -120,10 +126,10 @@ pub struct Anchor {
 /// homing it is the beginning.
 pub fn anchor(executed: &Executed, machine: &Machine, program: &Program) -> Option<Anchor> {
     // Motors rest on whole steps.
-    let from = machine.steps(program.path.first()?.at).map(f64::round);
+    let from = machine.steps(program.path().first()?.at).map(f64::round);
     let to = machine.steps(program.end());
     let asked = program_steps(machine, program);
-    let begin = Stop { until_ns: 0, steps: [0; 6], edges: [0; 6] };
+    let begin = Stop::default();
     let stops = if program.homes { executed.stops.as_slice() } else { std::slice::from_ref(&begin) };
     let candidates = stops.iter().map(|stop| {
         let mut anchor = Anchor { stop: *stop, worst_steps: 0.0, worst: Actuator::Alpha };
@@ -147,7 +153,7 @@ pub fn anchor(executed: &Executed, machine: &Machine, program: &Program) -> Opti
 impl Anchor {
     /// Where each motor stood at power-on, in steps of the machine's own count.
     pub fn origin(&self, machine: &Machine, program: &Program) -> [f64; MAX_ACTUATORS] {
-        let mut origin = machine.steps(program.path.first().map_or([0.0; 3], |vertex| vertex.at)).map(f64::round);
+        let mut origin = machine.steps(program.path().first().map_or([0.0; 3], |vertex| vertex.at)).map(f64::round);
         origin.iter_mut().zip(self.stop.steps).for_each(|(origin, steps)| *origin -= steps as f64);
         origin
     }
@@ -158,7 +164,7 @@ const PRIMARY: [Actuator; 3] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma
 /// Steps each motor makes along the program's path, either way.
 fn program_steps(machine: &Machine, program: &Program) -> [f64; 6] {
     let mut sum = [0.0; 6];
-    for pair in program.path.windows(2) {
+    for pair in program.path().windows(2) {
         let (from, to) = (machine.steps(pair[0].at), machine.steps(pair[1].at));
         for (sum, (from, to)) in sum.iter_mut().zip(from.into_iter().zip(to)) {
             *sum += (to - from).abs();
@@ -206,6 +212,9 @@ fn filament(evidence: &Evidence<'_>) -> Check {
     if program.extruded.is_empty() {
         return skipped(WHAT, "the program moves no filament");
     }
+    if program.leaves_out {
+        return skipped(WHAT, LEFT_OUT);
+    }
     let mut found = Vec::new();
     let mut passes = true;
     for (tool, asked) in &program.extruded {
@@ -224,21 +233,25 @@ fn filament(evidence: &Evidence<'_>) -> Check {
 
 fn path(evidence: &Evidence<'_>) -> Check {
     const WHAT: &str = "The executed path follows the programmed one, within 0.05 mm";
-    let (machine, program, anchor) = match anchored(evidence) {
+    let (machine, program, _) = match anchored(evidence) {
         Ok(known) => known,
         Err(why) => return skipped(WHAT, &why),
     };
+    if program.leaves_out {
+        return skipped(WHAT, LEFT_OUT);
+    }
     if machine.shaped || program.rounds_corners {
         return skipped(WHAT, "corners are rounded on purpose, by input shaping or G64");
     }
     if evidence.samples.period_s > 0.002_1 {
         return skipped(WHAT, "the job is too long to hold every millisecond of it");
     }
-    let begin = (anchor.stop.until_ns as f64 * 1e-9 / evidence.samples.period_s) as usize;
-    let corners: Vec<_> = program.path.iter().map(|vertex| vertex.at).collect();
-    match largest_deviation(evidence.samples, begin, &corners) {
+    match evidence.closeness {
         None => skipped(WHAT, "the program has no path"),
-        Some(worst) => check(WHAT, worst <= PATH_TOLERANCE_MM, format!("at most {worst:.4} mm apart")),
+        Some(Closeness { left_at: Some(line), .. }) => check(WHAT, false, format!("it leaves the path at line {line}")),
+        Some(Closeness { largest_mm, .. }) => {
+            check(WHAT, largest_mm <= PATH_TOLERANCE_MM, format!("at most {largest_mm:.4} mm apart"))
+        }
     }
 }
 

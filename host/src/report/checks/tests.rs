@@ -12,7 +12,7 @@ fn verdict(report: &Report, begins: &str) -> Verdict {
 
 fn report_with(spoil: impl FnOnce(&mut Vec<Edge>)) -> Report {
     let machine = Machine::printer();
-    let program = Program::parse(fake::PROGRAM.as_bytes(), machine.home);
+    let program = Program::parse(fake::PROGRAM.as_bytes(), machine.beginning);
     let mut edges = fake::edges(&machine, &program);
     spoil(&mut edges);
     fake::report_of(machine, program, &edges)
