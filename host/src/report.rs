@@ -1,25 +1,32 @@
 //! `velvet report`: one self-contained page about a run. `velvet summary`: the same findings as text.
 
+mod account;
+mod arc;
 mod checks;
 mod edges;
+mod follow;
 mod machine;
+mod marks;
 pub mod page;
 mod path;
 mod program;
 pub mod rows;
 mod run;
+mod slow;
+mod spent;
+mod times;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use units::Actuator;
 
 use crate::plot::{Curve, draw};
+use account::Account;
 use checks::{Check, Evidence, Verdict};
 use edges::Executed;
 use machine::Machine;
 use path::Samples;
-use program::Program;
+use program::{Beginning, Program};
 use run::Run;
 
 /// Where the configuration and the program of a run lie, when not in its folder.
@@ -40,6 +47,7 @@ pub struct Report {
     samples: Samples,
     machine: Result<Machine, String>,
     program: Result<Program, String>,
+    account: Account,
     checks: Vec<Check>,
     title: String,
 }
@@ -70,8 +78,8 @@ impl Report {
         let config = sources.config.clone().unwrap_or_else(|| found(out, "config.ini"));
         let gcode = sources.gcode.clone().unwrap_or_else(|| found(out, "job.gcode"));
         let machine = Machine::read(&config).map_err(|error| format!("{error:#}"));
-        let home = machine.as_ref().map_or([None; 3], |machine| machine.home);
-        let program = Program::read(&gcode, home).map_err(|error| format!("{error:#}"));
+        let beginning = machine.as_ref().map_or_else(|_| Beginning::default(), |machine| machine.beginning);
+        let program = Program::read(&gcode, beginning).map_err(|error| format!("{error:#}"));
         let period_s = SAMPLE_S.max(run.summary.virtual_seconds / MOST_SAMPLES);
         let executed = Executed::read(&out.join("steps.csv"), (period_s * 1e9) as u64)?;
         let title = title(&gcode, program.as_ref().ok());
@@ -93,23 +101,23 @@ impl Report {
                 });
                 // A machine that does not home counts from where it was switched on.
                 let origin = anchor.unwrap_or_else(|| machine.steps([0.0; 3]));
-                Samples::take(&executed, machine, &origin, Self::filament_motor(machine), period_s)
+                Samples::take(&executed, machine, &origin, &machine.filament(), period_s)
             }
             Err(_) => Samples { period_s, points: vec![[0.0; 4]] },
         };
+        let end_s = run.summary.virtual_seconds;
+        let known = machine.as_ref().ok();
+        let account = Account::of(&executed, &samples, known, program.as_ref().ok(), end_s);
         let evidence = Evidence {
             run: &run,
             executed: &executed,
             samples: &samples,
+            closeness: account.closeness,
             machine: machine.as_ref().map_err(Clone::clone),
             program: program.as_ref().map_err(Clone::clone),
         };
         let checks = checks::all(&evidence);
-        Self { checks, run, executed, samples, machine, program, title }
-    }
-
-    fn filament_motor(machine: &Machine) -> Option<Actuator> {
-        machine.extruders.first().map(|(_, motor)| *motor)
+        Self { account, checks, run, executed, samples, machine, program, title }
     }
 
     /// Whether no check failed.
@@ -165,7 +173,7 @@ impl Report {
             };
             text += &format!("  {mark}  {}: {}\n", check.what, check.found);
         }
-        text
+        text + &self.account.text(summary.starved_at_s.as_deref())
     }
 }
 

@@ -104,7 +104,15 @@ fn a_job_runs_natively_and_its_report_finds_nothing_wrong() {
     let summary = velvet(&["summary", text(&out)]);
     assert!(summary.status.success(), "{}", said(&summary));
     let text_of_summary = said(&summary);
-    for begins in ["Square: ", "  pass  X, Y and Z end", "  pass  Filament moved", "  pass  The executed path"] {
+    for begins in [
+        "Square: ",
+        "  pass  X, Y and Z end",
+        "  pass  Filament moved",
+        "  pass  The executed path",
+        "  time  print moves ",
+        "  layers  1, ",
+        "  planner  starved: none seen; the planner counted 0",
+    ] {
         assert!(text_of_summary.lines().any(|line| line.starts_with(begins)), "{begins}: {text_of_summary}");
     }
     let report = velvet(&["report", text(&out)]);
