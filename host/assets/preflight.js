@@ -4,7 +4,6 @@ const of = id => document.getElementById(id);
 const bytes = Uint8Array.from(atob(data.places), c => c.charCodeAt(0));
 const places = new Float32Array(bytes.buffer);
 const count = places.length / 7;
-const PLAIN = ["#8e2468", "#1f7a8c", "#c2651a", "#5b52b5", "#3f7d3a", "#8a6d1c", "#a33a80", "#4a6fa5"];
 const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // The ranges of speed and flow are those of moves that feed filament, where there are any.

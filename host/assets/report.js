@@ -124,8 +124,39 @@
   };
   document.querySelector(".legend i").style.background = `linear-gradient(90deg, ${ramp.map((c) => `rgb(${c.map((v) => Math.round(255 * v))})`)})`;
   const paint = () => document.querySelector("input[name=paint]:checked").value;
+  // What each piece is made for, and the part of the job that is looked at: a layer, or all of it.
+  let [first, final, isReady, marked] = [begin, end, false, null];
+  const account = drawAccount({ account: data.account, $, element, fixed, clock, css, onTheme }, {
+    window(layer) {
+      [first, final] = layer ? [Math.min(Math.max(begin, layer.from), end), Math.max(Math.min(end, layer.to), begin)] : [begin, end];
+      marked = null;
+      if (!isReady) return;
+      setPlaying(false);
+      stage.repaint();
+      setTime(final);
+    },
+    look: () => $("stage").scrollIntoView({ behavior: "smooth", block: "start" }),
+    mark(from, to) {
+      marked = [from, to];
+      stage.repaint();
+      setTime(to);
+    },
+  });
+  const made = Array.from({ length: corners }, (_, i) => (i ? account.labelAt((path.time[i - 1] + path.time[i]) / 2) : { feature: 0, object: 0 }));
+  const rgbOf = (hex) => {
+    const full = hex.length === 4 ? hex.replace(/[0-9a-f]/gi, "$&$&") : hex;
+    return [1, 3, 5].map((at) => parseInt(full.slice(at, at + 2), 16) / 255);
+  };
+  $("paintfeature").hidden = !account.names.feature.length;
+  $("paintobject").hidden = !account.names.object.length;
   const shade = (i) => {
+    // Below the layer that is looked at.
+    const at = (path.time[i - 1] + path.time[i]) / 2;
+    if (marked && at >= marked[0] && at <= marked[1]) return rgbOf("#f2c500");
+    if (first > begin && path.time[i] <= first) return rgbOf(css("--grid"));
     switch (paint()) {
+      case "feature":
+      case "object": return rgbOf(account.plain(made[i][paint()]));
       case "speed": return rampAt((path.speed[i] + path.speed[i - 1]) / 2 / (fastest || 1));
       case "height": return rampAt((path.xyz[3 * i + 2] - low[2]) / (high[2] - low[2] || 1));
       default: return null;
@@ -136,6 +167,14 @@
     document.querySelector(".legend").hidden = !texts;
     document.querySelector(".legend").style.display = texts ? "" : "none";
     if (texts) [$("low").textContent, $("high").textContent] = texts;
+    const list = account.names[paint()] ?? [];
+    $("names").hidden = !list.length;
+    $("names").replaceChildren(...list.map(({ name, colour }) => {
+      const line = element("span");
+      line.append(element("i", undefined, "swatch"), name);
+      line.firstChild.style.background = colour;
+      return line;
+    }));
   };
   // First corner later than a time.
   const cornerAt = (seconds) => {
@@ -169,7 +208,7 @@
     const middle = new THREE.Vector3(...high.map((h, k) => (h + low[k]) / 2));
     camera.position.copy(middle).add(new THREE.Vector3(-0.95, -1.75, 1.0).multiplyScalar(size * 1.25));
     const orbit = new THREE.OrbitControls(camera, renderer.domElement);
-    orbit.target.copy(middle).add(new THREE.Vector3(0, 0, -0.06 * size));
+    orbit.target.copy(middle).add(new THREE.Vector3(0, 0, -0.12 * size));
     orbit.enableDamping = true;
     orbit.autoRotateSpeed = -1.6;
     orbit.minDistance = size * 0.05;
@@ -352,7 +391,9 @@
       plot = new uPlot(options, [time, ...series.map((s) => s.values)], box);
       plot.over.addEventListener("click", () => {
         const at = plot.posToVal(plot.cursor.left, "x");
-        if (Number.isFinite(at)) setTime(at);
+        if (!Number.isFinite(at)) return;
+        if (at < first || at > final) account.whole();
+        setTime(at);
       });
       plot.setCursor({ left: cursor, top: 10 }, false);
     };
@@ -400,8 +441,8 @@
   let playing = false;
   let before = 0;
   const setTime = (seconds) => {
-    now = Math.min(Math.max(seconds, begin), end);
-    $("time").value = (1000 * (now - begin)) / (end - begin || 1);
+    now = Math.min(Math.max(seconds, first), final);
+    $("time").value = (1000 * (now - first)) / (final - first || 1);
     $("clock").textContent = `${fixed(now, 1)} of ${fixed(end, 1)} s`;
     stage.show(now);
     for (const each of charts) each.mark(now);
@@ -411,25 +452,26 @@
     $("playicon").setAttribute("d", on ? "M5 3h4v14H5zM11 3h4v14h-4z" : "M5 3l12 7-12 7z");
     $("play").setAttribute("aria-label", on ? "Pause" : "Play");
     if (!on) return;
-    if (now >= end) setTime(begin);
+    if (now >= final) setTime(first);
     before = performance.now();
     requestAnimationFrame(step);
   };
   // However long the job, it is shown in a quarter of a minute.
   const step = (at) => {
     if (!playing) return;
-    setTime(now + ((at - before) / 15000) * (end - begin));
+    setTime(now + ((at - before) / 15000) * (final - first));
     before = at;
-    if (now >= end) setPlaying(false); else requestAnimationFrame(step);
+    if (now >= final) setPlaying(false); else requestAnimationFrame(step);
   };
   $("play").addEventListener("click", () => setPlaying(!playing));
-  $("time").addEventListener("input", () => { setPlaying(false); setTime(begin + ($("time").value / 1000) * (end - begin)); });
+  $("time").addEventListener("input", () => { setPlaying(false); setTime(first + ($("time").value / 1000) * (final - first)); });
   $("travel").addEventListener("change", () => stage.setTravel?.($("travel").checked));
   for (const input of document.querySelectorAll("input[name=paint]")) {
     input.addEventListener("change", () => { setLegend(); stage.repaint(); });
   }
   onTheme.push(() => stage.repaint());
   setLegend();
+  isReady = true;
   stage.repaint();
   setTime(end);
 })();

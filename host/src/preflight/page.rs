@@ -10,7 +10,7 @@ use crate::report::page::{base64, escape};
 
 const TEMPLATE: &str = include_str!("../../assets/preflight.html");
 const STYLE: &str = include_str!("../../assets/report.css");
-const SCRIPT: &str = include_str!("../../assets/preflight.js");
+const SCRIPT: &str = concat!(include_str!("../../assets/palette.js"), include_str!("../../assets/preflight.js"));
 
 /// Places drawn at most; what follows is left out, and the page says so.
 const MOST_PLACES: usize = 2_000_000;

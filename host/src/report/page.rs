@@ -1,17 +1,22 @@
 //! The page: data as JSON, charts and 3D view by libraries that are part of the page. It needs no network.
 
+mod account;
+
 use super::Report;
 use super::checks::anchor;
 use super::path::{Corner, Kind};
+use account::AccountData;
 use serde::Serialize;
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
-const SLOTS: [(&str, &str); 5] = [
+const SLOTS: [(&str, &str); 7] = [
     ("uplot.css", include_str!("../../assets/vendor/uPlot.min.css")),
     ("report.css", include_str!("../../assets/report.css")),
     ("uplot.js", include_str!("../../assets/vendor/uPlot.iife.min.js")),
     ("three.js", include_str!("../../assets/vendor/three.min.js")),
+    ("palette.js", include_str!("../../assets/palette.js")),
+    ("account.js", include_str!("../../assets/report-account.js")),
     ("report.js", include_str!("../../assets/report.js")),
 ];
 
@@ -36,6 +41,7 @@ struct Data<'a> {
     motors: Vec<MotorRow<'a>>,
     heaters: Vec<HeaterRow<'a>>,
     path: PathData,
+    account: AccountData<'a>,
     speed: SpeedData,
     telemetry: TelemetryData<'a>,
     console: String,
@@ -125,6 +131,7 @@ fn data(report: &Report) -> Data<'_> {
         motors: motors(report),
         heaters: summary.heaters.iter().map(|(name, h)| HeaterRow { name, last: h.final_c, max: h.max_c }).collect(),
         path: path(report),
+        account: account::data(report),
         speed: speed(report),
         telemetry: telemetry(report),
         console: console(report.run.console.as_deref().unwrap_or_default()),
