@@ -58,7 +58,7 @@ pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, Passage, State, Waiting};
 pub use moves::{Corner, Mode, Move, Part, Refusal, Tag};
-pub use planner::BlockRing;
+pub use planner::{Block, BlockRing};
 pub(crate) use root::square_root;
 pub use root::use_square_root;
 pub use store::Store;

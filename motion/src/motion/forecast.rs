@@ -14,6 +14,7 @@ use crate::{
     filters::FilterConfig,
     moves::{Mode, Refusal, Tag},
     path::Path,
+    planner::Block,
 };
 
 /// No time passes while blocks are passed.
@@ -109,6 +110,18 @@ impl Motion {
     #[must_use]
     pub fn passed_path(&self) -> Option<(&Path, f64)> {
         self.run.as_ref().map(|run| (&run.path, run.block.length))
+    }
+
+    /// Blocks submitted so far, wrapping.
+    #[must_use]
+    pub const fn submitted(&self) -> u32 {
+        self.planner.pushed()
+    }
+
+    /// The blocks submitted since [`Self::submitted`] was `since`, while they wait.
+    pub fn submitted_since(&self, since: u32) -> impl Iterator<Item = &Block> {
+        let count = self.planner.pushed().wrapping_sub(since);
+        (0..count).filter_map(move |number| self.planner.any_block(since.wrapping_add(number)))
     }
 
     /// By how much a standstill takes longer than the moves before it, seconds: until the last step is made

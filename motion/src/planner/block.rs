@@ -37,7 +37,7 @@ pub struct Block {
     /// Path speed that was asked for, mm/s.
     pub requested: f64,
     /// Limit of the squared entry speed by the corner alone, (mm/s)^2.
-    pub(crate) corner_sq: f64,
+    pub corner_sq: f64,
     /// Limit of the squared entry speed by the corner and both cruise speeds, (mm/s)^2.
     pub(crate) entry_limit_sq: f64,
     /// Squared entry speed from which this block and all behind it can still brake in time, (mm/s)^2.
