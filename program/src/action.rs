@@ -407,6 +407,7 @@ pub enum Function {
     PowerLoss,
     GoOnWithJob,
     ReportJob,
+    ReportProgress,
     Upload,
     EndUpload,
     RemoveFile,

@@ -301,6 +301,12 @@ fn file_or_job<P: Ports>(
             jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
             return Some(Ok(Answer::Ok));
         }
+        Function::ReportProgress => {
+            let outlook = foresee::outlook(machine);
+            let Machine { jobs, sessions, .. } = machine;
+            jobs.say_progress(&outlook, &mut Reply::new(sessions, to));
+            return Some(Ok(Answer::Ok));
+        }
         Function::LoadSettings => return Some(load_settings(machine, words.text(), to)),
         Function::LabelObject => return Some(objects::label(machine, words.text().unwrap_or(""), to)),
         _ => {}

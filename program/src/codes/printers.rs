@@ -97,7 +97,12 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
-    quiet(73, "progress and time left, as the slicer reckons"),
+    CodeInfo::means(
+        Code::m(73),
+        printers::progress,
+        "progress and time left; as the slicer reckons, with words: left out",
+    )
+    .differs(NOT_KNOWN),
     quiet(74, "weight of the part"),
     quiet(75, "start the print timer"),
     quiet(76, "pause the print timer"),

@@ -59,6 +59,14 @@ pub(crate) fn accelerations<'b>(_: &mut Interpreter, context: &Context<'b>) -> R
     Ok(both.map_or(Meaning::PassedOver, |acceleration| Meaning::Action(Action::Acceleration(acceleration))))
 }
 
+/// M73: slicers write how far the job is, and hosts ask, without words.
+pub(crate) fn progress<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if !context.words.is_bare() {
+        return Ok(Meaning::PassedOver);
+    }
+    Ok(Meaning::Action(Action::Function(Function::ReportProgress, context.words)))
+}
+
 /// RepRapFirmware's G10 P and M568: the temperature and the offset of a tool.
 pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
