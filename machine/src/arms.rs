@@ -1,6 +1,8 @@
 //! Machines with towers and arms: their geometry (M665), their trims (M666), and where they home (M206,
 //! G28.6).
 
+pub(crate) mod words;
+
 use core::fmt;
 
 use config::MachineConfig;
@@ -15,6 +17,7 @@ use crate::ports::{MotionPort, Ports};
 use crate::saved_settings::Value;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
+use words::{arms_of, homes_by_tool, set_arm_tuning, set_home_offsets, set_trims};
 
 /// A configuration that motion does not take.
 pub(crate) fn refused(error: ConfigError) -> Failure {
@@ -32,11 +35,6 @@ pub(crate) fn is_linear_delta(config: &MachineConfig) -> bool {
     config.motion.arm_solution == config::ArmSolution::LinearDelta
 }
 
-/// The homing position of Z is a place of the tool, which M665 changes.
-const fn homes_by_tool(config: &MachineConfig) -> bool {
-    config.homing.delta || config.homing.scara
-}
-
 /// Where the tool of a linear delta is with every carriage at its switch, were there no trims. mm.
 pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
     // With all carriages at the top the tool is in the middle.
@@ -52,19 +50,11 @@ pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64
 pub(crate) async fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
     hands.standstill().await?;
     let motion_config = hands.motion_config()?;
-    let before = motion_config.kinematics.parameters();
-    let mut parameters = motion_config.kinematics.parameters();
-    for (letter, _) in before.iter() {
-        if let Some(value) = words.get(letter) {
-            parameters.set(letter, value);
-        }
-    }
-    if parameters != before {
-        change_arms(hands, motion_config, motion_config.kinematics.with_parameters(&parameters))?;
+    if let Some(arms) = arms_of(&motion_config.kinematics, words) {
+        change_arms(hands, motion_config, arms)?;
     }
     let config = hands.config();
-    set_home_height(hands.tuning(), config, words);
-    set_line_cutting(hands.tuning(), words);
+    set_arm_tuning(hands.tuning(), config, words);
     report_arms(hands, config, words);
     Ok(())
 }
@@ -169,22 +159,6 @@ pub(crate) fn change_arms<P: Ports>(
     hands.set_position(place)
 }
 
-fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
-    if let Some(height) = words.get('Z').filter(|_| homes_by_tool(config)) {
-        tuning.set_home_z(height);
-    }
-}
-
-fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
-    if let Some(rate) = words.get('S') {
-        tuning.lines.segments_per_second = (rate > 1.0).then_some(rate);
-    }
-    if let Some(length) = words.get('U') {
-        tuning.lines.segments_per_second = None;
-        tuning.lines.segment_length = (length >= 1e-4).then_some(length);
-    }
-}
-
 /// How lines are cut, as M503 shows it: M500 does not save it.
 pub(crate) fn say_line_cutting(tuning: &Tuning, reply: &mut Reply<'_>) {
     let (rate, length) = (tuning.lines.segments_per_second, tuning.lines.segment_length);
@@ -197,12 +171,8 @@ pub(crate) fn say_line_cutting(tuning: &Tuning, reply: &mut Reply<'_>) {
 /// # Errors
 /// None: as every code that settles at once.
 pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
-    let mut trims = tuning.trim();
-    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
-        *trim = words.axis(axis).unwrap_or(*trim);
-    }
-    tuning.set_trim(trims);
-    let [x, y, z] = trims;
+    set_trims(tuning, words);
+    let [x, y, z] = tuning.trim();
     reply.say(format_args!("X: {x:5.4} Y: {y:5.4} Z: {z:5.4}\n"));
     Ok(())
 }
@@ -212,11 +182,7 @@ pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_
 /// # Errors
 /// None: as every code that settles at once.
 pub(crate) fn home_offsets(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
-    for axis in Axis::ALL {
-        if let Some(mm) = words.axis(axis) {
-            tuning.set_home_offset(axis, mm);
-        }
-    }
+    set_home_offsets(tuning, words);
     for axis in Axis::PRIMARY {
         let mm = tuning.home_offset()[axis];
         reply.say(format_args!("{}: {mm:5.3} ", axis.letter()));

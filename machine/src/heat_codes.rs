@@ -1,9 +1,10 @@
 //! Temperatures over codes: set, wait, report, gains and limits.
 
 mod gains;
+pub(crate) mod named;
 mod sensors;
 
-use core::fmt::{self, Write};
+use core::fmt;
 
 use config::{HeaterId, MachineConfig, ToolId};
 use program::{Part, Words};
@@ -16,6 +17,7 @@ use crate::needs::needs;
 use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
 pub(crate) use gains::{maximum_temperature, pid_gains};
+pub(crate) use named::heater_named;
 pub(crate) use sensors::{sensors, write_sensor};
 
 /// How often a wait says the temperature.
@@ -284,23 +286,6 @@ pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Messa
             crate::heat::DISPATCHER_TIMEOUT.seconds()
         )),
     }
-}
-
-/// The heater that a word names by its `tool_id`.
-///
-/// # Errors
-/// When nobody has it: those there are.
-pub(crate) fn heater_named(config: &MachineConfig, number: u16, letter: char, word: f64) -> Result<HeaterId, Failure> {
-    let id = ToolId::from_word(word).and_then(|id| config.heater_with(id));
-    id.ok_or_else(|| {
-        let mut text = message(format_args!("M{number}: no temperature control has tool_id {word}; there are"));
-        for (place, (_, heater)) in config.heaters().enumerate() {
-            let comma = if place == 0 { "" } else { "," };
-            // What does not fit any more is left out.
-            let _ = write!(text, "{comma} {letter}{} {}", heater.tool_id, heater.name);
-        }
-        Failure::Refused(text)
-    })
 }
 
 #[cfg(test)]

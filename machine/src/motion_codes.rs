@@ -314,11 +314,7 @@ pub(crate) fn steps_per_mm(
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    if !words.is_bare() {
-        let mut settings = motion_config(ports)?;
-        set_steps(&mut settings, words, tools, config)?;
-        ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
-    }
+    set_steps_per_mm(ports, config, tools, words)?;
     let settings = ports.motion(|motion| motion.config().copied());
     let steps = |motor: Actuator| settings.and_then(|all| all.actuators[motor]).map(|motor| motor.steps_per_mm);
     for (axis, motor) in motors() {
@@ -331,6 +327,24 @@ pub(crate) fn steps_per_mm(
     }
     reply.say(format_args!("\n"));
     Ok(Answer::Ok)
+}
+
+/// M92 without saying them.
+///
+/// # Errors
+/// As [`steps_per_mm`].
+pub(crate) fn set_steps_per_mm(
+    ports: &mut impl MotionPort,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+) -> Result<(), Failure> {
+    if words.is_bare() {
+        return Ok(());
+    }
+    let mut settings = motion_config(ports)?;
+    set_steps(&mut settings, words, tools, config)?;
+    ports.motion(|motion| motion.configure(settings)).map_err(refuse)
 }
 
 fn set_steps(

@@ -1,10 +1,11 @@
 //! Changing the compensation while the machine stands, and suspending it for a while.
 
-use config::{Leveling, LevelingConfig, MeshInterpolation};
-use motion::{CompensationError, Fade, GridShape, Interpolation, Mode, Motion};
+use config::{Leveling, LevelingConfig};
+use motion::{CompensationError, Fade, GridShape, Mode, Motion};
 use program::Words;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 
+use super::words::{fade_up_to, interpolation};
 use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
@@ -19,11 +20,6 @@ const SETTLING_TIME: Micros = Micros::from_millis(100);
 
 fn refuse(error: CompensationError) -> Failure {
     Failure::Refused(message(format_args!("{error}")))
-}
-
-/// A number to so many parts of one: so it is saved exactly.
-pub(super) fn rounded(value: f64, parts: f64) -> f64 {
-    libm::floor(value * parts + 0.5) / parts
 }
 
 /// Changes the compensation: coordinates stay, and the motors follow where the machine knows where it is.
@@ -146,31 +142,8 @@ pub(crate) async fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &
 
 /// Where the mesh fades: as M376 says, or as configured.
 fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
-    if let Some(end) = bed.fade_height {
-        return (end > 0.0).then_some(Fade { start: 0.0, end });
-    }
-    let is_meant = leveling.strategy == Some(Leveling::CartesianGrid);
-    let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0 };
-    (is_meant && fade.end > fade.start).then_some(fade)
+    fade_up_to(leveling, bed.fade_height)
 }
-
-const fn interpolation(configured: MeshInterpolation) -> Interpolation {
-    match configured {
-        MeshInterpolation::Spline => Interpolation::Spline,
-        MeshInterpolation::Bilinear => Interpolation::Bilinear,
-        MeshInterpolation::Lagrange => Interpolation::Lagrange,
-    }
-}
-
-// The configuration is checked for what motion takes.
-const _: () = {
-    let all = [MeshInterpolation::Spline, MeshInterpolation::Bilinear, MeshInterpolation::Lagrange];
-    let mut place = 0;
-    while place < all.len() {
-        assert!(all[place].most_points() as usize == interpolation(all[place]).most_points());
-        place += 1;
-    }
-};
 
 /// M420 S0: no leveling, until S1 puts the same grid in force again.
 pub(super) async fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {

@@ -24,6 +24,7 @@ mod skew;
 mod table;
 #[cfg(test)]
 mod tests;
+pub(crate) mod words;
 
 pub(crate) use compensation::{
     adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, set_compensation_aside, take_off,

@@ -6,7 +6,7 @@ use config::{Leveling, MachineConfig};
 use motion::compensation::Bed as Shape;
 use program::Words;
 
-use super::skew::configured;
+use super::words::configured;
 use crate::bed::{Bed, MOST_TWIST_POINTS, Twist};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::MotionPort;

@@ -4,7 +4,7 @@ use units::Mm;
 
 use super::grid::{around, configured, extrapolate};
 use super::grid_file::Header;
-use super::plane::plane_words;
+use super::words::plane_words;
 
 fn cartesian(count: [u8; 2]) -> (LevelingConfig, GridShape) {
     let mut leveling = LevelingConfig { strategy: Some(Leveling::CartesianGrid), ..LevelingConfig::default() };

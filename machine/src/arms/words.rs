@@ -1,0 +1,65 @@
+//! What the words of M665, M666 and M206 change, for whoever has no machine at hand too.
+
+use config::MachineConfig;
+use motion::Kinematics;
+use program::Words;
+use units::Axis;
+
+use crate::tuning::Tuning;
+
+/// The homing position of Z is a place of the tool, which M665 changes.
+pub(crate) const fn homes_by_tool(config: &MachineConfig) -> bool {
+    config.homing.delta || config.homing.scara
+}
+
+/// What M665 makes of arms; none where it leaves them as they are.
+pub(crate) fn arms_of(kinematics: &Kinematics, words: &Words<'_>) -> Option<Kinematics> {
+    let before = kinematics.parameters();
+    let mut parameters = kinematics.parameters();
+    for (letter, _) in before.iter() {
+        if let Some(value) = words.get(letter) {
+            parameters.set(letter, value);
+        }
+    }
+    (parameters != before).then(|| kinematics.with_parameters(&parameters))
+}
+
+/// What M665 sets beside the arms.
+pub(crate) fn set_arm_tuning(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
+    set_home_height(tuning, config, words);
+    set_line_cutting(tuning, words);
+}
+
+/// M666 without saying them.
+pub(crate) fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
+    let mut trims = tuning.trim();
+    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
+        *trim = words.axis(axis).unwrap_or(*trim);
+    }
+    tuning.set_trim(trims);
+}
+
+/// M206 without saying them.
+pub(crate) fn set_home_offsets(tuning: &mut Tuning, words: &Words<'_>) {
+    for axis in Axis::ALL {
+        if let Some(mm) = words.axis(axis) {
+            tuning.set_home_offset(axis, mm);
+        }
+    }
+}
+
+fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
+    if let Some(height) = words.get('Z').filter(|_| homes_by_tool(config)) {
+        tuning.set_home_z(height);
+    }
+}
+
+fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
+    if let Some(rate) = words.get('S') {
+        tuning.lines.segments_per_second = (rate > 1.0).then_some(rate);
+    }
+    if let Some(length) = words.get('U') {
+        tuning.lines.segments_per_second = None;
+        tuning.lines.segment_length = (length >= 1e-4).then_some(length);
+    }
+}

@@ -1,0 +1,115 @@
+//! What configuration and words say of skew, planes and fading, for whoever has no machine at hand too.
+
+use config::{Leveling, LevelingConfig, MeshInterpolation};
+use motion::{Fade, Interpolation, Plane, Skew};
+use program::Words;
+
+use crate::failure::{Failure, message};
+
+/// Skew factors are kept to as many parts of one: so they are saved exactly.
+const SKEW_PARTS: f64 = 1e8;
+/// Planes that Smoothieware saved are the bits of single-precision numbers: integers beyond this.
+const LEAST_BITS: f64 = 1e6;
+
+/// A number to so many parts of one: so it is saved exactly.
+pub(super) fn rounded(value: f64, parts: f64) -> f64 {
+    libm::floor(value * parts + 0.5) / parts
+}
+
+/// The skew of the configuration.
+pub(crate) fn configured(leveling: &LevelingConfig) -> Skew {
+    let [xy, xz, yz] = leveling.skew.map(|skew| {
+        let factor = match skew.measured {
+            Some([ac, bd, ad]) => Skew::from_square(ac, bd, ad).unwrap_or(0.0),
+            None => skew.factor,
+        };
+        rounded(factor, SKEW_PARTS)
+    });
+    Skew { xy, xz, yz }
+}
+
+/// What M852 makes of skew; none where it only asks.
+///
+/// # Errors
+/// When its lengths are no square's.
+pub(crate) fn skew_of(before: Skew, words: &Words<'_>) -> Result<Option<Skew>, Failure> {
+    let (measured, mut skew, mut any) = (square(words)?, before, false);
+    let plane = words.get('P').map_or(0, |plane| plane as usize);
+    for (index, (letter, factor)) in
+        [('I', &mut skew.xy), ('J', &mut skew.xz), ('K', &mut skew.yz)].into_iter().enumerate()
+    {
+        let by_square = measured.filter(|_| index == plane);
+        if let Some(word) = words.get(letter).or(by_square) {
+            *factor = rounded(word, SKEW_PARTS);
+            any = true;
+        }
+    }
+    Ok((any && words.code().subcode != 1).then_some(skew))
+}
+
+pub(super) const SQUARE: &str = "a square needs A, B and D: both diagonals AC and BD, and the side AD";
+
+/// The factor that the words' lengths tell, where they name any.
+pub(super) fn square(words: &Words<'_>) -> Result<Option<f64>, Failure> {
+    let [ac, bd, ad] = ['A', 'B', 'D'].map(|letter| words.as_length(letter));
+    match (ac, bd, ad) {
+        (None, None, None) => Ok(None),
+        (Some(ac), Some(bd), Some(ad)) => {
+            let factor = Skew::from_square(ac, bd, ad);
+            let text = format_args!("no nearly square figure has diagonals of {ac} and {bd} mm and a side of {ad} mm");
+            factor.map(Some).ok_or_else(|| Failure::Refused(message(text)))
+        }
+        _ => Err(Failure::refused(SQUARE)),
+    }
+}
+
+/// The plane of M561; none without words.
+///
+/// # Errors
+/// When words are missing, or are no bed's.
+pub(crate) fn plane_of(words: &Words<'_>) -> Result<Option<Plane>, Failure> {
+    let parts = ['A', 'B', 'C', 'D'].map(|letter| words.get(letter));
+    if parts.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let [Some(a), Some(b), Some(c), Some(d)] = parts else {
+        return Err(Failure::refused("M561 takes A, B, C and D, or none of them"));
+    };
+    let plane = Plane::from_equation(plane_words([a, b, c, d]));
+    plane.map(Some).ok_or_else(|| Failure::refused("M561: that plane stands upright"))
+}
+
+/// The words of M561: numbers, or what Smoothieware saved, the bits of single-precision numbers.
+pub(super) fn plane_words(words: [f64; 4]) -> [f64; 4] {
+    let is_bits = |word: &f64| libm::floor(*word) == *word && libm::fabs(*word) <= f64::from(u32::MAX);
+    let is_saved = words.iter().all(is_bits) && words.iter().any(|word| libm::fabs(*word) > LEAST_BITS);
+    if is_saved { words.map(|word| f64::from(f32::from_bits(word as i64 as u32))) } else { words }
+}
+
+/// Where the mesh fades: up to this height, or as configured.
+pub(crate) fn fade_up_to(leveling: &LevelingConfig, height: Option<f64>) -> Option<Fade> {
+    if let Some(end) = height {
+        return (end > 0.0).then_some(Fade { start: 0.0, end });
+    }
+    let is_meant = leveling.strategy == Some(Leveling::CartesianGrid);
+    let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0 };
+    (is_meant && fade.end > fade.start).then_some(fade)
+}
+
+pub(crate) const fn interpolation(configured: MeshInterpolation) -> Interpolation {
+    match configured {
+        MeshInterpolation::Spline => Interpolation::Spline,
+        MeshInterpolation::Bilinear => Interpolation::Bilinear,
+        MeshInterpolation::Lagrange => Interpolation::Lagrange,
+    }
+}
+
+// The configuration is checked for what motion takes.
+const _: () = {
+    let all = [MeshInterpolation::Spline, MeshInterpolation::Bilinear, MeshInterpolation::Lagrange];
+    let mut place = 0;
+    while place < all.len() {
+        assert!(all[place].most_points() as usize == interpolation(all[place]).most_points());
+        place += 1;
+    }
+};
