@@ -3,7 +3,7 @@
 mod page;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use config::{BoardId, MeshInterpolation};
@@ -40,10 +40,7 @@ pub struct Mesh {
 /// Prints the map and the words; writes the page.
 pub fn bed(options: &Options) -> Result<()> {
     let path = options.file.display();
-    let bytes = fs::read(&options.file).with_context(|| format!("cannot read {path}"))?;
-    let (shape, heights) =
-        if options.file.extension().is_some_and(|ending| ending == "grid") { grid_of(&bytes) } else { mesh_of(&bytes) }
-            .with_context(|| format!("{path} is no mesh"))?;
+    let (shape, heights) = read(&options.file)?;
     let (means, interpolation) = of_machine(options)?;
     let mesh = Mesh::new(shape, heights, means, interpolation).with_context(|| format!("{path} is no mesh"))?;
     for line in mesh.map() {
@@ -54,6 +51,18 @@ pub fn bed(options: &Options) -> Result<()> {
         fs::write(page, page::page(&mesh, &title)).with_context(|| format!("cannot write {}", page.display()))?;
     }
     Ok(())
+}
+
+/// A mesh as a board keeps it, `NAME.mesh`, `cartesian.grid` or `delta.grid`: its points and their heights.
+pub fn read(path: &Path) -> Result<(GridShape, Vec<f32>)> {
+    let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let read = if is_grid(path) { grid_of(&bytes) } else { mesh_of(&bytes) };
+    read.with_context(|| format!("{} is no mesh", path.display()))
+}
+
+/// Whether it is a grid as Smoothieware keeps it, which does not say where it lies.
+pub fn is_grid(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "grid")
 }
 
 fn of_machine(options: &Options) -> Result<(Means, Interpolation)> {

@@ -15,6 +15,7 @@ mod arms;
 mod autotune;
 mod axes;
 mod bed;
+mod drawing;
 mod executor;
 mod failure;
 mod filament;

@@ -7,17 +7,20 @@
 use config::JobPreflight;
 use motion::Tag;
 use program::Dialect;
-use units::{Celsius, MAX_HEATERS};
+use units::{Celsius, MAX_HEATERS, Micros};
 
 use super::{Machine, long_answers};
 use crate::failure::{Failure, Message, Outcome, about_file, message};
 use crate::files::Path;
 use crate::forecast::{Ahead, Answer, Foresight, Purpose, Stage, Wanted};
-use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, sub_path};
+use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
-use crate::preflight::{AsItIs, Kind, TOLD_LINES, Told};
+use crate::preflight::{AsItIs, Clock, Kind, TOLD_LINES, Told};
 use crate::sessions::{Listing, Recipient, Reply};
 
+/// While a job waits for a look at its file, that is said after so long, and whenever it has waited twice as
+/// long as when it was said last.
+const TOLD_FIRST: Micros = Micros::from_seconds(1);
 /// What stops a job is said so often.
 const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
@@ -54,16 +57,30 @@ pub(super) enum Start {
 
 /// The job is about to begin: its forecast does, and it waits for that where the configuration says so.
 pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
+    let may_hold = machine.config.player.preflight == JobPreflight::Refuse && !machine.jobs.is_forced();
+    start(machine, may_hold)
+}
+
+/// A job that began before a power cut goes on: it waits for nothing.
+pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
+    // What it does not wait for cannot end it.
+    let _now = start(machine, false);
+}
+
+fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     let foresight = machine.foresight;
     if machine.ahead.holds && machine.ahead.job == machine.jobs.count() {
-        return if foresight.is_under_way() { Start::Later } else { looked_at(machine, foresight) };
+        if foresight.is_under_way() {
+            tell_how_far(machine, foresight);
+            return Start::Later;
+        }
+        return looked_at(machine, foresight);
     }
     foresight.forget_course();
     let Some(path) = machine.jobs.path().cloned() else { return Start::Now };
     if machine.config.player.preflight == JobPreflight::Off {
         return Start::Now;
     }
-    let holds = machine.config.player.preflight == JobPreflight::Refuse && !machine.jobs.is_forced();
     let dialect = machine.jobs.dialect();
     match begin(machine, foresight, &path, Purpose::Job, dialect) {
         Ok(false) => return Start::Later,
@@ -74,10 +91,37 @@ pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
     }
     (machine.ahead.job, machine.ahead.holds) = (machine.jobs.count(), holds);
     if holds {
-        machine.announce(format_args!("// the whole file is looked at before it is begun\n"));
+        let now = machine.ports.now();
+        (machine.ahead.waits_since, machine.ahead.told_at) = (now, now);
+        let size = u64::from(machine.ahead.size).div_ceil(1_024);
+        machine.announce(format_args!(
+            "// the whole file is looked at before it is begun, {size} kB; play --force file would not wait\n"
+        ));
         return Start::Later;
     }
     Start::Now
+}
+
+/// Now and then, how far the look is that the job waits for, and how long it still takes at that pace.
+fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
+    let (now, since) = (machine.ports.now(), machine.ahead.waits_since);
+    let (waited, told) = (now.since(since), machine.ahead.told_at.since(since));
+    if waited < TOLD_FIRST || waited.0 < 2 * told.0 {
+        return;
+    }
+    machine.ahead.told_at = now;
+    let seconds = waited.0 as f64 * 1e-6;
+    let percent = looked_at_share(machine, foresight);
+    if percent > 0 {
+        let left = seconds * (100.0 / f64::from(percent) - 1.0);
+        machine.announce(format_args!("// looked at {percent} % of the file, about {left:.0} s to go\n"));
+    }
+}
+
+/// Per cent of the file; of one with loops and subroutines, where the look is.
+fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight<'_>) -> u8 {
+    let share = u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
+    share.min(100) as u8
 }
 
 /// The file has been looked at, or could not be.
@@ -87,7 +131,10 @@ fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) 
     let stops = foresight.totals().stops;
     match foresight.stage() {
         Stage::Done if stops == 0 => {
-            machine.announce(format_args!("// nothing in it stops the job\n"));
+            let (warnings, time) = (foresight.totals().warnings, Clock(foresight.totals().seconds()));
+            machine.announce(format_args!(
+                "// nothing in it stops the job: {warnings} warnings, {time} without heating\n"
+            ));
             Start::Now
         }
         Stage::Done => refuse(machine, &message(format_args!("{stops} of its lines would stop it"))),
@@ -128,10 +175,12 @@ fn begin<P: Ports>(
     // A check changes nothing of what is known of the job.
     let (job, made) = (ahead.job, ahead.made);
     *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, job, made, ..Ahead::default() };
-    let targets = machine.ports.heat(|heat| {
+    let (targets, most_celsius) = machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
-        targets
+        let mut most = [Celsius(0.0); MAX_HEATERS];
+        most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
+        (targets, most)
     });
     let Machine { program, tuning, safety, axes, .. } = machine;
     let state = AsItIs {
@@ -140,6 +189,7 @@ fn begin<P: Ports>(
         travel: &safety.travel,
         homed: axes.homed(),
         targets,
+        most_celsius,
         dialect: forced,
         goes_on: purpose == Purpose::Job,
     };
@@ -192,7 +242,9 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
         return;
     }
     while let Some(finding) = foresight.take_finding() {
-        let (holds, comes) = (machine.ahead.holds, finding.line > machine.jobs.line());
+        // A line of a subroutine's own file may come again.
+        let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
+        let holds = machine.ahead.holds;
         machine.ahead.warned += 1;
         // What the machine has come to it says itself.
         let is_news = holds || comes;
@@ -204,7 +256,7 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
         // The machine would stop there by itself, or halt and lose its place. Where what an input or a probe
         // says decides, or in the file of a subroutine, nobody knows that it comes to that.
         let halts = matches!(finding.kind, Kind::OutOfTravel | Kind::Unreachable);
-        let is_sure = !foresight.guesses() && machine.ahead.callers.is_empty();
+        let is_sure = !foresight.guesses() && finding.sub.is_none();
         let pauses = !holds && !machine.jobs.is_forced() && halts && is_sure && comes;
         if pauses && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
             machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
@@ -260,7 +312,7 @@ fn bring(
         Wanted::Call(name) => {
             let folder = ahead.path.rfind('/').and_then(|end| ahead.path.get(..end)).unwrap_or_default();
             if ahead.callers.is_full() {
-                return Ok(Answer::Failed("files call each other more than 3 deep"));
+                return Ok(Answer::Failed(TOO_DEEP));
             }
             match storage.open(&sub_path(folder, name), OpenMode::Beside) {
                 Ok(file) => {
@@ -300,6 +352,7 @@ pub(super) fn check_piece<P: Ports>(
     if foresight.purpose() != Purpose::Check {
         return Err(Failure::refused("broken off: a job has begun"));
     }
+    let config = machine.config;
     let reply = &mut Reply::new(&mut machine.sessions, to);
     if let Some(finding) = foresight.take_finding() {
         reply.say(format_args!("{finding}\n"));
@@ -313,7 +366,8 @@ pub(super) fn check_piece<P: Ports>(
             if *line == 0 && foresight.missed() > 0 {
                 reply.say(format_args!("and {} more\n", foresight.missed()));
             }
-            reply.say(format_args!("{}", Told { totals: &foresight.totals(), line: *line }));
+            let told = Told { config, totals: &foresight.totals(), line: *line };
+            reply.say(format_args!("{told}"));
             *line += 1;
             Ok(*line < TOLD_LINES)
         }
@@ -339,8 +393,7 @@ pub(super) fn outlook<P: Ports>(machine: &mut Machine<'_, P>) -> Outlook {
     });
     let planned = planned.filter(|_| is_its);
     let goes_on = foresight.is_under_way() && foresight.purpose() == Purpose::Job;
-    let share = || u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
-    Outlook { planned, looked_at: goes_on.then(|| share().min(100) as u8) }
+    Outlook { planned, looked_at: goes_on.then(|| looked_at_share(machine, foresight)) }
 }
 
 /// Notes which line of the job is made.

@@ -4,11 +4,8 @@ use heapless::Vec;
 use units::Micros;
 
 use crate::files::Path;
-use crate::jobs::{FileLines, Lookup};
+use crate::jobs::{FileLines, Lookup, MOST_CALLERS};
 use crate::ports::{FileHandle, Storage};
-
-/// Files that wait for each other's subroutines, at most.
-const MOST_CALLERS: usize = 3;
 
 /// The files that a forecast reads, and what it is to the job.
 #[derive(Debug, Default)]
@@ -26,6 +23,9 @@ pub(crate) struct Ahead {
     pub warned: u32,
     /// The job waits for its end.
     pub holds: bool,
+    /// When the job began to wait, and when it was said last how far the look is.
+    pub waits_since: Micros,
+    pub told_at: Micros,
     /// Lines of the job that have been made, and since when.
     pub made: (u32, Micros),
 }

@@ -132,7 +132,9 @@ async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight<'_>, next: N
             preflight.enter_file(there_is_one);
         }
         Next::Returned => {
-            ask(foresight, Wanted::Caller).await?;
+            if ask(foresight, Wanted::Caller).await? {
+                preflight.leave_file();
+            }
         }
     }
     Ok(())

@@ -13,6 +13,11 @@ use crate::sessions::LineBytes;
 /// Bytes read from the card at a time: one sector.
 const CHUNK: usize = 512;
 
+/// Files that wait for each other's subroutines, at most.
+pub(crate) const MOST_CALLERS: usize = 3;
+/// What is said where there would be more.
+pub(crate) const TOO_DEEP: &str = "files call each other more than 3 deep";
+
 /// What the file gave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {

@@ -36,7 +36,7 @@ pub(crate) use flavour::of_text;
 pub(crate) use flavour::{Lookup, Step};
 pub use layers::Layers;
 pub use lines::Next;
-pub(crate) use lines::{FileLines, is_comment, sub_path};
+pub(crate) use lines::{FileLines, MOST_CALLERS, TOO_DEEP, is_comment, sub_path};
 pub use objects::By;
 use objects::Objects;
 pub use passed_over::Name;
@@ -54,9 +54,6 @@ pub(crate) use tags::of_number;
 pub use tower::Tower;
 
 const PRINTING: &str = "Currently printing, abort print first";
-
-/// Files that wait for each other's subroutines, at most.
-const MOST_CALLERS: usize = 3;
 
 /// Who listens to a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -454,7 +451,7 @@ impl Jobs {
         if job.callers.is_full() {
             // It was only opened: a failing close loses nothing.
             let _ = storage.close(file);
-            return Err(Failure::refused("files call each other more than 3 deep"));
+            return Err(Failure::refused(TOO_DEEP));
         }
         let caller = core::mem::replace(&mut job.lines, FileLines::new(file));
         // There is room.

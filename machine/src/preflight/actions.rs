@@ -4,10 +4,12 @@ use motion::{Latch, Motion};
 use program::{Action, Effect, Function, Next, Part, Place, Words};
 use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
 
+use super::cost::Costs;
 use super::finding::Kind;
 use super::homing;
 use super::lines::{Reading, Said};
-use crate::failure::message;
+use super::settings;
+use crate::failure::{Failure, message};
 use crate::heat::OFF_BELOW;
 use crate::motion_codes;
 use crate::needs::needs;
@@ -41,7 +43,7 @@ impl Reading<'_, '_> {
             }
             Action::HeatAndWait { heater, target } => {
                 self.standstill().await;
-                self.preflight.totals.heat_waits += 1;
+                self.waits_for(heater, target);
                 return self.target(heater, target);
             }
             Action::Home(axes) => self.home(axes).await,
@@ -49,7 +51,8 @@ impl Reading<'_, '_> {
             Action::ForgetHoming(axes) => self.preflight.homed = self.preflight.homed.without(axes),
             Action::Acceleration(value) => {
                 let set = motion_codes::acceleration(&mut self.shadow(), value);
-                return set.map(drop).map_err(|failure| self.failed(Kind::Word, failure));
+                set.map_err(|failure| self.failed(Kind::Word, failure))?;
+                self.acceleration_is_asked();
             }
             Action::Function(function, ref words) => return self.function(function, words).await,
             Action::EndProgram => {
@@ -103,7 +106,8 @@ impl Reading<'_, '_> {
         let config = self.preflight.config;
         needs(config, Part::Heater(heater), true).map_err(|failure| self.failed(Kind::Off, failure))?;
         let Some(settings) = config.heater(heater) else { return Ok(()) };
-        let (name, most) = (settings.name.as_str(), settings.max_temp);
+        let most = self.preflight.most_celsius.get(heater.index()).copied().unwrap_or(settings.max_temp);
+        let name = settings.name.as_str();
         if settings.heater_pin.is_none() {
             return Err(self.say(Kind::TooHot, message(format_args!("{name} is a sensor without a heater"))));
         }
@@ -112,6 +116,16 @@ impl Reading<'_, '_> {
             return Err(self.say(Kind::TooHot, message(text)));
         }
         Ok(())
+    }
+
+    /// How long that takes nobody knows beforehand.
+    fn waits_for(&mut self, heater: HeaterId, target: Celsius) {
+        let totals = &mut self.preflight.totals;
+        totals.heat_waits += 1;
+        if let Some((times, most)) = totals.heats.get_mut(heater.index()) {
+            *times += 1;
+            *most = if target > *most { target } else { *most };
+        }
     }
 
     fn shadow(&mut self) -> Shadow<'_> {
@@ -128,7 +142,8 @@ impl Reading<'_, '_> {
                 self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
                 Ok(())
             }
-            _ if words.is_bare() && !matches!(function, Function::LevelingOff | Function::WaitForHeaters) => Ok(()),
+            Function::BedPlane => self.set(function, words).await,
+            _ if words.is_bare() && !matches!(function, Function::LoadGrid | Function::WaitForHeaters) => Ok(()),
             Function::AxisSpeeds => {
                 let set = motion_codes::set_axis_speeds(&mut self.shadow(), config, &tools, words);
                 set.map(|seek| rate = seek)
@@ -136,7 +151,14 @@ impl Reading<'_, '_> {
             Function::MotorSpeeds => {
                 motion_codes::set_motor_speeds(&mut self.shadow(), config, &tools, words).map(drop)
             }
-            Function::Accelerations => motion_codes::accelerations(&mut self.shadow(), config, &tools, words).map(drop),
+            Function::Accelerations => {
+                let set = motion_codes::accelerations(&mut self.shadow(), config, &tools, words);
+                set.map(|_| {
+                    if words.has('S') {
+                        self.acceleration_is_asked();
+                    }
+                })
+            }
             Function::CornerSettings => motion_codes::corner_settings(&mut self.shadow(), words).map(drop),
             Function::Jerk => motion_codes::jerk(&mut self.shadow(), words).map(drop),
             Function::SpeedFactor => {
@@ -155,12 +177,33 @@ impl Reading<'_, '_> {
                 self.preflight.totals.heat_waits += 1;
                 Ok(())
             }
-            _ => Ok(()),
+            Function::StepsPerMm => {
+                self.standstill().await;
+                motion_codes::set_steps_per_mm(&mut self.shadow(), config, &tools, words)
+            }
+            _ => self.set(function, words).await,
         };
         if let Some(rate) = rate {
             self.preflight.program.set_seek_rate(rate);
+            self.preflight.asks_of_rapids = true;
         }
         set.map_err(|failure| self.failed(Kind::Word, failure))
+    }
+
+    async fn set(&mut self, function: Function, words: &Words<'_>) -> Result<(), Failure> {
+        if settings::stands_first(function) {
+            self.standstill().await;
+        }
+        settings::set(self.preflight, self.motion, function, words)?;
+        if settings::stands_first(function) {
+            self.preflight.program.resynchronise(self.motion.commanded_position());
+        }
+        Ok(())
+    }
+
+    /// The file has said how fast moves are to gain speed.
+    fn acceleration_is_asked(&mut self) {
+        self.preflight.asked_acceleration = self.motion.config().map(|config| config.limits.acceleration.get());
     }
 
     /// What comes now depends on what only the job finds.
@@ -211,10 +254,21 @@ impl Reading<'_, '_> {
         while self.pass() {
             self.preflight.turn().await;
         }
+        if !self.preflight.costs.is_settled() {
+            self.settle_costs(Costs::settle_all).await;
+        }
         if core::mem::take(&mut self.preflight.moves) {
             let settling = self.preflight.settling;
             self.wait(settling);
         }
+    }
+
+    /// What limits have cost so far, in a turn of its own.
+    pub(super) async fn settle_costs(&mut self, settle: fn(&mut Costs)) {
+        self.preflight.turn_alone().await;
+        settle(&mut self.preflight.costs);
+        self.preflight.totals.limits = *self.preflight.costs.seconds();
+        self.preflight.turn_alone().await;
     }
 
     fn wait(&mut self, seconds: f64) {
@@ -228,10 +282,6 @@ impl Reading<'_, '_> {
         let totals = &mut self.preflight.totals;
         totals.even_seconds += passage.even_seconds;
         totals.ramp_seconds += passage.ramp_seconds;
-        let (asked, limit) = (passage.requested.get(), passage.limit.get());
-        if asked > limit && passage.mode == motion::Mode::Feed {
-            totals.lost_seconds += passage.even_seconds * (1.0 - limit / asked);
-        }
         self.listener.passed(&passage, self.motion);
         true
     }

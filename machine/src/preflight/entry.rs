@@ -1,19 +1,61 @@
 //! What brings lines calls these.
 
 use gcode::MAX_LINE_LENGTH;
-use motion::Motion;
-use program::{Next, Place};
+use motion::{GridShape, Motion};
+use program::{Dialect, Next, Place};
 
 use super::finding::{Finding, Kind};
 use super::lines::Reading;
+use super::settings;
 use super::state::{Listener, MOST_LINES, Preflight};
-use crate::failure::message;
+use super::text::read;
+use crate::failure::{Message, message};
 use crate::jobs::is_comment;
 
 impl Preflight<'_> {
-    /// A subroutine was called that has a file of its own, which is read now; or it has none.
+    /// The subroutine that was called has a file of its own, which is read now; or it has none.
     pub fn enter_file(&mut self, there_is_one: bool) {
-        if there_is_one { self.program.enter_file() } else { self.program.search_sub() }
+        if !there_is_one {
+            return self.program.search_sub();
+        }
+        self.program.enter_file();
+        // Whoever opens files opens no more than fit.
+        let _ = self.files.push(core::mem::take(&mut self.called));
+    }
+
+    /// That file is done with; the one before goes on.
+    pub fn leave_file(&mut self) {
+        self.files.pop();
+    }
+
+    /// Reads the settings that a machine has saved (M500), before the job. Which line loads a mesh, if any
+    /// does.
+    pub fn load_settings(&mut self, text: &[u8], motion: &mut Motion, listener: &mut dyn Listener) -> Option<u32> {
+        let dialect = core::mem::replace(&mut self.dialect, Dialect::Smoothie);
+        // Files of subroutines have no part in it.
+        let _ = read(self, text, &|_| None, motion, listener);
+        self.dialect = dialect;
+        self.forget_the_file();
+        self.loads_mesh
+    }
+
+    /// Levels by a mesh that the machine has saved: with a name (M374 P), or as Smoothieware keeps its grid.
+    ///
+    /// # Errors
+    /// When it is none of this machine.
+    pub fn load_mesh(
+        &mut self,
+        shape: &GridShape,
+        heights: &[f32],
+        has_a_name: bool,
+        motion: &mut Motion,
+    ) -> Result<(), Message> {
+        settings::level_by(self, motion, shape, heights, has_a_name)
+    }
+
+    /// What is wrong with this line.
+    pub(super) fn finding(&self, line: u32, kind: Kind, what: Message) -> Finding {
+        Finding { sub: self.files.last().cloned(), line, kind, what }
     }
 
     /// The next line, which begins and ends at these places of its file. Says which one follows it.
@@ -29,14 +71,18 @@ impl Preflight<'_> {
         self.begun = self.begun.saturating_add(u32::from(!is_comment(line)));
         self.program.at_line(self.line);
         self.turn().await;
-        Reading { preflight: self, motion, listener, after }.line(line, here).await
+        let next = Reading { preflight: self, motion, listener, after }.line(line, here).await;
+        if let Next::FirstOf(name) = &next {
+            self.called.clone_from(name);
+        }
+        next
     }
 
     /// The next line, which begins at this place, is longer than any.
     pub fn too_long(&mut self, here: Place, listener: &mut dyn Listener) {
         self.totals.stops += 1;
         let what = message(format_args!("the line is longer than {MAX_LINE_LENGTH} letters"));
-        listener.found(&Finding { line: here.line + 1, kind: Kind::Text, what });
+        listener.found(&self.finding(here.line + 1, Kind::Text, what));
     }
 
     /// Whether more lines have been carried out than any file needs, which is said.
@@ -44,7 +90,7 @@ impl Preflight<'_> {
         let is_endless = self.totals.lines > MOST_LINES;
         if is_endless {
             let text = format_args!("more than {MOST_LINES} lines are carried out: what follows is not looked at");
-            listener.found(&Finding { line: self.line, kind: Kind::Unforeseen, what: message(text) });
+            listener.found(&self.finding(self.line, Kind::Unforeseen, message(text)));
         }
         is_endless
     }

@@ -2,7 +2,11 @@
 
 use core::fmt;
 
+use super::limits::Limit;
 use crate::failure::Message;
+
+/// The name of a subroutine.
+pub type SubName = gcode::expression::Name;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -38,6 +42,8 @@ pub enum Kind {
     Cold,
     /// A speed that a limit cuts.
     Speed,
+    /// An acceleration that a limit cuts.
+    Acceleration,
     /// The line cannot be read.
     Text,
     /// Subroutines and loops do not fit together.
@@ -62,6 +68,7 @@ impl Kind {
             Self::TooHot => "lower the temperature, or raise max_temp if the hardware bears it",
             Self::Cold => "set the temperature and wait for it (M109) before",
             Self::Speed => "slice for that speed, or raise the limit",
+            Self::Acceleration => "slice for that acceleration, or raise the limit",
             Self::Text => "the file may be damaged: copy it anew",
             Self::Flow => "close what is open",
             Self::Unforeseen => "watch the job there",
@@ -72,7 +79,9 @@ impl Kind {
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
-            Self::NotHomed | Self::PassedOver | Self::Cold | Self::Speed | Self::Unforeseen => Severity::Warning,
+            Self::NotHomed | Self::PassedOver | Self::Cold | Self::Speed | Self::Acceleration | Self::Unforeseen => {
+                Severity::Warning
+            }
             _ => Severity::Stop,
         }
     }
@@ -81,6 +90,8 @@ impl Kind {
 /// Something that is wrong with a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
+    /// The subroutine in whose file it is; none in the job's own.
+    pub sub: Option<SubName>,
     /// The line, from 1.
     pub line: u32,
     /// What sort of thing.
@@ -92,6 +103,9 @@ pub struct Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = if self.kind.severity() == Severity::Stop { "stops" } else { "warning" };
+        if let Some(sub) = &self.sub {
+            write!(f, "{sub}.ngc, ")?;
+        }
         write!(f, "line {}: {word}: {} ({})", self.line, self.what, self.kind.fix())
     }
 }
@@ -101,8 +115,8 @@ impl fmt::Display for Finding {
 pub(super) struct Once {
     pub not_homed: bool,
     pub cold: [bool; units::MAX_AXES],
-    /// Of the axes X Y Z, the path, the motors of A B C.
-    pub speed: [bool; 7],
+    /// Limits that the file asks for more than, as in [`Limit::ALL`].
+    pub limits: [bool; Limit::COUNT],
     pub unforeseen: bool,
     /// How many of a kind that may come in thousands have been said.
     pub out_of_travel: u32,

@@ -2,9 +2,9 @@
 
 use gcode::{Block, Blocks, Line, Refusal, WholeLine};
 use motion::Motion;
-use program::{Dialect, Fault, Meaning, Next, Place, Problem};
+use program::{Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
 
-use super::finding::{Finding, Kind, MOST_ALIKE, Severity};
+use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};
 use crate::executor::decoder_expecting;
 use crate::failure::{Failure, Message, message};
@@ -45,7 +45,7 @@ impl Reading<'_, '_> {
             *alike > MOST_ALIKE
         });
         if !too_many {
-            self.listener.found(&Finding { line: preflight.line, kind, what });
+            self.listener.found(&preflight.finding(preflight.line, kind, what));
         }
         Said
     }
@@ -198,6 +198,8 @@ impl Reading<'_, '_> {
             Ok(meaning) => meaning,
             Err(fault) => return Err(self.wrong(&fault)),
         };
+        let is_rapid = self.preflight.program.modal().motion == MotionMode::Rapid;
+        self.preflight.asks_of_rapids |= is_rapid && block.has('F');
         while let Some(effect) = self.preflight.program.next_effect() {
             self.effect(effect)?;
         }

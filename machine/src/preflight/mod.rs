@@ -9,16 +9,20 @@
 //! does. A file is read as on a machine that has just been switched on.
 
 mod actions;
+mod cost;
 mod entry;
 mod finding;
 mod homing;
+mod limits;
 mod lines;
 mod moves;
+mod settings;
 mod state;
 mod text;
 mod told;
 
-pub use finding::{Finding, Kind, Severity};
+pub use finding::{Finding, Kind, Severity, SubName};
+pub use limits::Limit;
 pub(crate) use state::AsItIs;
 pub use state::{Listener, MOST_LINES, Preflight, Totals};
 pub use text::{dialect_of, read};

@@ -1,19 +1,26 @@
 //! Moves: held against the travel, then given to motion as the executor does, with nobody waiting.
 
-use motion::geometry::{Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, MOST_POINTS, Nurbs};
-use motion::geometry::{ParametricCurve, SplineMoves};
-use motion::path::Curve;
-use motion::{Mode, Refusal};
-use program::{Centre, Move, Rate, Shape};
-use units::{Axis, MmPerSecond, PerAxis, Plane};
+use config::MachineConfig;
+use motion::geometry::LineSettings;
+use motion::path::{Bounds, Curve};
+use motion::{Block, Mode, Refusal};
+use program::{Interpreter, Move, Rate, Shape};
+use units::{Axis, MmPerSecond, PerAxis};
 
+use super::cost::{Costs, Wish};
 use super::finding::Kind;
+use super::limits::{self, Demand, Limit, Met};
 use super::lines::{Reading, Said};
-use crate::failure::message;
-use crate::motion_config::arc_settings;
+use crate::drawing::{self, Draws};
+use crate::failure::{Message, message};
 
-/// Parts of a turn on a machine that bends lines.
-const PARTS_OF_TURN: f64 = 16.0;
+/// A share that is rounding.
+const SAME: f64 = 1e-6;
+
+/// What is asked for, if that is more than is given.
+fn greater(asked: f64, given: f64) -> f64 {
+    if asked > given * (1.0 + SAME) { asked } else { given }
+}
 
 impl Reading<'_, '_> {
     pub(super) async fn movement(&mut self, request: &Move) -> Result<(), Said> {
@@ -29,124 +36,11 @@ impl Reading<'_, '_> {
 
     async fn draw(&mut self, request: &Move, from: &PerAxis<f64>) -> Result<(), Said> {
         self.may_move(request, from)?;
-        let mut own = self.in_motions_terms(request);
-        let mut last = |length: f64| {
-            if let Rate::Duration(seconds) = request.rate {
-                own.feed_rate = MmPerSecond(length / seconds);
-            }
-        };
-        match request.shape {
-            Shape::Line { names_xy } => {
-                last(Line::length(from, &request.target));
-                self.stays_within(from, &request.target)?;
-                let lines = self.preflight.tuning.lines;
-                let line = if names_xy || self.preflight.config.motion.segment_z_moves {
-                    Line::cut(*from, request.target, own.feed_rate, &lines)
-                } else {
-                    Line::whole(*from, request.target)
-                };
-                for point in line {
-                    self.submit(&mut own, point, Curve::Line).await?;
-                }
-                Ok(())
-            }
-            Shape::Arc { plane, centre, clockwise, turns, column } => {
-                let arc = arc(from, &request.target, plane, centre, clockwise, turns);
-                let arc = arc.map_err(|error| self.bad_arc(&error, column))?;
-                last(arc.length());
-                self.arc(&mut own, arc, from, column).await
-            }
-            Shape::Cubic([(i, j), (p, q)]) => {
-                let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
-                let points = [[x, y, 0.0], [x + i, y + j, 0.0], [to_x + p, to_y + q, 0.0], [to_x, to_y, 0.0]];
-                self.spline(&mut own, Bezier::cubic(points), from, request).await
-            }
-            Shape::Quadratic((i, j)) => {
-                let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
-                let points = [[x, y, 0.0], [x + i, y + j, 0.0], [to_x, to_y, 0.0]];
-                self.spline(&mut own, Bezier::quadratic(points), from, request).await
-            }
-            Shape::Nurbs { order } => {
-                let point = |p: &program::ControlPoint| ControlPoint { x: p.x, y: p.y, weight: p.weight };
-                let points: heapless::Vec<ControlPoint, MOST_POINTS> =
-                    self.preflight.program.control_points().iter().map(point).collect();
-                match Nurbs::new(&points, usize::from(order)) {
-                    Some(nurbs) => self.spline(&mut own, nurbs, from, request).await,
-                    None => {
-                        let text = "the spline's order and its control points do not fit";
-                        Err(self.say(Kind::Word, message(format_args!("{text}"))))
-                    }
-                }
-            }
-        }
-    }
-
-    async fn arc(&mut self, own: &mut motion::Move, arc: Arc, from: &PerAxis<f64>, column: u16) -> Result<(), Said> {
-        self.curve_stays_within(from, &arc.bounds())?;
-        let settings = arc_settings(self.preflight.config);
-        if settings.cut() {
-            let chords = Chords::new(arc, &settings).map_err(|error| self.bad_arc(&error, column))?;
-            for point in chords {
-                self.submit(own, point, Curve::Line).await?;
-            }
-            return Ok(());
-        }
-        let bends = self.motion.config().is_some_and(|config| !config.kinematics.is_linear());
-        let parts = if bends { libm::ceil(PARTS_OF_TURN * arc.turns()) as u32 } else { 1 };
-        for (end, curve) in arc.parts(parts) {
-            self.submit(own, end, curve).await?;
-        }
-        Ok(())
-    }
-
-    async fn spline(
-        &mut self,
-        own: &mut motion::Move,
-        spline: impl ParametricCurve + Copy,
-        from: &PerAxis<f64>,
-        request: &Move,
-    ) -> Result<(), Said> {
-        let moves = SplineMoves::new(spline, *from, request.target);
-        self.curve_stays_within(from, &moves.bounds())?;
-        for (end, curve) in moves {
-            self.submit(own, end, curve).await?;
-        }
-        Ok(())
-    }
-
-    fn bad_arc(&mut self, error: &ArcError, column: u16) -> Said {
-        self.say(Kind::Word, message(format_args!("{error}, column {column}")))
-    }
-
-    async fn submit(&mut self, own: &mut motion::Move, target: PerAxis<f64>, curve: Curve) -> Result<(), Said> {
-        (own.target, own.curve) = (target, curve);
-        loop {
-            match self.motion.submit(own) {
-                Ok(()) => break,
-                Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
-                Err(refusal) => {
-                    return Err(self.say(Kind::Unreachable, message(format_args!("{refusal}"))));
-                }
-            }
-        }
-        self.preflight.moves = true;
-        Ok(())
-    }
-
-    fn in_motions_terms(&self, request: &Move) -> motion::Move {
-        let (feed_rate, mode) = match request.rate {
-            Rate::Rapid(speed) => (speed, Mode::Rapid),
-            Rate::Feed(speed) => (speed, Mode::Feed),
-            Rate::Duration(_) | Rate::PerRevolution(_) => (MmPerSecond(0.0), Mode::Feed),
-        };
-        let deviation = || self.motion.config().map_or(0.0, |config| config.limits.junction_deviation.get());
-        let corner = match request.corner {
-            program::Corner::Sharp => motion::Corner::Sharp,
-            program::Corner::Stop => motion::Corner::Stop,
-            program::Corner::Rounded(within) => motion::Corner::Rounded(within.unwrap_or_else(deviation)),
-        };
-        let (target, power, tag) = (request.target, request.power, self.preflight.tag());
-        motion::Move { target, feed_rate, mode, power, curve: Curve::Line, corner, tag, part: 0 }
+        let limits = || self.motion.config().map(|config| config.limits);
+        let deviation = || limits().map_or(0.0, |limits| limits.junction_deviation.get());
+        let own = drawing::in_motions_terms(request, self.preflight.tag(), deviation);
+        self.preflight.without_flow_limit = self.speed_without_flow_limit(request, from);
+        drawing::draw(self, *from, request, own).await
     }
 
     // --- what is wrong with a move ---
@@ -164,23 +58,7 @@ impl Reading<'_, '_> {
             }
         }
         self.look_for_cold(request, from);
-        self.look_for_speed(request, from);
         Ok(())
-    }
-
-    fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Said> {
-        let preflight = &mut *self.preflight;
-        let homed = preflight.homed;
-        let travel = preflight.travel.up_to_date(preflight.config, &preflight.tuning);
-        travel.check(from, to, homed).map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
-    }
-
-    fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &motion::path::Bounds) -> Result<(), Said> {
-        let preflight = &mut *self.preflight;
-        let homed = preflight.homed;
-        let travel = preflight.travel.up_to_date(preflight.config, &preflight.tuning);
-        let checked = travel.check_bounds(from, bounds, homed);
-        checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
     }
 
     /// Filament that a nozzle pushes while its heater has no target.
@@ -202,25 +80,113 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// A speed of an axis, or of the path, above its limit.
-    fn look_for_speed(&mut self, request: &Move, from: &PerAxis<f64>) {
-        let (Rate::Feed(asked), Shape::Line { .. }) = (request.rate, request.shape) else { return };
-        let Some(limits) = self.motion.config().map(|config| config.limits) else { return };
-        let length = Line::length(from, &request.target);
-        if length <= 0.0 {
+    // --- what limits cut ---
+
+    /// Filament that the program has slowed the move down for (M203 V): the speed that it was asked for.
+    fn speed_without_flow_limit(&self, request: &Move, from: &PerAxis<f64>) -> Option<MmPerSecond> {
+        let tool = self.preflight.program.tools().active()?;
+        tool.settings.flow_limit?;
+        let own = self.preflight.program.modal().feed_rate;
+        let feeds = request.target[tool.settings.axis] > from[tool.settings.axis];
+        let moves = Axis::PRIMARY.into_iter().any(|axis| request.target[axis] != from[axis]);
+        let is_line = matches!(request.shape, Shape::Line { .. });
+        let slowed = matches!(request.rate, Rate::Feed(speed) if speed.0 < own.0 * (1.0 - SAME));
+        (slowed && feeds && moves && is_line).then_some(own)
+    }
+
+    /// What motion has made of a piece that was submitted: the last block is the piece, one before it rounds
+    /// a corner.
+    fn hold_against_limits(&mut self, from: &PerAxis<f64>, piece: &motion::Move, since: u32) {
+        let overrides = self.motion.overrides();
+        let mut blocks: heapless::Vec<Block, 2> = self.motion.submitted_since(since).copied().collect();
+        let Some(block) = blocks.pop() else { return };
+        for rounding in blocks {
+            self.preflight.costs.push(&Wish::granted(&rounding, rounding.cruise(&overrides)));
+        }
+        let mut wish = Wish::granted(&block, block.cruise(&overrides));
+        // A rapid goes as fast as it may: it asks for a speed where the file has said one.
+        let is_feed = block.mode == Mode::Feed;
+        if is_feed || self.preflight.asks_of_rapids {
+            let asked = self.preflight.without_flow_limit.unwrap_or(piece.feed_rate).get();
+            wish.asked = greater(asked * if is_feed { overrides.feed } else { overrides.rapid }, wish.given);
+        }
+        let moves = Axis::PRIMARY.into_iter().any(|axis| block.target[axis] != from[axis]) || !piece.curve.is_line();
+        if let Some(asked) = self.preflight.asked_acceleration.filter(|_| moves) {
+            wish.asked_acceleration = greater(asked, wish.given_acceleration);
+        }
+        if wish.is_cut() {
+            self.find_limits(from, &block, piece.curve, &mut wish);
+        }
+        self.preflight.costs.push(&wish);
+    }
+
+    /// Which limits a move meets, said once of each.
+    fn find_limits(&mut self, from: &PerAxis<f64>, block: &Block, curve: Curve, wish: &mut Wish) {
+        let Some(config) = self.motion.config() else { return };
+        let (demand, limits) = (Demand::of(config, from, block, curve), config.limits);
+        if wish.asked > wish.given {
+            let axes = demand.speeds(&limits, wish.asked).filter(|met| matches!(met.limit, Limit::AxisSpeed(_)));
+            let by_axes = axes.fold(f64::INFINITY, |least, met| met.allows.min(least));
+            for met in demand.speeds(&limits, wish.asked) {
+                // Of an axis and its motor one is enough.
+                let is_the_axis = matches!(met.limit, Limit::MotorRate(motor) if Axis::PRIMARY.len() > motor as usize);
+                if !(is_the_axis && by_axes <= met.allows) {
+                    self.say_speed(&met);
+                }
+            }
+            let is_flow = block.speed_limit > wish.given && self.preflight.without_flow_limit.is_some();
+            wish.cut_by[0] = Some(if is_flow {
+                self.say_flow(wish.given / wish.asked);
+                Limit::Flow
+            } else {
+                limits::strictest(demand.speeds(&limits, wish.asked), wish.given)
+            });
+        }
+        let faster = wish.asked_acceleration;
+        if faster > wish.given_acceleration {
+            demand.accelerations(&limits, faster).for_each(|met| self.say_acceleration(&met, faster));
+            let met = demand.accelerations(&limits, faster);
+            wish.cut_by[1] = Some(limits::strictest(met, wish.given_acceleration));
+        }
+    }
+
+    fn is_news(&mut self, limit: Limit) -> bool {
+        let said = self.preflight.once.limits.get_mut(limit.index());
+        said.is_some_and(|said| !core::mem::replace(said, true))
+    }
+
+    fn say_speed(&mut self, met: &Met) {
+        if !self.is_news(met.limit) {
             return;
         }
-        let axis_limits = limits.axis_speed.into_iter().map(|limit| limit.map(MmPerSecond::get));
-        let motors = limits.actuator_rate.0.into_iter().skip(Axis::PRIMARY.len()).map(|rate| Some(rate.get()));
-        for (place, (axis, limit)) in Axis::ALL.into_iter().zip(axis_limits.chain(motors)).enumerate() {
-            let own = libm::fabs(request.target[axis] - from[axis]) / length * asked.get();
-            let Some(limit) = limit.filter(|limit| own > limit * 1.000_001) else { continue };
-            let Some(said) = self.preflight.once.speed.get_mut(place) else { continue };
-            if !core::mem::replace(said, true) {
-                let letter = axis.letter();
-                let text = format_args!("{letter} is asked for {own:.1} mm/s and limited to {limit:.1} mm/s");
-                self.say(Kind::Speed, message(text));
-            }
+        let Met { limit, asked, most, .. } = *met;
+        let text = format_args!("is asked for {asked:.1} mm/s and limited to {most:.1} mm/s");
+        let what = match limit {
+            Limit::AxisSpeed(axis) => message(format_args!("{} {text}", axis.letter())),
+            Limit::MotorRate(motor) => match Axis::ALL.get(motor as usize).filter(|axis| !Axis::PRIMARY.contains(axis))
+            {
+                Some(axis) => message(format_args!("{} {text}", axis.letter())),
+                None => message(format_args!("motor {} {text}", motor.name())),
+            },
+            _ => message(format_args!("the path {text}")),
+        };
+        self.say(Kind::Speed, what);
+    }
+
+    fn say_flow(&mut self, share: f64) {
+        let most = self.preflight.program.tools().active().and_then(|tool| tool.settings.flow_limit);
+        if let Some(most) = most.filter(|_| self.is_news(Limit::Flow)) {
+            let flow = most / share;
+            let text = format_args!("{flow:.1} mm3/s of filament are asked for and limited to {most:.1} mm3/s");
+            self.say(Kind::Speed, message(text));
+        }
+    }
+
+    fn say_acceleration(&mut self, met: &Met, asked: f64) {
+        if let (Limit::MotorAcceleration(motor), true) = (met.limit, self.is_news(met.limit)) {
+            let (name, most) = (motor.name(), met.most);
+            let text = format_args!("{asked:.0} mm/s2 are asked for and motor {name} is limited to {most:.0} mm/s2");
+            self.say(Kind::Acceleration, message(text));
         }
     }
 
@@ -245,19 +211,57 @@ impl Reading<'_, '_> {
     }
 }
 
-fn arc(
-    from: &PerAxis<f64>,
-    to: &PerAxis<f64>,
-    plane: Plane,
-    centre: Centre,
-    clockwise: bool,
-    turns: u32,
-) -> Result<Arc, ArcError> {
-    let shape = match centre {
-        Centre::Radius(radius) => ArcShape::by_radius(from, to, plane, radius, clockwise)?,
-        Centre::At(first, second) => {
-            ArcShape { plane, to_centre_first: first, to_centre_second: second, clockwise, turns }
+impl Draws for Reading<'_, '_> {
+    type Failure = Said;
+
+    fn config(&self) -> &MachineConfig {
+        self.preflight.config
+    }
+
+    fn program(&self) -> &Interpreter {
+        self.preflight.program
+    }
+
+    fn line_settings(&self) -> LineSettings {
+        self.preflight.tuning.lines
+    }
+
+    fn bends(&mut self) -> bool {
+        self.motion.config().is_some_and(|config| !config.kinematics.is_linear())
+    }
+
+    fn wrong(&mut self, what: Message) -> Said {
+        self.say(Kind::Word, what)
+    }
+
+    fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Said> {
+        let homed = self.preflight.homed;
+        let checked = self.preflight.travel().check(from, to, homed);
+        checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
+    }
+
+    fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Said> {
+        let homed = self.preflight.homed;
+        let checked = self.preflight.travel().check_bounds(from, bounds, homed);
+        checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
+    }
+
+    async fn take(&mut self, piece: &motion::Move) -> Result<(), Said> {
+        let (from, since) = (self.motion.commanded_position(), self.motion.submitted());
+        loop {
+            match self.motion.submit(piece) {
+                Ok(()) => break,
+                Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
+                Err(refusal) => {
+                    return Err(self.say(Kind::Unreachable, message(format_args!("{refusal}"))));
+                }
+            }
         }
-    };
-    Arc::new(*from, *to, &ArcShape { turns, ..shape })
+        self.preflight.moves = true;
+        self.hold_against_limits(&from, piece, since);
+        if self.preflight.costs.is_full() {
+            self.settle_costs(Costs::settle).await;
+        }
+        Ok(())
+    }
 }

@@ -3,9 +3,13 @@
 use config::MachineConfig;
 use motion::{Motion, Passage, Tag};
 use program::{Dialect, Facts, Interpreter, copy_program};
-use units::{Axis, AxisSet, Celsius, MAX_HEATERS, PerAxis};
+use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 
-use super::finding::{Finding, Once};
+use super::cost::Costs;
+use super::finding::{Finding, Once, SubName};
+use super::limits::Limit;
+use crate::jobs::MOST_CALLERS;
+use crate::leveling::words::configured as configured_skew;
 use crate::motion_config::motion_config;
 use crate::program_setup;
 use crate::safety::travel::Travel;
@@ -48,8 +52,8 @@ pub struct Totals {
     pub waiting_seconds: f64,
     /// Homing, by what the configuration says of ways and speeds, seconds.
     pub homing_seconds: f64,
-    /// What limits of speed cost beside what the file asks for, seconds.
-    pub lost_seconds: f64,
+    /// What limits cost beside what the file asks for, seconds, in the order of [`Limit::ALL`].
+    pub limits: [f64; Limit::COUNT],
     /// Filament, mm.
     pub filament: f64,
     /// Path of moves that feed filament, mm.
@@ -60,6 +64,8 @@ pub struct Totals {
     pub extents: Option<[PerAxis<f64>; 2]>,
     /// Times that the file waits for a temperature.
     pub heat_waits: u32,
+    /// How often it waits for each heater, and for which temperature at most.
+    pub heats: [(u32, Celsius); MAX_HEATERS],
     /// Findings that stop the job.
     pub stops: u32,
     /// Other findings.
@@ -67,6 +73,12 @@ pub struct Totals {
 }
 
 impl Totals {
+    /// What all limits cost, seconds.
+    #[must_use]
+    pub fn lost_seconds(&self) -> f64 {
+        self.limits.iter().sum()
+    }
+
     /// Everything but heating, seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
@@ -83,6 +95,8 @@ pub(crate) struct AsItIs<'m> {
     pub travel: &'m Travel,
     pub homed: AxisSet,
     pub targets: [Celsius; MAX_HEATERS],
+    /// The highest temperatures that heaters may have.
+    pub most_celsius: [Celsius; MAX_HEATERS],
     /// What the file says it is written in.
     pub dialect: Option<Dialect>,
     /// The file is what the program does next.
@@ -106,12 +120,30 @@ pub struct Preflight<'c> {
     pub(super) can_home: AxisSet,
     pub(super) dialect: Dialect,
     pub(super) targets: [Celsius; MAX_HEATERS],
+    /// The highest temperatures of heaters.
+    pub(super) most_celsius: [Celsius; MAX_HEATERS],
+    /// Up to where a mesh fades, where a code has said so, mm.
+    pub(super) fade_height: Option<f64>,
+    /// The line that has loaded a mesh first.
+    pub(super) loads_mesh: Option<u32>,
+    /// Files of subroutines that are open, the last one being read.
+    pub(super) files: heapless::Vec<SubName, MOST_CALLERS>,
+    /// The subroutine that was called, which may have a file of its own.
+    pub(super) called: SubName,
     /// What a standstill takes, seconds.
     pub(super) settling: f64,
     /// Moves have been submitted since the last standstill.
     pub(super) moves: bool,
     pub(super) totals: Totals,
     pub(super) once: Once,
+    /// What limits cost.
+    pub(super) costs: Costs,
+    /// The file has said how fast rapids are to be.
+    pub(super) asks_of_rapids: bool,
+    /// The acceleration that the file has asked for, mm/s2.
+    pub(super) asked_acceleration: Option<f64>,
+    /// The speed of the move at hand, were there no limit of flow.
+    pub(super) without_flow_limit: Option<MmPerSecond>,
     pub(super) line: u32,
     /// Lines that are no comments, as often as they were carried out.
     pub(super) begun: u32,
@@ -137,6 +169,11 @@ impl<'c> Preflight<'c> {
         motion.configure_to_pass(&own).map_err(|_| config.motion.arm_solution)?;
         let mut preflight = Self::of_nothing(config, program);
         preflight.settling = Motion::settling(&own);
+        for (slot, (_, heater)) in preflight.most_celsius.iter_mut().zip(config.heaters()) {
+            *slot = heater.max_temp;
+        }
+        // What motion does not take the machine says at boot, and goes without.
+        let _ = motion.set_skew(configured_skew(&config.leveling));
         preflight.read_as(dialect);
         Ok(preflight)
     }
@@ -153,10 +190,19 @@ impl<'c> Preflight<'c> {
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             dialect: program_setup::dialect(config),
             targets: [Celsius(0.0); MAX_HEATERS],
+            most_celsius: [Celsius(0.0); MAX_HEATERS],
+            fade_height: None,
+            loads_mesh: None,
+            files: heapless::Vec::new(),
+            called: SubName::new(),
             settling: 0.0,
             moves: false,
             totals: Totals::default(),
             once: Once::default(),
+            costs: Costs::default(),
+            asks_of_rapids: false,
+            asked_acceleration: None,
+            without_flow_limit: None,
             line: 0,
             begun: 0,
             has_begun: false,
@@ -175,13 +221,22 @@ impl<'c> Preflight<'c> {
         copy_program(self.program, machine.program);
         self.tuning.clone_from(machine.tuning);
         self.travel.clone_from(machine.travel);
-        (self.homed, self.targets) = (machine.homed, machine.targets);
+        (self.homed, self.targets, self.most_celsius) = (machine.homed, machine.targets, machine.most_celsius);
         self.read_as(machine.dialect);
         if !machine.goes_on {
             // Another file's loops and subroutines are none of this one's.
             self.program.end_program();
         }
+        self.forget_the_file();
+    }
+
+    /// Nothing has been read.
+    pub(super) fn forget_the_file(&mut self) {
+        self.files.clear();
+        self.asks_of_rapids = false;
         (self.totals, self.once) = (Totals::default(), Once::default());
+        self.costs.clear();
+        (self.asked_acceleration, self.without_flow_limit) = (None, None);
         (self.line, self.begun) = (0, 0);
         (self.moves, self.has_begun, self.has_ended) = (false, false, false);
     }
@@ -204,6 +259,12 @@ impl<'c> Preflight<'c> {
         &self.totals
     }
 
+    /// What comes next, or has just been done, is a turn of its own.
+    pub(super) async fn turn_alone(&mut self) {
+        self.in_a_row = 0;
+        yield_once().await;
+    }
+
     /// A line or a block is done with: now and then everybody else gets a turn.
     pub(super) async fn turn(&mut self) {
         self.in_a_row += 1;
@@ -215,6 +276,11 @@ impl<'c> Preflight<'c> {
 
     pub(super) const fn facts(&self) -> Facts {
         Facts { homed: self.homed, can_home: self.can_home }
+    }
+
+    /// The ends of travel, as they are now.
+    pub(super) fn travel(&mut self) -> &Travel {
+        self.travel.up_to_date(self.config, &self.tuning)
     }
 
     pub(super) const fn tag(&self) -> Tag {

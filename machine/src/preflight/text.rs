@@ -5,6 +5,7 @@ use motion::Motion;
 use program::{Dialect, Next, Place};
 
 use super::state::{Listener, Preflight};
+use crate::jobs::{MOST_CALLERS, TOO_DEEP};
 use crate::wait::run_to_end;
 
 /// What a text says of its dialect, as a job's file is asked.
@@ -13,13 +14,30 @@ pub fn dialect_of(text: &[u8]) -> Option<Dialect> {
     crate::jobs::of_text(text)
 }
 
-/// Reads a text to its end. Subroutines are looked for in it alone.
-pub fn read(preflight: &mut Preflight<'_>, text: &[u8], motion: &mut Motion, listener: &mut dyn Listener) {
-    run_to_end(read_on(preflight, text, motion, listener));
+/// Reads a text to its end. `subs` gives the text of the file NAME.ngc that a subroutine of this name may
+/// have.
+///
+/// # Errors
+/// When files call each other too deep.
+pub fn read<'t>(
+    preflight: &mut Preflight<'_>,
+    text: &'t [u8],
+    subs: &dyn Fn(&str) -> Option<&'t [u8]>,
+    motion: &mut Motion,
+    listener: &mut dyn Listener,
+) -> Result<(), &'static str> {
+    run_to_end(read_on(preflight, text, subs, motion, listener))
 }
 
-async fn read_on(preflight: &mut Preflight<'_>, text: &[u8], motion: &mut Motion, listener: &mut dyn Listener) {
-    let mut place = Place::default();
+async fn read_on<'t>(
+    preflight: &mut Preflight<'_>,
+    text: &'t [u8],
+    subs: &dyn Fn(&str) -> Option<&'t [u8]>,
+    motion: &mut Motion,
+    listener: &mut dyn Listener,
+) -> Result<(), &'static str> {
+    let (mut text, mut place) = (text, Place::default());
+    let mut callers = heapless::Vec::<(&[u8], Place), MOST_CALLERS>::new();
     while let Some(rest) = text.get(place.offset as usize..).filter(|rest| !rest.is_empty()) {
         if preflight.has_ended() || preflight.is_endless(listener) {
             break;
@@ -34,13 +52,30 @@ async fn read_on(preflight: &mut Preflight<'_>, text: &[u8], motion: &mut Motion
         }
         let line = line.get(..line.len().min(MAX_LINE_LENGTH)).unwrap_or(line);
         place = match preflight.line(line, (place, after), motion, listener).await {
-            Next::Following | Next::Returned => after,
+            Next::Following => after,
             Next::At(place) => place,
-            Next::FirstOf(_) => {
-                preflight.enter_file(false);
-                after
-            }
+            Next::FirstOf(name) => match subs(&name) {
+                Some(sub) => {
+                    callers.push((text, after)).map_err(|_| TOO_DEEP)?;
+                    preflight.enter_file(true);
+                    text = sub;
+                    Place::default()
+                }
+                None => {
+                    preflight.enter_file(false);
+                    after
+                }
+            },
+            Next::Returned => match callers.pop() {
+                Some((caller, back)) => {
+                    preflight.leave_file();
+                    text = caller;
+                    back
+                }
+                None => after,
+            },
         };
     }
     preflight.end(motion, listener).await;
+    Ok(())
 }

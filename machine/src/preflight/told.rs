@@ -2,16 +2,23 @@
 
 use core::fmt;
 
+use config::MachineConfig;
 use units::Axis;
 
+use super::limits::Limit;
 use super::state::Totals;
 
 /// Lines that [`Told`] has at most.
-pub const TOLD_LINES: usize = 5;
+pub const TOLD_LINES: usize = 6;
+
+/// What less is not told of, seconds.
+const WORTH_TELLING: f64 = 0.05;
 
 /// One of the lines that say what a file comes to; one may be empty.
 #[derive(Clone, Copy, Debug)]
 pub struct Told<'t> {
+    /// Whose heaters it waits for.
+    pub config: &'t MachineConfig,
     /// What it comes to.
     pub totals: &'t Totals,
     /// Which line, from 0.
@@ -27,14 +34,13 @@ impl fmt::Display for Told<'_> {
                 writeln!(f, "{lines} lines: {stops} stop the job, {warnings} warnings")
             }
             1 => time(f, totals),
-            2 if totals.lost_seconds > 0.05 => {
-                writeln!(f, "speeds cut by limits cost {}", Clock(totals.lost_seconds))
-            }
-            3 => {
+            2 => heating(f, totals, self.config),
+            3 => limits(f, totals),
+            4 => {
                 let (filament, printed, travelled) = (totals.filament, totals.printed, totals.travelled);
                 writeln!(f, "filament: {filament:.1} mm, path: {printed:.1} mm and {travelled:.1} mm without")
             }
-            4 => extents(f, totals),
+            5 => extents(f, totals),
             _ => Ok(()),
         }
     }
@@ -46,12 +52,40 @@ fn time(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
     writeln!(
         f,
         "time: {} without heating (moving {moving:.1} s, {share:.0} % of it changing speed; waiting {:.1} s; homing about \
-         {:.1} s; {} waits for heaters)",
+         {:.1} s)",
         Clock(totals.seconds()),
         totals.waiting_seconds,
-        totals.homing_seconds,
-        totals.heat_waits
+        totals.homing_seconds
     )
+}
+
+/// What it waits for; how long is not foreseen, for nothing says how fast a heater heats.
+fn heating(f: &mut fmt::Formatter<'_>, totals: &Totals, config: &MachineConfig) -> fmt::Result {
+    if totals.heat_waits == 0 {
+        return Ok(());
+    }
+    write!(f, "heating, whose time is not foreseen: {} waits", totals.heat_waits)?;
+    let heats = config.heaters().filter_map(|(id, heater)| Some((heater, totals.heats.get(id.index())?)));
+    for (place, (heater, (times, most))) in heats.filter(|(_, (times, _))| *times > 0).enumerate() {
+        let (mark, name, celsius) = (if place == 0 { ":" } else { "," }, heater.name.as_str(), most.0);
+        write!(f, "{mark} {name} {times}x, up to {celsius:.0} C")?;
+    }
+    writeln!(f)
+}
+
+/// What limits cost, the costliest first; nothing where they cost nothing worth telling.
+fn limits(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
+    let mut costs: heapless::Vec<_, { Limit::COUNT }> = totals.limits.into_iter().zip(Limit::ALL).collect();
+    costs.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+    let lost = totals.lost_seconds();
+    if lost < WORTH_TELLING {
+        return Ok(());
+    }
+    write!(f, "limits cost {lost:.1} s of {:.1} s", totals.seconds())?;
+    for (place, (seconds, limit)) in costs.into_iter().filter(|(seconds, _)| *seconds >= WORTH_TELLING).enumerate() {
+        write!(f, "{} {limit} {seconds:.1} s", if place == 0 { ":" } else { "," })?;
+    }
+    writeln!(f)
 }
 
 fn extents(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {

@@ -1,0 +1,135 @@
+//! What codes change of the machine, as far as it decides where and how fast a job may go: what a job sets,
+//! and what the machine has saved (M500).
+
+use config::{Leveling, MachineConfig};
+use motion::{GridShape, Motion, MotionConfig};
+use program::{Function, Words};
+
+use super::state::Preflight;
+use crate::arms::words as arms;
+use crate::failure::{Failure, Message, message};
+use crate::heat_codes::named::maximum_of;
+use crate::leveling::{grid, words as leveling};
+
+/// Sizes of a grid are those of the configuration when they differ by less, mm.
+const SAME_SIZE: f64 = 1e-3;
+
+fn refused(error: impl core::fmt::Display) -> Failure {
+    Failure::Refused(message(format_args!("{error}")))
+}
+
+/// Whether such a code is for a machine that stands.
+pub(super) const fn stands_first(function: Function) -> bool {
+    matches!(function, Function::StepsPerMm | Function::ArmSettings | Function::Skew | Function::BedPlane)
+}
+
+/// Does what a code sets of places and temperatures; everything has been made before where [`stands_first`]
+/// says so.
+///
+/// # Errors
+/// When the machine would refuse it.
+pub(super) fn set(
+    preflight: &mut Preflight<'_>,
+    motion: &mut Motion,
+    function: Function,
+    words: &Words<'_>,
+) -> Result<(), Failure> {
+    let config = preflight.config;
+    match function {
+        Function::Trims => arms::set_trims(&mut preflight.tuning, words),
+        Function::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
+        Function::ArmSettings => {
+            let own = motion.config().copied();
+            if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
+                let place = motion.commanded_position();
+                let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
+                motion.configure(MotionConfig { kinematics, ..own }).map_err(refused)?;
+                let place = motion.compensation().program(&kinematics.point(&motors));
+                motion.set_position(place).map_err(refused)?;
+            }
+            arms::set_arm_tuning(&mut preflight.tuning, config, words);
+        }
+        Function::MaximumTemperature => {
+            if let Some((heater, most)) = maximum_of(config, words)?
+                && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
+            {
+                *slot = most;
+            }
+        }
+        Function::Skew => {
+            if let Some(skew) = leveling::skew_of(motion.compensation().skew(), words)? {
+                keeping_the_place(motion, |motion| motion.set_skew(skew).map_err(refused))?;
+            }
+        }
+        Function::BedPlane => {
+            let plane = leveling::plane_of(words)?;
+            keeping_the_place(motion, |motion| match plane {
+                Some(plane) => motion.level_by_plane(plane).map_err(refused),
+                None => motion.level_off().map_err(refused),
+            })?;
+        }
+        Function::FadeHeight => preflight.fade_height = words.as_length('H').or(preflight.fade_height),
+        Function::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Coordinates stay: the tool follows the change.
+fn keeping_the_place(
+    motion: &mut Motion,
+    change: impl FnOnce(&mut Motion) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let before = motion.commanded_position();
+    change(motion)?;
+    motion.set_position(before).map_err(refused)
+}
+
+/// Levels by a mesh as the board keeps it.
+///
+/// # Errors
+/// When it is none of this machine.
+pub(super) fn level_by(
+    preflight: &Preflight<'_>,
+    motion: &mut Motion,
+    shape: &GridShape,
+    heights: &[f32],
+    has_a_name: bool,
+) -> Result<(), Message> {
+    let config = preflight.config;
+    if !has_a_name {
+        fits(config, shape)?;
+    }
+    motion.draft().iter_mut().zip(heights).for_each(|(to, height)| *to = *height);
+    let fade = leveling::fade_up_to(&config.leveling, preflight.fade_height);
+    let between = leveling::interpolation(config.leveling.mesh.interpolation);
+    let levelled = keeping_the_place(motion, |motion| motion.level_by_draft(shape, between, fade).map_err(refused));
+    levelled.map_err(|failure| match failure {
+        Failure::Refused(why) | Failure::Alarm(why) => why,
+        Failure::Halted => Message::new(),
+    })
+}
+
+/// A grid of Smoothieware's says nothing of where it lies: it must be the configured one.
+fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), Message> {
+    let Some(wanted) = grid::configured(&config.leveling) else {
+        return Err(message(format_args!("no grid is configured: write leveling = cartesian grid in [zprobe]")));
+    };
+    let ([nx, ny], [mx, my]) = (shape.count, wanted.count);
+    if shape.count != wanted.count {
+        let text = format_args!("it has {nx} x {ny} points, the configuration {mx} x {my}: measure the bed again");
+        return Err(message(text));
+    }
+    let is_delta = config.leveling.strategy == Some(Leveling::DeltaGrid);
+    let sizes = [0, 1].map(|axis: usize| {
+        let of = |shape: &GridShape| shape.step.get(axis).copied().unwrap_or(0.0) * (nx.max(2) - 1) as f64;
+        (of(shape), of(&wanted))
+    });
+    for (found, configured) in sizes {
+        if !is_delta && libm::fabs(found - configured) > SAME_SIZE {
+            let text = format_args!("it is {found:.3} mm long, in the configuration {configured:.3}: measure again");
+            return Err(message(text));
+        }
+    }
+    Ok(())
+}
