@@ -12,7 +12,7 @@ use program::Action;
 
 use super::frames::Frame;
 use super::passed::{Passed, Until};
-use super::{Machine, foresee, program_io};
+use super::{Machine, program_io};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::homing;
 use crate::ports::Ports;
@@ -30,10 +30,6 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Res
     if !machine.frames.push(Frame::FastForward) {
         machine.safety.apply(Event::CheckEnds);
         return Err(Failure::refused("scripts start each other without end"));
-    }
-    // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
-    if machine.jobs.take_new() {
-        let _ = foresee::job_begins(machine);
     }
     machine.passed = Some(Passed::new(until, *machine.program.position()));
     Ok(())

@@ -21,6 +21,7 @@ use crate::grbl::numbers::Error;
 use crate::jobs::{Next, Scripts};
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
+use crate::wait::yield_once;
 
 /// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
 /// command of a switch. False when there was nothing.
@@ -203,6 +204,18 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
 /// The next line of the file that is only read: see [`fast_forward`].
 #[cold]
 async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
+    // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
+    if machine.jobs.take_new() {
+        match foresee::job_begins(machine) {
+            JobStart::Now => {}
+            JobStart::Later => {
+                machine.jobs.is_new_again();
+                machine.serve();
+                return yield_once().await;
+            }
+            JobStart::Never => return fast_forward::end(machine, false),
+        }
+    }
     if fast_forward::is_there(machine) {
         return;
     }

@@ -71,6 +71,12 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
 /// # Errors
 /// When the job cannot begin there; it is closed then, and what has begun to heat is off.
 pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    if !machine.jobs.is_open() {
+        // It was refused, or aborted, and that was said.
+        machine.passed = None;
+        machine.resynchronise_if_still();
+        return Ok(());
+    }
     let mut has_heated = false;
     let done = go_there(machine, to, &mut has_heated).await;
     if matches!(done, Err(Failure::Refused(_))) {

@@ -15,7 +15,7 @@ use units::{Axis, AxisSet, Celsius, MmPerSecond};
 use super::frames::{Frame, Then};
 use super::journal::Heights;
 use super::passed::{Passed, Until};
-use super::{Hands, Machine, fast_forward, journal, restore, suspend};
+use super::{Hands, Machine, fast_forward, foresee, journal, restore, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
@@ -163,6 +163,10 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
         return Err(Failure::refused("scripts start each other without end"));
     }
     fast_forward::begin(machine, until)?;
+    // It has begun once: its journal is not begun anew, and nothing refuses it.
+    if machine.jobs.take_new() {
+        foresee::job_goes_on(machine);
+    }
     Ok(Answer::Ok)
 }
 
