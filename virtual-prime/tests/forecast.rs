@@ -24,9 +24,10 @@ fn preflight(text: &str) -> (String, Totals) {
     let (config, _) = config::parse(CONFIG.as_bytes(), BoardId::default(), &mut ());
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
     let mut preflight = Preflight::new(&config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
-    read(&mut preflight, text.as_bytes(), &mut motion, &mut found);
+    read(&mut preflight, text.as_bytes(), &|_| None, &mut motion, &mut found).expect("it calls nothing");
     let totals = *preflight.totals();
-    let told: String = (0..TOLD_LINES).map(|line| Told { totals: &totals, line }.to_string()).collect();
+    let told: String =
+        (0..TOLD_LINES).map(|line| Told { config: &config, totals: &totals, line }.to_string()).collect();
     (found.0 + &told, totals)
 }
 
