@@ -188,6 +188,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     }
     config.uart.enable &= !is_off("uart console", "");
     config.filament_detector.enable &= !is_off("filament detector", "");
+    config.filament_width.enable &= !is_off("filament width sensor", "");
     config.player.on_boot_gcode_enable &= !is_off("player", "");
     config.off = off;
 }
@@ -221,6 +222,7 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
                 "zprobe" => config.probe.enable,
                 "uart console" => config.uart.enable,
                 "filament detector" => config.filament_detector.enable,
+                "filament width sensor" => config.filament_width.enable,
                 _ => true,
             },
         };

@@ -51,6 +51,7 @@ const SCOPES: &[(&str, Scope)] = &[
     ("laser", Scope::Section),
     ("drillingcycles", Scope::Section),
     ("filament detector", Scope::Section),
+    ("filament width sensor", Scope::Section),
     ("filament change", Scope::Section),
     ("lathe", Scope::Section),
     ("els", Scope::Section),

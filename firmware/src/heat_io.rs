@@ -21,6 +21,8 @@ pub struct HeatIo {
     pub thermistors: Thermistors,
     /// For each temperature controller, the place of its input in the scan.
     pub sensors: [Option<usize>; MAX_HEATERS],
+    /// For each input of the filament width sensor, its place in the scan.
+    pub filament_width: [Option<usize>; 2],
     /// Timers of hardware PWM switches.
     pub pwm: Pwm,
     /// Timer and channel of each hardware PWM switch.
@@ -38,6 +40,7 @@ impl Heat {
             switches: [const { None }; MAX_SWITCHES],
             thermistors,
             sensors: [None; MAX_HEATERS],
+            filament_width: [None; 2],
             pwm,
             pwm_switches: [None; MAX_SWITCHES],
             fets,
@@ -60,13 +63,22 @@ impl Heat {
     }
 }
 
+/// What an input of the scan reads on average.
+fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
+    match input.map(|input| thermistors.average(input)) {
+        Some(Ok(counts)) => SensorReading::Counts(counts),
+        // Not scanned yet, or a scan that stopped: a missing sensor, which keeps the heater off.
+        Some(Err(_)) | None => SensorReading::Missing,
+    }
+}
+
 impl tasks::HeatIo for HeatIo {
     fn readings(&mut self) -> SensorReadings {
-        self.sensors.map(|input| match input.map(|input| self.thermistors.average(input)) {
-            Some(Ok(counts)) => SensorReading::Counts(counts),
-            // Not scanned yet, or a scan that stopped: a missing sensor, which keeps the heater off.
-            Some(Err(_)) | None => SensorReading::Missing,
-        })
+        self.sensors.map(|input| reading(&self.thermistors, input))
+    }
+
+    fn filament_width(&mut self) -> [SensorReading; 2] {
+        self.filament_width.map(|input| reading(&self.thermistors, input))
     }
 
     /// Writes the pins whose level changes.

@@ -152,7 +152,7 @@ fn chip(
     }
 }
 
-/// Thermistor inputs and heater outputs.
+/// Thermistor inputs, those of the filament width sensor, and heater outputs.
 pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat_io::HeatIo, report: &mut Report<'_>) {
     let mut channels = Vec::<u8, { bsp_prime::adc::MAX_INPUTS }>::new();
     for (index, controller) in config.temperatures.iter().enumerate() {
@@ -172,21 +172,38 @@ pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::hea
             }
         };
         let Some(input) = input else { continue };
-        if let Some(pin) = input.pin {
-            let claimed = pins.analog(pin, &owner("temperature control", name, "thermistor_pin"));
-            if report.take(claimed).is_none() {
-                continue;
-            }
+        let owner = owner("temperature control", name, "thermistor_pin");
+        let place = scanned(input, &owner, pins, &mut channels, report);
+        if let Some(sensor) = io.sensors.get_mut(index) {
+            *sensor = place;
         }
-        if channels.push(input.channel).is_ok()
-            && let Some(sensor) = io.sensors.get_mut(index)
-        {
-            *sensor = Some(channels.len() - 1);
+    }
+    for (index, input) in config.filament_width.live_inputs() {
+        let key = if index == 0 { "filament width sensor.adc_pin" } else { "filament width sensor.second_adc_pin" };
+        let input = table::THERMISTORS.get(usize::from(input.0));
+        let place = input.and_then(|input| scanned(input, key, pins, &mut channels, report));
+        if let Some(sensor) = io.filament_width.get_mut(index) {
+            *sensor = place;
         }
     }
     if !channels.is_empty() && io.thermistors.start(&channels).is_err() {
         report.trouble("the thermistor converter (ADC1) does not start; no heater will work");
     }
+}
+
+/// Claims an analog input's pin and has it scanned: its place in the scan.
+fn scanned(
+    input: &table::AnalogInput,
+    owner: &str,
+    pins: &mut Pins,
+    channels: &mut Vec<u8, { bsp_prime::adc::MAX_INPUTS }>,
+    report: &mut Report<'_>,
+) -> Option<usize> {
+    if let Some(pin) = input.pin {
+        report.take(pins.analog(pin, owner))?;
+    }
+    channels.push(input.channel).ok()?;
+    Some(channels.len() - 1)
 }
 
 /// Pins of the monitored voltages.

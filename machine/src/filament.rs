@@ -1,17 +1,22 @@
-//! The filament detector: notices that filament has run out, is too thick, or is stuck.
+//! The filament detector: notices that filament has run out, is too thick or too thin, or is stuck.
 //!
 //! What it does about it is to issue M600, as a person would. It looks while filament is used: while a file
 //! is played, or while a host streams moves. While it rests a person is told once, and `resume` is refused
 //! as long as there is none.
 
+mod codes;
+mod delay_line;
+mod width;
+
 use config::{Command, MachineConfig};
-use program::Words;
 use units::{Axis, Micros};
 
-use crate::failure::{Answer, Failure, message};
+use crate::failure::{Failure, message};
 use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
+pub use codes::{told, told_of_width};
+pub use width::{Width, WidthNews};
 
 /// An input that changes for less is noise, or a splice that passes.
 const DEBOUNCE: Micros = Micros::from_millis(50);
@@ -28,6 +33,10 @@ pub enum Trouble {
     Bulge,
     /// The extruder pushes, and the wheel does not turn.
     Stuck,
+    /// The sensor of its width measures less than the least diameter.
+    TooThin,
+    /// It measures more than the greatest.
+    TooThick,
 }
 
 impl Trouble {
@@ -38,6 +47,8 @@ impl Trouble {
             Self::RunOut => "the filament has run out",
             Self::Bulge => "the filament is too thick (a bulge)",
             Self::Stuck => "the filament does not move: a jam, a break, or its end",
+            Self::TooThin => "the filament is too thin: its end, or a break",
+            Self::TooThick => "the filament is too thick: it would jam",
         }
     }
 }
@@ -87,6 +98,8 @@ pub struct Filament {
     is_bad: bool,
     /// A person knows of it.
     was_noted: bool,
+    /// What the sensor of its width finds.
+    width: Option<Trouble>,
     wheel: Wheel,
     rested: bool,
     /// The job is being suspended, or is, for its sake.
@@ -102,6 +115,11 @@ impl Filament {
         self.wheel.level = level;
     }
 
+    /// What the sensor of its width finds, where there is one.
+    pub const fn note_width(&mut self, trouble: Option<Trouble>) {
+        self.width = trouble;
+    }
+
     /// Looks, a hundred times a second. `extruder`: the axis of the one in use, and where its motor is, mm.
     pub fn look(
         &mut self,
@@ -112,7 +130,7 @@ impl Filament {
         extruder: impl FnOnce() -> Option<(Axis, f64)>,
         now: Micros,
     ) -> Option<News> {
-        if !config.filament_detector.enable || self.off {
+        if self.off {
             return None;
         }
         self.look_at_level(levels, now);
@@ -124,16 +142,11 @@ impl Filament {
         }
         self.has_asked &= using != Use::Idle;
         let is_used = matches!(using, Use::Plays | Use::Moves);
-        let has_wheel = config.filament_detector.encoder_pin.is_some();
+        let has_wheel = config.filament_detector.wheel_pin().is_some();
         let is_stuck = has_wheel && is_used && self.wheel.look(tuning, extruder, now);
-        let trouble = match (self.is_bad, is_stuck) {
-            (true, _) if config.filament_detector.bulge_pin.is_some() => Trouble::Bulge,
-            (true, _) => Trouble::RunOut,
-            (false, true) => Trouble::Stuck,
-            (false, false) => {
-                self.was_noted = false;
-                return None;
-            }
+        let Some(trouble) = self.is_missing(config).or(is_stuck.then_some(Trouble::Stuck)) else {
+            self.was_noted = false;
+            return None;
         };
         let is_new = !core::mem::replace(&mut self.was_noted, true);
         // Without a file, what was wrong before it moved is known to whoever moves it: he loads filament.
@@ -165,7 +178,8 @@ impl Filament {
     #[must_use]
     pub fn is_missing(&self, config: &MachineConfig) -> Option<Trouble> {
         let bulge = config.filament_detector.bulge_pin.is_some();
-        (self.is_bad && !self.off).then_some(if bulge { Trouble::Bulge } else { Trouble::RunOut })
+        let by_level = self.is_bad.then_some(if bulge { Trouble::Bulge } else { Trouble::RunOut });
+        by_level.or(self.width).filter(|_| !self.off)
     }
 
     /// A job that begins now is suspended, with the next look.
@@ -194,33 +208,16 @@ impl Filament {
         }
     }
 
-    /// M404 to M407, M412: as Smoothieware v2 says it.
-    pub fn told(
-        &mut self,
-        config: &MachineConfig,
-        tuning: &mut Tuning,
-        words: &Words<'_>,
-        reply: &mut Reply<'_>,
-    ) -> Answer {
-        if !config.filament_detector.enable {
-            return Answer::Unknown;
-        }
-        match words.code().number {
-            404 => tell_settings(tuning, words, reply),
-            405 => self.switch(false),
-            406 => self.switch(true),
-            412 if words.has('S') => self.switch(words.get('S') != Some(0.0)),
-            _ => self.report(config, tuning, reply),
-        }
-        Answer::Ok
-    }
-
+    /// M405, M406, M412.
     fn switch(&mut self, on: bool) {
         *self = Self { off: !on, ..Self::default() };
     }
 
     /// M407.
     fn report(&self, config: &MachineConfig, tuning: &Tuning, reply: &mut Reply<'_>) {
+        if !config.filament_detector.enable {
+            return;
+        }
         if config.filament_detector.wheel_pin().is_some() {
             reply.say(format_args!("Extruder moved: {:.6} mm\n", self.wheel.pushed));
             reply.say(format_args!("Encoder pulses: {}\n", self.wheel.pulses));
@@ -231,21 +228,6 @@ impl Filament {
         reply.say(format_args!("Filament detector is {}abled\n", if self.off { "dis" } else { "en" }));
         reply.say(format_args!("Leave heaters on is {}\n", tuning.filament.leave_heaters_on));
     }
-}
-
-fn tell_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) {
-    let detector = &mut tuning.filament;
-    if let Some(seconds) = words.get('S') {
-        detector.check_every = Micros::from_millis((seconds * 1000.0) as u64);
-    }
-    detector.pulses_per_mm = words.get('P').unwrap_or(detector.pulses_per_mm);
-    detector.leave_heaters_on = words.get('H').map_or(detector.leave_heaters_on, |on| on != 0.0);
-    reply.say(format_args!(
-        "// pulses per mm: {:.6}, seconds per check: {}, heaters: {}\n",
-        detector.pulses_per_mm,
-        detector.check_every.0 as f64 / 1e6,
-        if detector.leave_heaters_on { "on" } else { "off" }
-    ));
 }
 
 impl Wheel {

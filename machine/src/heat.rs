@@ -237,6 +237,8 @@ pub struct HeatControl {
     /// Duty of each switch on a hardware timer, 0 to 1, and which have changed.
     pwm: [f32; MAX_SWITCHES],
     pwm_changed: u16,
+    /// What the inputs of the filament width sensor read, which are of the same scan as the thermistors'.
+    filament_width: [SensorReading; 2],
 }
 
 impl Default for HeatControl {
@@ -261,6 +263,7 @@ impl HeatControl {
             refused: None,
             pwm: [0.0; MAX_SWITCHES],
             pwm_changed: 0,
+            filament_width: [SensorReading::Missing; 2],
         }
     }
 
@@ -418,6 +421,17 @@ impl HeatControl {
     /// The fault that stopped heating, once.
     pub fn take_fault(&mut self) -> Option<HeatFault> {
         self.fault.take()
+    }
+
+    /// Keeps what the inputs of the filament width sensor read.
+    pub const fn set_filament_width(&mut self, readings: [SensorReading; 2]) {
+        self.filament_width = readings;
+    }
+
+    /// What they read last.
+    #[must_use]
+    pub const fn filament_width(&self) -> [SensorReading; 2] {
+        self.filament_width
     }
 
     /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.

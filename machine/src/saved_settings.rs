@@ -185,6 +185,13 @@ fn write_filament(text: &mut Text, tuning: &Tuning, config: &MachineConfig) -> f
         let (seconds, heaters) = (now.check_every.0 as f64 / 1e6, u8::from(now.leave_heaters_on));
         writeln!(text, ";Filament detector:\nM404 S{} P{} H{heaters}", Value(seconds, 1), Value(now.pulses_per_mm, 4))?;
     }
+    let (now, configured) = (&tuning.filament_width, &config.filament_width);
+    if now.nominal != configured.nominal {
+        writeln!(text, ";Filament diameter (nominal):\nM404 W{}", Value(now.nominal.0, 4))?;
+    }
+    if now.delay != configured.delay {
+        writeln!(text, ";Filament from the width sensor to the nozzle (cm):\nM406 D{}", Value(now.delay.0 / 10.0, 4))?;
+    }
     let (now, configured) = (&tuning.filament_change, &config.filament_change);
     if (now.load, now.unload) != (configured.load, configured.unload) {
         writeln!(text, ";Filament change:\nM603 L{} U{}", Value(now.load.0, 4), Value(now.unload.0, 4))?;

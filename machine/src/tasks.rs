@@ -15,7 +15,7 @@ use motion::{Access, Latch, Mark, StepFeed};
 use units::{Micros, Ticks};
 
 use crate::heat::{HeatControl, MODULATION_HZ};
-use crate::ports::{OutputLevels, SensorReadings};
+use crate::ports::{OutputLevels, SensorReading, SensorReadings};
 
 /// Between two runs of the heat task: a tick of the modulators.
 pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;
@@ -54,6 +54,9 @@ impl ReachedMark {
 pub trait HeatIo {
     /// The latest readings.
     fn readings(&mut self) -> SensorReadings;
+
+    /// The latest readings of the filament width sensor.
+    fn filament_width(&mut self) -> [SensorReading; 2];
 
     /// Writes the outputs whose level changes.
     fn apply(&mut self, levels: OutputLevels);
@@ -96,6 +99,7 @@ impl HeatTask {
             due.controlled = true;
             let readings = io.readings();
             heat.tick(now, &readings);
+            heat.set_filament_width(io.filament_width());
             self.controls += 1;
             if self.controls >= CONTROLS_PER_SLOW {
                 self.controls = 0;

@@ -4,7 +4,7 @@
 //! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
 //! rest.
 
-use config::{FilamentChangeConfig, FilamentDetectorConfig, MachineConfig, ProbeConfig, ThermistorConfig};
+use config::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, MachineConfig, ProbeConfig, ThermistorConfig};
 use motion::geometry::LineSettings;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
@@ -27,6 +27,9 @@ pub struct Tuning {
     pub thermistors: [Option<ThermistorConfig>; units::MAX_HEATERS],
     /// How the filament detector looks (M404).
     pub filament: FilamentDetectorConfig,
+    /// What filament is nominally, how far its sensor is from the nozzle, and whether it says what it measures
+    /// (M404 W, M406 D, M407.2).
+    pub filament_width: FilamentWidthConfig,
     /// How far filament is moved to change it (M603).
     pub filament_change: FilamentChangeConfig,
 }
@@ -58,6 +61,7 @@ impl Tuning {
             lines: line_settings(config),
             thermistors: [None; units::MAX_HEATERS],
             filament: config.filament_detector,
+            filament_width: config.filament_width,
             filament_change: config.filament_change,
         }
     }

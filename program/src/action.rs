@@ -372,6 +372,8 @@ pub enum Function {
     Statistics,
     /// M404 to M407, M412: the filament detector.
     FilamentDetector,
+    /// M404.1 to M407.2: the sensor of the filament's width alone.
+    FilamentWidth,
     /// M603: lengths of a change of filament.
     FilamentLengths,
     /// G27: lift the tool and go aside.

@@ -431,6 +431,11 @@ impl Interpreter {
         self.modal.set_thermal_z(mm);
     }
 
+    /// What is extruded along the path from now on is this much of what the program says, with this extruder.
+    pub fn set_width_factor(&mut self, extruder: units::ToolId, factor: f64) {
+        self.tools.set_width_factor(extruder, factor);
+    }
+
     /// Counts in mm from now on; what it counted in before.
     pub fn count_in_mm(&mut self) -> bool {
         core::mem::take(&mut self.modal.inches)

@@ -20,6 +20,8 @@ pub struct Tool {
     pub e: f64,
     /// Flow factor (M221), 1 is as programmed.
     pub flow: f64,
+    /// What the measured width of the filament makes of the flow along the path, 1 where nothing is known.
+    pub width_factor: f64,
     /// Retracted by G10, with this lift of Z in mm.
     pub(crate) retracted: Option<f64>,
 }
@@ -55,7 +57,7 @@ pub struct Tools {
 impl Tools {
     /// As configured; the one with the lowest number is active.
     pub(crate) fn new(settings: &[ToolSettings]) -> Self {
-        let new = |settings: &ToolSettings| Tool { settings: settings.clone(), e: 0.0, flow: 1.0, retracted: None };
+        let new = |settings: &ToolSettings| Tool { settings: settings.clone(), e: 0.0, flow: 1.0, width_factor: 1.0, retracted: None };
         let mut tools: Vec<Tool, MAX_TOOLS> = settings.iter().take(MAX_TOOLS).map(new).collect();
         tools.sort_unstable_by_key(|tool| tool.settings.id);
         Self { tools, active: 0, selected: 0, in_spindle: 0, table: ToolTable::default() }
@@ -71,6 +73,14 @@ impl Tools {
     #[must_use]
     pub fn active(&self) -> Option<&Tool> {
         self.tools.get(self.active)
+    }
+
+    /// What is extruded along the path from now on is this much of what the program says, with the extruder
+    /// of this number: its filament is thicker or thinner than meant.
+    pub(crate) fn set_width_factor(&mut self, id: ToolId, factor: f64) {
+        if let Some(tool) = self.tools.iter_mut().find(|tool| tool.settings.id == id) {
+            tool.width_factor = factor;
+        }
     }
 
     pub(crate) fn active_mut(&mut self) -> Option<&mut Tool> {

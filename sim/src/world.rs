@@ -9,12 +9,13 @@ mod config;
 mod delta;
 mod electrics;
 mod fault;
+mod filament;
 mod from_machine;
 mod heat;
 mod motion;
 
 pub use config::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
     WorldConfig,
 };
 pub use delta::DeltaFrame;
@@ -65,6 +66,7 @@ pub struct World {
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<FanState>,
+    filament: filament::Filament,
     vmotor_v: f64,
     vfet_v: f64,
     /// Frequency of each timer, hertz; zero while it stands.
@@ -100,6 +102,7 @@ impl World {
             bounces: Vec::new(),
             heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
             fans: config.fans.iter().map(FanState::new).collect(),
+            filament: filament::Filament::default(),
             vmotor_v: config.vmotor_v,
             vfet_v: config.vfet_v,
             pwm: [[0.0; PWM_CHANNELS]; PWM_TIMERS],

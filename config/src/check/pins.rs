@@ -91,6 +91,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
                 config.filament_detector.enable && config.filament_detector.bulge_pin.is_none()
             }
             ("filament detector", _) => config.filament_detector.enable,
+            ("filament width sensor", _) => config.filament_width.enable,
             ("switch", "output_pin") => config.switches.get(place).is_some_and(|switch| !switch.is_input()),
             ("temperature control", key) => config.temperatures.get(place).is_some_and(|heater| match key {
                 "thermistor_pin" => heater.sensor.kind == SensorKind::Thermistor,

@@ -1,8 +1,8 @@
-//! `[filament detector]` and `[filament change]`.
+//! `[filament detector]`, `[filament width sensor]` and `[filament change]`.
 
-use units::{Micros, Mm, MmPerSecond};
+use units::{Micros, Mm, MmPerSecond, ToolId};
 
-use crate::pin::Pin;
+use crate::pin::{Pin, ThermistorInput};
 
 /// `[filament detector]`
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,6 +35,54 @@ impl FilamentDetectorConfig {
     #[must_use]
     pub fn wheel_pin(&self) -> Option<Pin> {
         self.encoder_pin.filter(|_| self.enable)
+    }
+}
+
+/// Something of known thickness, and what the sensor read with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gauge {
+    /// Ten-thousandths of full scale, of all inputs together.
+    pub raw: f64,
+    /// Its diameter.
+    pub diameter: Mm,
+}
+
+/// `[filament width sensor]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FilamentWidthConfig {
+    /// There is one.
+    pub enable: bool,
+    /// Its inputs: one, or those of two Hall sensors, whose readings are added up.
+    pub inputs: [Option<ThermistorInput>; 2],
+    /// What it was calibrated with.
+    pub gauges: [Gauge; 2],
+    /// Diameter of a volt, mm; 0: by the gauges.
+    pub mm_per_volt: f64,
+    /// What E in mm is meant for.
+    pub nominal: Mm,
+    /// What differs more is not believed.
+    pub max_difference: Mm,
+    /// Filament from the sensor to the nozzle.
+    pub delay: Mm,
+    /// Thinner: it has run out; 0: never.
+    pub min_diameter: Mm,
+    /// Thicker: it would jam; 0: never.
+    pub max_diameter: Mm,
+    /// The flow follows what was measured.
+    pub correct_flow: bool,
+    /// What is before the first piece measured is as thick; else nominal.
+    pub measured_at_once: bool,
+    /// The extruder whose filament it measures.
+    pub tool: ToolId,
+    /// What is measured is said.
+    pub log: bool,
+}
+
+impl FilamentWidthConfig {
+    /// The inputs that are read, each with its place in the list.
+    pub fn live_inputs(&self) -> impl Iterator<Item = (usize, ThermistorInput)> + use<> {
+        let inputs = if self.enable { self.inputs } else { [None; 2] };
+        inputs.into_iter().enumerate().filter_map(|(place, input)| Some((place, input?)))
     }
 }
 

@@ -22,7 +22,7 @@ pub use alignment::{
 };
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
 pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
-pub use filament::{FilamentChangeConfig, FilamentDetectorConfig};
+pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 pub use homing::{EndstopConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops};
 pub use leveling::{
@@ -121,6 +121,8 @@ pub struct MachineConfig {
     pub tool_change: ToolChangeConfig,
     /// `[filament detector]`
     pub filament_detector: FilamentDetectorConfig,
+    /// `[filament width sensor]`
+    pub filament_width: FilamentWidthConfig,
     /// `[filament change]`
     pub filament_change: FilamentChangeConfig,
     /// Canned cycles.

@@ -36,7 +36,14 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Motors", &["actuator", "tmc2590", "tmc2660", "current control"]),
     (
         "Extruders and heat",
-        &["extruder", "temperature control", "temperature switch", "filament detector", "filament change"],
+        &[
+            "extruder",
+            "temperature control",
+            "temperature switch",
+            "filament detector",
+            "filament width sensor",
+            "filament change",
+        ],
     ),
     ("Switches, fans, voltages", &["switch", "pwm1", "pwm2", "voltage monitor", "button box"]),
     (

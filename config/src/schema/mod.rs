@@ -15,6 +15,7 @@ mod extruder;
 #[cfg(test)]
 mod facts;
 mod filament;
+mod filament_width;
 mod heat;
 #[cfg(any(test, feature = "std"))]
 mod json;
@@ -86,6 +87,7 @@ pub const SECTIONS: &[Section] = &[
     modules::LASER,
     cycles::DRILLING_CYCLES,
     filament::FILAMENT_DETECTOR,
+    filament_width::FILAMENT_WIDTH_SENSOR,
     filament::FILAMENT_CHANGE,
     modules::TEMPERATURE_SWITCH,
     modules::BUTTON_BOX,

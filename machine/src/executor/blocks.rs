@@ -8,7 +8,7 @@ use program::{Action, LineParts, Meaning, State, States};
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
-use super::{Machine, actions, objects, operator, passed_over, shapes};
+use super::{Machine, actions, filament, objects, operator, passed_over, shapes};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::needs::needs;
 use crate::ports::Ports;
@@ -255,6 +255,9 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     }
     if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
         objects::begin_block(machine, source);
+    }
+    if machine.config.filament_width.enable {
+        filament::correct_flow(machine);
     }
     let facts = machine.facts();
     match machine.program.run(block, row, facts, source.dialect) {

@@ -2,12 +2,12 @@
 
 use config::FilamentChangeConfig;
 use motion::Mode;
-use program::{State, Words};
+use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
 use super::{Hands, Machine};
 use crate::failure::{Answer, Failure, Outcome};
-use crate::filament::{News, Use};
+use crate::filament::{News, Use, WidthNews};
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 use crate::tuning::Tuning;
@@ -30,6 +30,9 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         State::Run => Use::Moves,
         _ => Use::Idle,
     };
+    if machine.config.filament_width.enable {
+        measure(machine, using, now);
+    }
     let Machine { filament, ports, config, tuning, program, .. } = machine;
     let levels = ports.inputs();
     let axis = program.tools().active().map(|tool| tool.settings.axis);
@@ -42,6 +45,55 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         Some(News::Noted(trouble)) => machine.announce(format_args!("// NOTE {}\n", trouble.text())),
         None => {}
     }
+}
+
+/// Measures how thick filament is, and says what there is to say of it.
+fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
+    let sensor = machine.tuning.filament_width;
+    let Some(axis) = measured_tool(machine).map(|tool| tool.settings.axis) else { return };
+    let readings = machine.ports.heat(|heat| heat.filament_width());
+    let pushed = machine.ports.motion(|motion| motion.live_position())[axis];
+    let news = machine.filament_width.look(&sensor, readings, pushed, now);
+    machine.filament.note_width(machine.filament_width.trouble());
+    match news {
+        Some(WidthNews::Lost(why)) => machine.announce(format_args!(
+            "ERROR: filament width sensor: ADC1_{} gives no signal ({:.0} of 10000): the flow is not corrected\n",
+            why.input.0, why.raw
+        )),
+        Some(WidthNews::Back) => machine.announce(format_args!("// NOTE the filament width sensor is back\n")),
+        Some(WidthNews::Measured(_)) if using == Use::Rests => {}
+        Some(WidthNews::Measured(width)) => machine.announce(format_args!("// Filament width: {:.3} mm\n", width.0)),
+        None => {}
+    }
+}
+
+/// The extruder whose filament is measured.
+fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> {
+    machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.config.filament_width.tool)
+}
+
+/// What is extruded along the path from here on is as much more or less as the filament is thinner or thicker
+/// that will be at the nozzle then.
+pub(super) fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
+    let sensor = &machine.tuning.filament_width;
+    let Some(tool) = measured_tool(machine) else { return };
+    let meant = tool.settings.filament_diameter.map_or(sensor.nominal, Mm);
+    let pushed = machine.program.position()[tool.settings.axis];
+    let factor = machine.filament_width.factor(sensor, pushed, meant);
+    machine.program.set_width_factor(sensor.tool, factor);
+}
+
+/// Whether moves are planned as far ahead as the filament is measured: more must wait, as for room in the
+/// queue. The motors go on meanwhile, so it comes to an end.
+pub(super) fn is_planned_ahead<P: Ports>(machine: &Machine<'_, P>) -> bool {
+    let Some(tool) = measured_tool(machine) else { return false };
+    let pushed = machine.program.position()[tool.settings.axis];
+    machine.filament_width.is_to_come(&machine.tuning.filament_width, pushed)
+}
+
+/// Filament was taken out, or another one put in: what was measured of it counts no more.
+pub(super) fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.filament_width.forget(&machine.tuning.filament_width);
 }
 
 /// The axis of the extruder in use.
@@ -209,6 +261,7 @@ pub(super) async fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool,
     } else {
         unload(machine, length).await?
     }
+    forget_width(machine);
     machine.resynchronise();
     Ok(Answer::Ok)
 }

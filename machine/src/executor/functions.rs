@@ -239,7 +239,7 @@ fn report<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     let dialect = machine.sessions.dialect_of(to);
-    let Machine { ports, program, sessions, axes, tuning, config, filament, .. } = machine;
+    let Machine { ports, program, sessions, axes, tuning, config, filament, filament_width, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let code = words.code();
     Some(match function {
@@ -268,7 +268,13 @@ fn report<P: Ports>(
             sessions.say(Recipient::All, format_args!("{text}\n"));
             Ok(Answer::Ok)
         }
-        Function::FilamentDetector => Ok(filament.told(config, tuning, words, reply)),
+        Function::FilamentDetector => {
+            crate::filament::told((filament, filament_width), config, tuning, words, reply)
+        }
+        Function::FilamentWidth => {
+            let readings = ports.heat(|heat| heat.filament_width());
+            crate::filament::told_of_width(filament_width, readings, config, tuning, words, reply)
+        }
         Function::FilamentLengths => Ok(filament::lengths(tuning, words, reply)),
         Function::RetractSettings | Function::RecoverSettings => Ok(Answer::Ok),
         Function::DriverStatus => long_answers::describe_drivers(machine, words, to),

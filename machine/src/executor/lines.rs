@@ -13,7 +13,7 @@ use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
-    Machine, actions, blocks, commands, editing, fast_forward, flow, foresee, grbl, job_control, journal, kept, log,
+    Machine, actions, blocks, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control, journal, kept, log,
     named, objects, passed_over, stack, statistics, suspend,
 };
 use crate::failure::{Answer, message};
@@ -42,6 +42,8 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     });
     // What is read behind moves that are to be dropped waits until they are.
     let path_is_full = path_is_full || machine.jobs.objects.is_cutting();
+    let measures = machine.config.filament_width.enable;
+    let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
     let had_line = run_session(machine, path_is_full).await;
     // Before the job: it may always have a line that is ready.
     if machine.frames.is_empty() && run_switch(machine).await {

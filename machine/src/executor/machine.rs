@@ -16,7 +16,7 @@ use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::filament::Filament;
+use crate::filament::{self, Filament};
 use crate::files::Files;
 use crate::files::logs::Logs;
 use crate::forecast::{Ahead, Foresight};
@@ -61,6 +61,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) paper: Paper,
     pub(super) outputs: Outputs,
     pub(super) filament: Filament,
+    pub(super) filament_width: filament::Width,
     pub(super) jobs: Jobs,
     pub(super) files: Files,
     /// What programs write.
@@ -123,6 +124,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             thermal: Thermal::new(config),
             outputs: Outputs::new(&config.switches),
             filament: Filament::default(),
+            filament_width: filament::Width::new(&config.filament_width),
             jobs: Jobs::new(crate::program_setup::file_dialect(config)),
             files: Files::default(),
             logs: Logs::default(),

@@ -248,7 +248,7 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
         }
         self.follow_motion();
-        if self.config.filament_detector.enable {
+        if self.config.filament_detector.enable || self.config.filament_width.enable {
             filament::watch(self, now);
         }
         program_io::say_spindle(self);

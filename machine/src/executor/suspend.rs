@@ -131,6 +131,7 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
         }
         Hands::new(machine, Recipient::Nobody).set_position(from)?;
     }
+    filament::forget_width(machine);
     machine.safety.apply(Event::Unsuspend);
     machine.program.come_back_to(suspended.kept);
     let rate = machine.program.modal().seek_rate;

@@ -49,14 +49,25 @@ pub const ROWS: &[CodeInfo] = &[
         word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
     ])
     .differs("on a machine with a laser its power too"),
-    filament_detector(404, "how the filament detector looks; without words, say it").takes(&[
-        word('S', Unit::Seconds, "time between looks").above(0.0),
-        word('P', Unit::Number, "pulses a mm").above(0.0),
-        word('H', Unit::Number, "1: heaters stay on"),
-    ]),
-    filament_detector(405, "filament detector off"),
-    filament_detector(406, "filament detector on"),
-    filament_detector(407, "state of the filament detector").waits(Waits::Question),
+    filament_detector(404, "how the filament detector looks, and how thick filament is; without words, say it")
+        .takes(&[
+            word('S', Unit::Seconds, "time between looks").above(0.0),
+            word('P', Unit::Number, "pulses a mm").above(0.0),
+            word('H', Unit::Number, "1: heaters stay on"),
+            word('W', Unit::Mm, "nominal diameter").above(0.0),
+        ])
+        .differs("no W"),
+    filament_width(404, 1, "forget what was measured of the filament's width"),
+    filament_detector(405, "filament detector off, and the sensor of its width"),
+    filament_width(405, 1, "sensor of the filament's width off, alone"),
+    filament_detector(406, "filament detector on, and the sensor of its width")
+        .takes(&[word('D', Unit::Number, "centimetres from that sensor to the nozzle").above(0.0)])
+        .differs("no D"),
+    filament_width(406, 1, "sensor of the filament's width on, alone"),
+    filament_detector(407, "state of the filament detector, and the filament's width").waits(Waits::Question),
+    filament_width(407, 1, "what the inputs of the sensor of the filament's width read").waits(Waits::Question),
+    filament_width(407, 2, "whether the filament's width is said, each centimetre")
+        .takes(&[word('S', Unit::Number, "1: it is; 0: it is not")]),
     filament_detector(412, "filament detector; without words, say its state")
         .takes(&[word('S', Unit::Number, "1: on; 0: off")])
         .differs("not known"),
@@ -79,4 +90,8 @@ pub const ROWS: &[CodeInfo] = &[
 
 const fn filament_detector(number: u16, help: &'static str) -> CodeInfo {
     CodeInfo::asks(Code::m(number), Function::FilamentDetector, help)
+}
+
+const fn filament_width(number: u16, subcode: u8, help: &'static str) -> CodeInfo {
+    CodeInfo::asks(Code::m(number).sub(subcode), Function::FilamentWidth, help).differs("not known")
 }

@@ -18,11 +18,30 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         becomes: Becomes::Console("abort"),
     },
     passed_over("CLEAR_PAUSE", "forget a pause: nothing is kept of one that has ended"),
+    codes("DISABLE_FILAMENT_WIDTH_LOG", "", "the filament's width is not said, as M407.2 S0", |_, _, line| {
+        put(line, "M407.2 S0")
+    }),
+    codes("DISABLE_FILAMENT_WIDTH_SENSOR", "", "sensor of the filament's width off, as M405.1", |_, _, line| {
+        put(line, "M405.1")
+    }),
+    codes("ENABLE_FILAMENT_WIDTH_LOG", "", "the filament's width is said, as M407.2 S1", |_, _, line| {
+        put(line, "M407.2 S1")
+    }),
+    codes("ENABLE_FILAMENT_WIDTH_SENSOR", "", "sensor of the filament's width on, as M406.1", |_, _, line| {
+        put(line, "M406.1")
+    }),
     codes("EXCLUDE_OBJECT", "NAME CURRENT RESET", "leave an object out; without NAME list them", exclude_object),
     codes("EXCLUDE_OBJECT_DEFINE", "NAME POLYGON", "an object of the file is noted, with its outline", outline::define),
     codes("EXCLUDE_OBJECT_END", "", "the object ends here", |_, _, line| put(line, "M486 E")),
     codes("EXCLUDE_OBJECT_START", "NAME", "an object begins here", |command, _, line| label(command, "B", line)),
     codes("PAUSE", "", "suspend the job; heaters stay on, as M600.1", |_, _, line| put(line, "M600.1")),
+    codes("QUERY_FILAMENT_WIDTH", "", "the filament's width, as M407", |_, _, line| put(line, "M407")),
+    codes("QUERY_RAW_FILAMENT_WIDTH", "", "what the sensor of the filament's width reads, as M407.1", |_, _, line| {
+        put(line, "M407.1")
+    }),
+    codes("RESET_FILAMENT_WIDTH_SENSOR", "", "forget what was measured of the filament, as M404.1", |_, _, line| {
+        put(line, "M404.1")
+    }),
     codes("RESPOND", "MSG", "say a text on every console, as M118", |command, _, line| text(command, "M118", line)),
     codes("RESTORE_GCODE_STATE", "MOVE", "come back to the kept state; the last one, as M121", restore_state),
     codes("RESUME", "", "go on with the suspended job, as M601", |_, _, line| put(line, "M601")),

@@ -351,6 +351,15 @@ impl HeatIo for HeatPins<'_> {
         readings(self.shared)
     }
 
+    fn filament_width(&mut self) -> [SensorReading; 2] {
+        let world = self.shared.world.borrow();
+        let inputs = world.config().filament_sensor.as_ref().map(|sensor| sensor.inputs).unwrap_or_default();
+        inputs.map(|input| match input {
+            Some(input) => SensorReading::Counts(world.adc_counts(input)),
+            None => SensorReading::Missing,
+        })
+    }
+
     fn apply(&mut self, levels: OutputLevels) {
         if levels == *self.present {
             return;

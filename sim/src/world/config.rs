@@ -157,6 +157,19 @@ pub struct FanConfig {
     pub cools: Option<usize>,
 }
 
+/// A sensor of the width of filament, in front of an extruder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilamentSensorConfig {
+    /// Its inputs, which read the same.
+    pub inputs: [Option<AnalogInput>; 2],
+    /// The motor that pulls the filament through it.
+    pub motor: Actuator,
+    /// Filament from it to the nozzle, millimetres.
+    pub to_nozzle_mm: f64,
+    /// Volts of each input for filament of no thickness, and for each millimetre more.
+    pub volts: [f64; 2],
+}
+
 /// How motors move the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Linkage {
@@ -187,6 +200,8 @@ pub struct WorldConfig {
     pub heaters: Vec<HeaterConfig>,
     /// Fans.
     pub fans: Vec<FanConfig>,
+    /// What measures the width of filament.
+    pub filament_sensor: Option<FilamentSensorConfig>,
     /// Temperature of the air, degrees Celsius.
     pub air_c: f64,
     /// Motor supply, volts.
@@ -259,6 +274,7 @@ impl Default for WorldConfig {
                 },
             ],
             fans: vec![FanConfig { name: "fan".into(), pin: pin("PE1"), on_high: true, cools: Some(0) }],
+            filament_sensor: None,
             air_c: 22.0,
             vmotor_v: 24.0,
             vfet_v: 24.0,

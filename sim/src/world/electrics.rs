@@ -120,6 +120,9 @@ impl World {
         if input == VMOTOR_INPUT {
             return Some(self.vmotor_v / SUPPLY_DIVIDER);
         }
+        if let Some(volts) = self.filament_volts(input) {
+            return Some(volts);
+        }
         let heater = self.config.heaters.iter().position(|heater| heater.sensor == Some(input))?;
         Some(self.sensor_volts(heater))
     }

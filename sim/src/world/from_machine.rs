@@ -8,14 +8,14 @@ use units::{Actuator, Axis};
 
 use super::delta::DeltaFrame;
 use super::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
     WorldConfig,
 };
 use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
 use crate::models::surface::{Bed, Surface};
 use crate::models::switch::Side;
-use crate::models::thermistor::Curve;
+use crate::models::thermistor::{Curve, REFERENCE_VOLTS};
 use crate::models::tmc26x::Chip;
 
 /// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
@@ -43,6 +43,7 @@ impl WorldConfig {
             surface: surface(machine),
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
+            filament_sensor: filament_sensor(machine),
             ..Self::default()
         }
     }
@@ -206,6 +207,25 @@ fn heater(controller: &TemperatureConfig) -> HeaterConfig {
         curve: curve(&thermistor),
         plant: if bed { Plant::BED } else { Plant::HOT_END },
     }
+}
+
+/// A sensor that is as it was calibrated, two that share what they read equally.
+fn filament_sensor(machine: &MachineConfig) -> Option<FilamentSensorConfig> {
+    let sensor = &machine.filament_width;
+    let mut inputs = [None; 2];
+    for (place, input) in sensor.live_inputs() {
+        inputs[place] = wiring::THERMISTORS.get(usize::from(input.0)).map(AnalogInput::of);
+    }
+    let count = inputs.iter().flatten().count() as f64;
+    let motor = machine.extruders.iter().find(|extruder| extruder.tool_id == sensor.tool)?.actuator()?;
+    let volts = if sensor.mm_per_volt > 0.0 {
+        [0.0, 1.0 / sensor.mm_per_volt]
+    } else {
+        let [one, other] = sensor.gauges;
+        let per_mm = (other.raw - one.raw) / (other.diameter.0 - one.diameter.0);
+        [one.raw - per_mm * one.diameter.0, per_mm].map(|raw| raw / 10_000.0 * REFERENCE_VOLTS / count)
+    };
+    (count > 0.0).then_some(FilamentSensorConfig { inputs, motor, to_nozzle_mm: sensor.delay.0, volts })
 }
 
 /// The fitted sensor: the maker's points for known parts, otherwise what the configuration says of it.

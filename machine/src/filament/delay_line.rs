@@ -1,0 +1,166 @@
+//! How thick the filament is between the sensor and the nozzle: one diameter for each piece of a fixed
+//! length, by how far the extruder had pushed when it passed the sensor. Bounded, and without a heap.
+
+/// Pieces that are kept.
+const PIECES: usize = 128;
+/// Pieces between the sensor and the nozzle; the rest is for what is drawn back.
+const UP_TO_THE_NOZZLE: f64 = 100.0;
+/// Shortest piece, mm.
+const SHORTEST: f64 = 0.2;
+/// Looks that a mean is of, at most: filament that stands may be another one after a while.
+const LOOKS: u16 = 32;
+
+/// A piece of filament.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Piece {
+    /// Mean of what was measured of it, mm; 0: nothing was.
+    diameter: f32,
+    /// How often.
+    count: u16,
+}
+
+/// The pieces that have passed the sensor last.
+#[derive(Clone, Debug)]
+pub struct DelayLine {
+    pieces: [Piece; PIECES],
+    /// Length of one, mm.
+    length: f64,
+    /// The first that was ever measured and the last one, as multiples of their length.
+    measured: Option<(i64, i64)>,
+}
+
+impl DelayLine {
+    /// For a sensor so far from the nozzle, mm.
+    #[must_use]
+    pub fn new(delay: f64) -> Self {
+        Self { pieces: [Piece::default(); PIECES], length: (delay / UP_TO_THE_NOZZLE).max(SHORTEST), measured: None }
+    }
+
+    /// What passes the sensor while the extruder has pushed so far, mm, is so thick, mm; `None`: nobody knows.
+    /// What passes it again, after drawing back, is known already. Pieces that passed between two looks are
+    /// as thick.
+    pub fn add(&mut self, pushed: f64, diameter: Option<f64>) {
+        let place = self.place(pushed);
+        let (first, last) = match self.measured {
+            Some((first, last)) if place > last - PIECES as i64 => (first, last),
+            // The first one; or the extruder counts anew.
+            _ => (place, place - 1),
+        };
+        if place < last {
+            return;
+        }
+        let diameter = diameter.unwrap_or(0.0) as f32;
+        if place == last {
+            self.average(place, diameter);
+        } else {
+            for passed in (last + 1).max(place - PIECES as i64 + 1)..=place {
+                *self.piece_mut(passed) = Piece { diameter, count: 1 };
+            }
+        }
+        self.measured = Some((first, place));
+    }
+
+    fn average(&mut self, place: i64, diameter: f32) {
+        let piece = self.piece_mut(place);
+        if diameter > 0.0 && piece.diameter > 0.0 {
+            piece.count = (piece.count + 1).min(LOOKS);
+            piece.diameter += (diameter - piece.diameter) / f32::from(piece.count);
+        } else {
+            *piece = Piece { diameter, count: 1 };
+        }
+    }
+
+    /// How thick the piece is that passed the sensor when the extruder had pushed so far, mm. Of what will
+    /// pass only later, the last piece is taken. `None` when nothing was measured; before the first piece,
+    /// that one counts where this is `at_once`.
+    #[must_use]
+    pub fn diameter(&self, pushed: f64, at_once: bool) -> Option<f64> {
+        let (first, last) = self.measured?;
+        let place = self.place(pushed);
+        if place < first && !at_once {
+            return None;
+        }
+        let oldest = first.max(last - PIECES as i64 + 1);
+        let piece = self.pieces[index(place.clamp(oldest, last))];
+        (piece.diameter > 0.0).then_some(f64::from(piece.diameter))
+    }
+
+    /// Whether the piece has yet to come that will pass the sensor when the extruder has pushed so far, mm.
+    #[must_use]
+    pub fn is_to_come(&self, pushed: f64) -> bool {
+        self.measured.is_some_and(|(_, last)| self.place(pushed) > last)
+    }
+
+    fn place(&self, pushed: f64) -> i64 {
+        libm::floor(pushed / self.length) as i64
+    }
+
+    fn piece_mut(&mut self, place: i64) -> &mut Piece {
+        &mut self.pieces[index(place)]
+    }
+}
+
+const fn index(place: i64) -> usize {
+    place.rem_euclid(PIECES as i64) as usize % PIECES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Filament whose thickness changes along it.
+    fn thickness(at: f64) -> f64 {
+        1.75 + 0.1 * libm::sin(at / 30.0)
+    }
+
+    proptest! {
+        #[test]
+        fn a_piece_is_as_thick_at_the_nozzle_as_at_the_sensor(
+            delay in 5.0..300.0_f64,
+            ways in proptest::collection::vec(-3.0..6.0_f64, 1..400),
+        ) {
+            let mut line = DelayLine::new(delay);
+            let (mut pushed, mut furthest) = (0.0_f64, 0.0_f64);
+            for way in ways {
+                // As far back as one draws filament, and no further.
+                let least = furthest - delay / 10.0;
+                let to = (pushed + way).max(least.max(0.0));
+                for step in 1..=10 {
+                    let at = pushed + (to - pushed) * f64::from(step) / 10.0;
+                    line.add(at, Some(thickness(at)));
+                    furthest = furthest.max(at);
+                    let was = at - delay;
+                    match line.diameter(was, false) {
+                        None => prop_assert!(was < 0.6 + delay / 50.0, "{was}"),
+                        // To the length of a piece, and what one look passes over.
+                        Some(is) => prop_assert!((is - thickness(was)).abs() < 0.1 * (0.6 + delay / 50.0) / 30.0 + 1e-6),
+                    }
+                }
+                pushed = to;
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_known() {
+        let mut line = DelayLine::new(50.0);
+        assert_eq!(line.diameter(0.0, true), None);
+        line.add(100.0, Some(1.7));
+        assert_eq!((line.diameter(60.0, false), line.diameter(60.0, true)), (None, Some(f64::from(1.7_f32))));
+        line.add(101.0, None);
+        line.add(102.0, Some(1.8));
+        assert!(line.diameter(100.2, false).is_some());
+        assert_eq!(line.diameter(100.7, false), None, "a piece that nobody measured");
+        assert!(line.diameter(101.6, false).is_some());
+    }
+
+    #[test]
+    fn an_extruder_that_counts_anew_begins_anew() {
+        let mut line = DelayLine::new(50.0);
+        line.add(1_000.0, Some(1.7));
+        line.add(0.0, Some(1.8));
+        assert_eq!(line.diameter(0.1, false), Some(f64::from(1.8_f32)));
+        assert_eq!(line.diameter(-20.0, false), None);
+    }
+}

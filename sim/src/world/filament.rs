@@ -1,0 +1,51 @@
+//! Filament whose thickness changes along it, and the sensor that it is pulled through.
+
+use super::{AnalogInput, World};
+use crate::models::thermistor::REFERENCE_VOLTS;
+
+/// What filament is where nothing else is said, millimetres.
+const USUAL_MM: f64 = 1.75;
+
+/// Filament.
+#[derive(Clone, Debug)]
+pub(super) struct Filament {
+    /// From where on, in millimetres of what has come out of the nozzle by then, it is how thick.
+    pieces: Vec<(f64, f64)>,
+    /// The sensor's plug is in.
+    plugged: bool,
+}
+
+impl Default for Filament {
+    fn default() -> Self {
+        Self { pieces: Vec::new(), plugged: true }
+    }
+}
+
+impl World {
+    /// The filament's diameter from each of these places on, both in millimetres; 0 is where the nozzle stood
+    /// at power-on. Before the first it is 1.75 mm thick.
+    pub fn thread_filament(&mut self, pieces: &[(f64, f64)]) {
+        self.filament.pieces = pieces.to_vec();
+    }
+
+    /// The plug of the sensor of its width is pushed in, or pulled.
+    pub const fn plug_filament_sensor(&mut self, plugged: bool) {
+        self.filament.plugged = plugged;
+    }
+
+    /// How thick the filament is that was, or will be, at the nozzle when the extruder stands here, mm.
+    #[must_use]
+    pub fn filament_mm(&self, at_mm: f64) -> f64 {
+        let piece = self.filament.pieces.iter().rev().find(|(from, _)| *from <= at_mm);
+        piece.map_or(USUAL_MM, |(_, diameter)| *diameter)
+    }
+
+    /// Voltage of the sensor on this input; `None` when there is none, or its plug is pulled.
+    pub(super) fn filament_volts(&self, input: AnalogInput) -> Option<f64> {
+        let sensor = self.config.filament_sensor.filter(|sensor| sensor.inputs.contains(&Some(input)))?;
+        let pushed = self.carriage_mm(sensor.motor)?;
+        let [at_nothing, per_mm] = sensor.volts;
+        let volts = at_nothing + per_mm * self.filament_mm(pushed + sensor.to_nozzle_mm);
+        self.filament.plugged.then_some(volts.clamp(0.0, REFERENCE_VOLTS))
+    }
+}
