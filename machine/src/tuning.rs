@@ -4,7 +4,9 @@
 //! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
 //! rest.
 
-use config::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, MachineConfig, ProbeConfig, ThermistorConfig};
+use config::{
+    FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, MachineConfig, ProbeConfig, ThermistorConfig,
+};
 use motion::geometry::LineSettings;
 use units::{Amps, Axis, PerActuator, PerAxis};
 

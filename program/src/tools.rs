@@ -57,7 +57,13 @@ pub struct Tools {
 impl Tools {
     /// As configured; the one with the lowest number is active.
     pub(crate) fn new(settings: &[ToolSettings]) -> Self {
-        let new = |settings: &ToolSettings| Tool { settings: settings.clone(), e: 0.0, flow: 1.0, width_factor: 1.0, retracted: None };
+        let new = |settings: &ToolSettings| Tool {
+            settings: settings.clone(),
+            e: 0.0,
+            flow: 1.0,
+            width_factor: 1.0,
+            retracted: None,
+        };
         let mut tools: Vec<Tool, MAX_TOOLS> = settings.iter().take(MAX_TOOLS).map(new).collect();
         tools.sort_unstable_by_key(|tool| tool.settings.id);
         Self { tools, active: 0, selected: 0, in_spindle: 0, table: ToolTable::default() }

@@ -15,8 +15,8 @@ mod heat;
 mod motion;
 
 pub use config::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
-    WorldConfig,
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin,
+    SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};

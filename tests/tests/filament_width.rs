@@ -164,7 +164,9 @@ fn it_says_what_it_measures_and_what_it_reads() {
     bench.say("DISABLE_FILAMENT_WIDTH_LOG");
     bench.run(&["G1 E35 F600", "M400"]);
     assert!(!bench.hear(0.5).contains("Filament width"));
-    assert!(bench.say("RESET_FILAMENT_WIDTH_SENSOR").contains("forgotten"));
+    assert_eq!(bench.say("M407.2 S1"), "// The filament's width is said\nok\n");
+    assert_eq!(bench.say("M407.2 S0"), "// The filament's width is not said\nok\n");
+    assert_eq!(bench.say("M404.1"), bench.say("RESET_FILAMENT_WIDTH_SENSOR"));
     let saved = bench.say("M503");
     assert!(saved.contains("M404 W1.8") && saved.contains("M406 D7"), "{saved}");
 }

@@ -74,6 +74,7 @@ impl PrimeBoard {
         let chip = machine.chip;
         let mut analog = vec![VFET_INPUT, VMOTOR_INPUT];
         analog.extend(machine.heaters.iter().filter_map(|heater| heater.sensor));
+        analog.extend(machine.filament_sensor.iter().flat_map(|sensor| sensor.inputs).flatten());
         let world = SharedWorld::new(World::new(machine));
         let mcu = PrimeMcu::new(wiring, world.clone())?;
         let mut board = Self { mcu, world, consoles: Default::default(), analog, ticks: 0 };

@@ -268,9 +268,7 @@ fn report<P: Ports>(
             sessions.say(Recipient::All, format_args!("{text}\n"));
             Ok(Answer::Ok)
         }
-        Function::FilamentDetector => {
-            crate::filament::told((filament, filament_width), config, tuning, words, reply)
-        }
+        Function::FilamentDetector => crate::filament::told((filament, filament_width), config, tuning, words, reply),
         Function::FilamentWidth => {
             let readings = ports.heat(|heat| heat.filament_width());
             crate::filament::told_of_width(filament_width, readings, config, tuning, words, reply)

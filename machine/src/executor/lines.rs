@@ -13,8 +13,8 @@ use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
-    Machine, actions, blocks, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control, journal, kept, log,
-    named, objects, passed_over, stack, statistics, suspend,
+    Machine, actions, blocks, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control, journal,
+    kept, log, named, objects, passed_over, stack, statistics, suspend,
 };
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;

@@ -66,8 +66,11 @@ pub const ROWS: &[CodeInfo] = &[
     filament_width(406, 1, "sensor of the filament's width on, alone"),
     filament_detector(407, "state of the filament detector, and the filament's width").waits(Waits::Question),
     filament_width(407, 1, "what the inputs of the sensor of the filament's width read").waits(Waits::Question),
-    filament_width(407, 2, "whether the filament's width is said, each centimetre")
-        .takes(&[word('S', Unit::Number, "1: it is; 0: it is not")]),
+    filament_width(407, 2, "whether the filament's width is said, each centimetre").takes(&[word(
+        'S',
+        Unit::Number,
+        "1: it is; 0: it is not",
+    )]),
     filament_detector(412, "filament detector; without words, say its state")
         .takes(&[word('S', Unit::Number, "1: on; 0: off")])
         .differs("not known"),

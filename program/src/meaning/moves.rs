@@ -151,7 +151,10 @@ pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(Per
     let to = if program.modal.e_absolute { word } else { tool.e + word };
     let mut fed = (to - tool.e) * tool.scale();
     // A volume that is laid along a path. What is drawn back, or pushed again in place, is a length.
-    if tool.width_factor != 1.0 && fed > 0.0 && Axis::PRIMARY.into_iter().any(|axis| target[axis] != program.position[axis]) {
+    if tool.width_factor != 1.0
+        && fed > 0.0
+        && Axis::PRIMARY.into_iter().any(|axis| target[axis] != program.position[axis])
+    {
         fed *= tool.width_factor;
     }
     target[tool.settings.axis] += fed;

@@ -8,8 +8,8 @@ use units::{Actuator, Axis};
 
 use super::delta::DeltaFrame;
 use super::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin, SwitchConfig,
-    WorldConfig,
+    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin,
+    SwitchConfig, WorldConfig,
 };
 use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
