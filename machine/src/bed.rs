@@ -79,6 +79,8 @@ pub struct Bed {
     pub scatter: Scatter,
     /// The mesh fades from Z0 up to this height, mm, in place of what is configured; 0: it does not. M376.
     pub fade_height: Option<f64>,
+    /// The correction that is left there, mm, in place of what is configured. M376 T.
+    pub fade_target: Option<f64>,
     /// The mesh is looked up so far from where the tool is, mm. M420.1.
     pub mesh_offset: [f64; 2],
     /// M420 S0 has set a mesh aside, which S1 puts in force again: the offset that it was laid with.

@@ -29,8 +29,8 @@ pub struct Tuning {
     pub thermistors: [Option<ThermistorConfig>; units::MAX_HEATERS],
     /// How the filament detector looks (M404).
     pub filament: FilamentDetectorConfig,
-    /// What filament is nominally, how far its sensor is from the nozzle, and whether it says what it measures
-    /// (M404 W, M406 D, M407.2).
+    /// What filament is nominally, how far its sensor is from the nozzle, and whether it says what it
+    /// measures (M404 W, M406 D, M407.2).
     pub filament_width: FilamentWidthConfig,
     /// How far filament is moved to change it (M603).
     pub filament_change: FilamentChangeConfig,

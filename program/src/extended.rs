@@ -58,7 +58,6 @@ pub fn translate(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine)
         Becomes::Console(text) => Ok(Asked::Console(text)),
         Becomes::Tower => Ok(Asked::Tower),
         Becomes::PassedOver => Ok(Asked::PassedOver(row.name)),
-        Becomes::Missing => Err(ExtendedFault::Missing(row.help)),
     }
 }
 

@@ -209,6 +209,12 @@ impl Runner {
         self.shared.block_writes()
     }
 
+    /// The most block writes of the card between two times that the machine reported to its watchdog.
+    #[must_use]
+    pub fn most_unseen_writes(&self) -> u32 {
+        self.shared.most_unseen_writes()
+    }
+
     /// The card is pulled out, or put in again.
     pub fn set_card_state(&self, state: CardState) {
         self.shared.set_card_state(state);

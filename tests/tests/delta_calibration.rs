@@ -119,7 +119,7 @@ type Row = (&'static str, &'static [&'static [&'static str]], &'static str, f64,
 fn what_is_wrong_is_found_and_little_is_left() {
     println!("| machine | asked for | bed before, mm | bed after, mm | parts before, mm | parts after, mm |");
     println!("|---|---|--:|--:|--:|--:|");
-    let rows: [Row; 8] = [
+    let rows: [Row; 9] = [
         ("trims off by 0.6 and -0.35 mm", &[TRIMS], "G32", 0.0, 0.05, 0.06),
         ("trims, and a radius 1.1 mm too small", &[TRIMS, RADIUS], "G32", 0.0, 0.05, 0.06),
         ("trims, radius, towers 0.5 and -0.35 degrees off", &[TRIMS, RADIUS, ANGLES], "G32 S6", 0.0, 0.05, 0.08),
@@ -135,6 +135,14 @@ fn what_is_wrong_is_found_and_little_is_left() {
             0.1,
             0.12,
         ),
+        (
+            "the same, and a second part measured",
+            &[TRIMS, RADIUS, ANGLES, UNEQUAL_ARMS],
+            "G32 S6, parts, parts",
+            0.02,
+            0.1,
+            0.12,
+        ),
     ];
     for (name, wrongs, asked, noise, bed, part) in rows {
         let mut bench = start(wrong(wrongs), noise);
@@ -142,12 +150,15 @@ fn what_is_wrong_is_found_and_little_is_left() {
         let code = asked.split(',').next().expect("a code");
         let answer = bench.say(code);
         assert!(answer.ends_with("Calibrated. M500 saves it\nok\n"), "{name}: {answer}");
-        if asked.ends_with("parts") {
+        for print in 1..=asked.matches("parts").count() {
             for line in measured_part(&mut bench) {
                 assert!(bench.say(&line).contains("mm measured\nok\n"), "{line}");
             }
             let answer = bench.say("M665.2");
-            assert!(answer.contains("12 distances: ") && answer.ends_with("M500 saves it\nok\n"), "{answer}");
+            assert!(
+                answer.contains(&format!("{} distances: ", 12 * print)) && answer.ends_with("M500 saves it\nok\n"),
+                "{answer}"
+            );
             bench.run(&["G28", "G1 Z30 F9000"]);
             assert!(bench.say("G32 S6").ends_with("Calibrated. M500 saves it\nok\n"));
         }
@@ -249,5 +260,47 @@ fn a_halt_in_any_round_changes_nothing() {
         bench.say("M999");
         assert!(bench.say("M503").contains("M665 L250.00000 R124.00000 A0.00000 B0.00000 C0.00000 D0.00000 E0.00000"));
         assert!(bench.say("M666").starts_with("X: 0.0000 Y: 0.0000 Z: 0.0000"));
+    }
+}
+
+/// Klipper's command, with what calipers read on Klipper's part: six pillars around one, 65 mm away, and over
+/// them lengths that have the width of a pillar in them.
+#[test]
+fn klippers_part_is_measured_by_klippers_command() {
+    let mut bench = start(wrong(&[TRIMS, RADIUS, ANGLES, UNEQUAL_ARMS]), 0.0);
+    assert!(bench.say("G32 S6").ends_with("Calibrated. M500 saves it\nok\n"));
+    let [_, before] = errors(&mut bench);
+    let at = |pillar: usize, way: f64| {
+        let angle = (210.0 + 60.0 * pillar as f64).to_radians();
+        [way * angle.cos(), way * angle.sin()]
+    };
+    let mut read = |ends: [[f64; 2]; 2], width: f64| {
+        let tools = tools(&mut bench, &ends);
+        format!("{:.2}", (tools[0][0] - tools[1][0]).hypot(tools[0][1] - tools[1][1]) + width)
+    };
+    let centre: Vec<String> =
+        (0..6).map(|n| read([at(n, 4.5), at(n, 69.5)], [9.31, 9.35, 9.28][[0, 2, 1][n % 3]])).collect();
+    let beside = |n: usize, way: f64| [at(n, 65.0)[0] + at(n + 2, way)[0], at(n, 65.0)[1] + at(n + 2, way)[1]];
+    let outer: Vec<String> = (0..6).map(|n| read([beside(n, 4.5), beside(n, 69.5)], 9.4 + 0.01 * n as f64)).collect();
+    bench.run(&[&format!("DELTA_ANALYZE CENTER_DISTS={}", centre.join(","))]);
+    bench.run(&["DELTA_ANALYZE CENTER_PILLAR_WIDTHS=9.31,9.35,9.28", "DELTA_ANALYZE SCALE=1"]);
+    assert!(bench.say("DELTA_ANALYZE CALIBRATE=extended").contains("of the part OUTER_DISTS (P1) is missing"));
+    let widths = "OUTER_PILLAR_WIDTHS=9.40,9.41,9.42,9.43,9.44,9.45";
+    let answer = bench.say(&format!("DELTA_ANALYZE OUTER_DISTS={} {widths} CALIBRATE=extended", outer.join(",")));
+    assert!(answer.contains("12 distances: ") && answer.ends_with("M500 saves it\nok\n"), "{answer}");
+    bench.run(&["G28", "G1 Z30 F9000"]);
+    assert!(bench.say("G32 S6").ends_with("Calibrated. M500 saves it\nok\n"));
+    let [bed, after] = errors(&mut bench);
+    println!("parts {before:.3} mm off before, {after:.3} after, the bed {bed:.3}");
+    assert!(before > 0.2 && after < 0.08 && bed < 0.05, "{before} {after} {bed}");
+    for (line, why) in [
+        ("DELTA_ANALYZE CENTER_DISTS=1,2,3", "needs 6 lengths for CENTER_DISTS="),
+        ("DELTA_ANALYZE CENTER_PILLAR_WIDTHS=9,x,9", "needs a number for CENTER_PILLAR_WIDTHS="),
+        ("DELTA_ANALYZE CALIBRATE=yes", "CALIBRATE is extended"),
+        ("DELTA_ANALYZE", "needs CENTER_DISTS="),
+        ("M665.4 P0 A1 B2", "six lengths"),
+    ] {
+        let answer = bench.say(line);
+        assert!(answer.contains(why), "{line}: {answer}");
     }
 }

@@ -105,6 +105,31 @@ fn correction_fades_with_height() {
     assert_eq!(steep, "error:with heights as great as these, fading must take at least 1.6 mm\n");
 }
 
+/// Klipper's `fade_target`.
+#[test]
+fn what_fades_is_the_difference_from_the_target() {
+    let plan = printer()
+        .set("[cartesian grid leveling strategy] dampening_start = 1")
+        .set("[cartesian grid leveling strategy] height_limit = 6")
+        .set("[cartesian grid leveling strategy] fade_target = 0.1");
+    let mut bench = with_a_hill(plan);
+    let raised = |bench: &mut Bench, x: f64, z: f64| {
+        bench.run(&[&format!("G1 X{x} Y40 Z{z} F6000"), "M400"]);
+        assert!(bench.say("M114").contains(&format!("Z:{z:.4}")), "and it knows where it is");
+        bench.carriage(Actuator::Gamma) - z
+    };
+    for (z, on_the_hill, beside) in [(1.0, 0.4, 0.0), (3.5, 0.25, 0.05), (6.0, 0.1, 0.1), (9.0, 0.1, 0.1)] {
+        near(raised(&mut bench, 50.0, z), on_the_hill);
+        near(raised(&mut bench, 0.0, z), beside);
+    }
+    assert_eq!(bench.say("M376 T0.2"), "the mesh fades from Z1.00 to Z6.00, where 0.200 mm are left\nok\n");
+    near(raised(&mut bench, 0.0, 6.0), 0.2);
+    assert_eq!(bench.say("M376 H10"), "the mesh fades from Z0.00 to Z10.00, where 0.200 mm are left\nok\n");
+    near(raised(&mut bench, 0.0, 5.0), 0.1);
+    let saved = bench.say("M503");
+    assert!(saved.contains("M376 T0.20000") && saved.contains("M376 H10"), "{saved}");
+}
+
 #[test]
 fn a_grid_is_saved_and_loaded_as_smoothieware_writes_it() {
     let mut bench = with_a_hill(printer());
@@ -189,6 +214,21 @@ fn skew_moves_the_motors_and_not_the_coordinates() {
     assert_eq!(bench.say("M852 I0"), "Skew factors: XY 0.00000000 XZ 0.00000000 YZ 0.00000000\nok\n");
     assert!((bench.carriage(Actuator::Alpha) - 50.0).abs() < 0.02);
     assert_eq!(bench.say("M852 J0.2"), "error:a skew factor lies between -0.1 and 0.1\n");
+    // Profiles, by Klipper's name.
+    bench.say("M852 I0.0123 J-0.004");
+    assert_eq!(bench.say("SKEW_PROFILE SAVE=cold"), "skew saved to /sd/cold.skew\nok\n");
+    assert_eq!(bench.read_card("cold.skew").as_deref(), Some("M852 I0.01230000 J-0.00400000 K0.00000000\n"));
+    bench.say("M852 I0 J0");
+    let loaded = "Skew factors: XY 0.01230000 XZ -0.00400000 YZ 0.00000000\nok\n";
+    assert_eq!(bench.say("SKEW_PROFILE LOAD=cold"), loaded);
+    assert_eq!(bench.say("GET_CURRENT_SKEW"), loaded, "it is in force");
+    assert_eq!(bench.say("SKEW_PROFILE REMOVE=cold"), "/sd/cold.skew deleted\nok\n");
+    assert!(bench.say("M852.3 P\"cold\"").starts_with("error:"), "and gone");
+    assert!(bench.say("SKEW_PROFILE SAVE=b.c").contains("a profile needs a name"));
+    assert!(bench.say("SKEW_PROFILE").contains("needs LOAD="));
+    assert!(bench.say("M852.2 P\"warm\"").starts_with("skew saved to /sd/warm.skew"));
+    assert_eq!(bench.say("M852.4 P\"warm\""), "/sd/warm.skew deleted\nok\n");
+    bench.say("M852 I0 J0");
 }
 
 #[test]

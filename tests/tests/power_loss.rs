@@ -261,6 +261,27 @@ fn m413_begins_and_ends_keeping_a_journal() {
     }
 }
 
+/// A card may take a quarter of a second for a block, the watchdog waits four seconds, and making the file
+/// takes some sixty.
+#[test]
+fn a_journal_that_m413_asks_for_is_made_while_everybody_is_served() {
+    let card = Card::with_journal(&part(false), false);
+    let mut machine = Machine::start(&card, &[], None);
+    machine.send("M413 S1");
+    let before = machine.runner.block_writes().0;
+    machine.send("play /sd/job.g -t");
+    assert!(machine.until("// NOTE the journal is made on the card, before the job begins"));
+    while machine.laid.is_empty() {
+        machine.step();
+    }
+    let made = machine.runner.block_writes().0 - before;
+    assert!(made >= 12, "it was made: {made}");
+    // Each of the file's is some five of the card's, with tables and folder.
+    let in_a_row = machine.runner.most_unseen_writes();
+    assert!(in_a_row < 5, "{in_a_row} writes without a word to the watchdog");
+    assert!(machine.until("Done printing file"));
+}
+
 /// Nothing of the machine has changed.
 fn stands(machine: &Machine, carriages: &[f64]) {
     assert_eq!(machine.carriages(), carriages);

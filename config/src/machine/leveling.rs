@@ -62,6 +62,8 @@ pub struct CartesianGrid {
     pub fade_start: Mm,
     /// `height_limit`
     pub fade_end: Mm,
+    /// The correction that is left there.
+    pub fade_target: Mm,
 }
 
 /// `[delta grid leveling strategy]`

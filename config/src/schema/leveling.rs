@@ -100,11 +100,21 @@ pub const CARTESIAN_GRID: Section = Section {
             "0",
             ANY,
             |c, _, v| c.leveling.grid.fade_end = Mm(v),
-            "Height at which the correction has faded to nothing; not above dampening_start: it never fades.",
+            "Height at which the correction has faded to fade_target; not above dampening_start: it never fades.",
         )
         .unit("mm")
         .klipper("[bed_mesh] fade_end")
         .v1("leveling-strategy.rectangular-grid.height_limit"),
+        number(
+            "fade_target",
+            "0",
+            ANY,
+            |c, _, v| c.leveling.grid.fade_target = Mm(v),
+            "The correction that is left at height_limit, the same everywhere: what fades is the difference from it. M376 T changes it.",
+        )
+        .unit("mm")
+        .klipper("[bed_mesh] fade_target")
+        .velvet(),
         number(
             "initial_height",
             "10",

@@ -71,7 +71,7 @@ pub(super) async fn run<P: Ports>(
         Function::ListMeshes => leveling::list(hands).await,
         Function::LoadGrid => leveling::load(hands, &words).await,
         Function::UseGrid => leveling::use_mesh(hands, &words).await,
-        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H')).await,
+        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H'), words.as_length('T')).await,
         Function::MeshOffset => leveling::mesh_offset(hands, &words).await,
         Function::GridPoint => leveling::grid_point(hands, &words).await,
         Function::BedPlane => leveling::bed_plane(hands, &words).await,

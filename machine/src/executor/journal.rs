@@ -6,9 +6,10 @@ use program::{BEGINNING_BYTES, State};
 use units::{Axis, Micros, PerAxis, Volts};
 
 use super::Machine;
+use crate::failure::Failure;
 use crate::grbl::numbers::Alarm;
-use crate::journal::{Doing, Entry, Look, PlayedFile};
-use crate::ports::Ports;
+use crate::journal::{Blank, Doing, Entry, Look, PlayedFile};
+use crate::ports::{Ports, StorageError};
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
@@ -27,8 +28,7 @@ const SUPPLY_PERIOD: Micros = Micros::from_millis(3);
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
 /// A file is about to be played: the first line has not been read.
-#[cold]
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
     // The file of every boot is no job, and what goes on after a power cut is noted already.
     let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
@@ -40,6 +40,13 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
             "// NOTE no journal of this job: modes are in force (G64, G93, G18 cycles, loops) that it does not keep\n"
         ));
     };
+    match make(machine).await {
+        Err(Failure::Halted) => return,
+        Err(Failure::Refused(why)) => {
+            return machine.announce(format_args!("// WARNING no journal of this job: {why}\n"));
+        }
+        _ => {}
+    }
     let Machine { jobs, journal, ports, .. } = machine;
     let begun = match jobs.played_file(ports) {
         Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
@@ -52,6 +59,25 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     if let Err(error) = begun {
         machine.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
     }
+}
+
+/// Makes the journal's file, where there is none: M413 may have switched it on, or the card is another one.
+/// Everybody is served between its blocks.
+async fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    let failed = |error: StorageError| Failure::refused(error.text());
+    let Some(mut blank) = Blank::begin(&mut machine.ports).map_err(failed)? else { return Ok(()) };
+    machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
+    let made = loop {
+        if let Err(halted) = machine.pause().await {
+            break Err(halted);
+        }
+        match blank.write(&mut machine.ports) {
+            Ok(false) => {}
+            Ok(true) => break Ok(()),
+            Err(error) => break Err(failed(error)),
+        }
+    };
+    made.and(blank.close(&mut machine.ports).map_err(failed))
 }
 
 /// The job is over.

@@ -149,7 +149,16 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     }
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
-            JobStart::Now => journal::begin(machine),
+            JobStart::Now => {
+                {
+                    let begins: Pin<&mut dyn Future<Output = ()>> = pin!(journal::begin(machine));
+                    begins.await;
+                }
+                // It may have taken a while.
+                if !machine.jobs.is_playing() {
+                    return true;
+                }
+            }
             JobStart::Later => {
                 machine.jobs.is_new_again();
                 return false;

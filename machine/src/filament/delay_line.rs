@@ -36,9 +36,9 @@ impl DelayLine {
         Self { pieces: [Piece::default(); PIECES], length: (delay / UP_TO_THE_NOZZLE).max(SHORTEST), measured: None }
     }
 
-    /// What passes the sensor while the extruder has pushed so far, mm, is so thick, mm; `None`: nobody knows.
-    /// What passes it again, after drawing back, is known already. Pieces that passed between two looks are
-    /// as thick.
+    /// What passes the sensor while the extruder has pushed so far, mm, is so thick, mm; `None`: nobody
+    /// knows. What passes it again, after drawing back, is known already. Pieces that passed between two
+    /// looks are as thick.
     pub fn add(&mut self, pushed: f64, diameter: Option<f64>) {
         let place = self.place(pushed);
         let (first, last) = match self.measured {

@@ -188,7 +188,6 @@ impl Journal {
 
     fn open(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
         self.close(storage);
-        prepare(storage, |_| {})?;
         self.next = newest(storage)?.wrapping_add(1);
         self.file = Some(storage.open(PATH, OpenMode::Append)?);
         Ok(())
@@ -242,26 +241,65 @@ impl Journal {
     }
 }
 
-/// Makes the file, where there is none. That is some sixty block writes, between which `alive` is called: a
-/// card may take a quarter of a second for each.
+/// The file while it is made: some sixty block writes, for each of which a card may take a quarter of a
+/// second.
+#[derive(Debug)]
+pub(crate) struct Blank {
+    file: FileHandle,
+    left: u32,
+}
+
+impl Blank {
+    /// Begins it; `None` where there is one already.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn begin(storage: &mut impl Storage) -> Result<Option<Self>, StorageError> {
+        if let Ok(file) = storage.open(PATH, OpenMode::Read) {
+            let size = storage.size(file);
+            storage.close(file)?;
+            if size == Ok(BLOCKS * BLOCK as u32) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(Self { file: storage.open(PATH, OpenMode::Write)?, left: BLOCKS }))
+    }
+
+    /// Writes one block more. True when that was the last one.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn write(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
+        storage.write(self.file, &[0; BLOCK])?;
+        self.left = self.left.saturating_sub(1);
+        Ok(self.left == 0)
+    }
+
+    /// Ends it, whole or not.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn close(self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        storage.close(self.file)
+    }
+}
+
+/// Makes the file, where there is none, before anything else goes on: `alive` is called between blocks.
 ///
 /// # Errors
 /// Those of the card.
 pub(crate) fn prepare<S: Storage>(storage: &mut S, alive: impl Fn(&mut S)) -> Result<(), StorageError> {
-    if let Ok(file) = storage.open(PATH, OpenMode::Read) {
-        let size = storage.size(file);
-        storage.close(file)?;
-        if size == Ok(BLOCKS * BLOCK as u32) {
-            return Ok(());
-        }
-    }
-    let file = storage.open(PATH, OpenMode::Write)?;
-    let written = (0..BLOCKS).try_for_each(|_| {
+    let Some(mut blank) = Blank::begin(storage)? else { return Ok(()) };
+    let written = loop {
         alive(storage);
-        storage.write(file, &[0; BLOCK])
-    });
+        match blank.write(storage) {
+            Ok(false) => {}
+            Ok(true) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
     alive(storage);
-    written.and(storage.close(file))
+    written.and(blank.close(storage))
 }
 
 /// Gives each block that is whole; how many were written and are not.

@@ -108,19 +108,30 @@ pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<G
     lies.map(|lies| moved(&lies, offset, 1.0))
 }
 
-/// M376 H, and M420 Z: the mesh fades from Z0 up to this height; 0: it does not. Without words says it.
-pub(crate) async fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>) -> Outcome {
-    if let Some(height) = height {
-        if height < 0.0 {
-            return Err(Failure::refused("the height at which the mesh has faded is 0 or more"));
-        }
+/// M376 H, and M420 Z: the mesh fades from Z0 up to this height; 0: it does not. M376 T: so much of it is
+/// left there. Without words says it.
+pub(crate) async fn fade_height<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    height: Option<f64>,
+    target: Option<f64>,
+) -> Outcome {
+    if height.is_some_and(|height| height < 0.0) {
+        return Err(Failure::refused("the height at which the mesh has faded is 0 or more"));
+    }
+    if height.is_some() || target.is_some() {
         let before = *hands.bed();
-        hands.bed().fade_height = Some(height);
+        let bed = hands.bed();
+        (bed.fade_height, bed.fade_target) = (height.or(bed.fade_height), target.or(bed.fade_target));
         adopt_again(hands, before).await?;
     }
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     match fade(leveling, &bed) {
-        Some(fade) => hands.say(format_args!("the mesh fades from Z{:.2} to Z{:.2}\n", fade.start, fade.end)),
+        Some(Fade { start, end, target: 0.0 }) => {
+            hands.say(format_args!("the mesh fades from Z{start:.2} to Z{end:.2}\n"));
+        }
+        Some(Fade { start, end, target }) => {
+            hands.say(format_args!("the mesh fades from Z{start:.2} to Z{end:.2}, where {target:.3} mm are left\n"));
+        }
         None => hands.say(format_args!("the mesh does not fade\n")),
     }
     Ok(Answer::Ok)
@@ -142,7 +153,7 @@ pub(crate) async fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &
 
 /// Where the mesh fades: as M376 says, or as configured.
 fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
-    fade_up_to(leveling, bed.fade_height)
+    fade_up_to(leveling, bed.fade_height, bed.fade_target)
 }
 
 /// M420 S0: no leveling, until S1 puts the same grid in force again.

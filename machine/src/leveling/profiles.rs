@@ -199,7 +199,7 @@ pub(crate) async fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
         grid_file::load_grid(hands).await?;
     }
     if words.has('Z') {
-        fade_height(hands, words.get('Z')).await?;
+        fade_height(hands, words.get('Z'), None).await?;
     }
     if words.has('V') {
         show_map(hands).await?;

@@ -84,6 +84,9 @@ pub(crate) fn write_leveling(
     if let Some(height) = bed.fade_height {
         writeln!(text, ";The mesh has faded at this height:\nM376 H{height:.5}")?;
     }
+    if let Some(target) = bed.fade_target {
+        writeln!(text, ";What is left of the mesh there:\nM376 T{target:.5}")?;
+    }
     let saves_grid = match strategy {
         Leveling::CartesianGrid => leveling.grid.save,
         Leveling::DeltaGrid => leveling.delta.save,

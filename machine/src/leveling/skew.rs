@@ -1,12 +1,17 @@
 //! M852: axes that are not square to each other.
 
+use core::fmt::Write as _;
+
+use motion::Skew;
 use program::Words;
 
 use super::compensation::recompensate;
 use super::words::{SQUARE, configured, skew_of, square};
+use crate::bed::MeshName;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{MotionPort, Ports};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::files::safe_file::{self, Draft};
+use crate::ports::{MotionPort, OpenMode, Ports, Storage, StorageError};
 use crate::sessions::Reply;
 
 /// At boot, before anything moves: the skew of the configuration.
@@ -20,6 +25,9 @@ pub(crate) fn configure(motion: &mut impl MotionPort, config: &config::MachineCo
 /// M852: skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square in
 /// plane P; without words says them. M852.1 says what a square means, and changes nothing.
 pub(crate) async fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    if words.code().subcode > 1 {
+        return profile(hands, words).await;
+    }
     let measured = square(words)?;
     if words.code().subcode == 1 {
         let factor = measured.ok_or_else(|| Failure::refused(SQUARE))?;
@@ -47,4 +55,92 @@ fn say_lean<P: Ports>(hands: &mut Hands<'_, '_, P>, factor: f64) {
         90.0 - degrees,
         hundred
     ));
+}
+
+// --- profiles ---
+
+/// What the name of a profile's file ends in.
+const ENDING: &str = ".skew";
+/// A profile is a line of M852, and no more than so long.
+const LONGEST: usize = 128;
+
+/// SKEW_PROFILE: M852.2 saves the skew under a name, M852.3 loads it, M852.4 deletes the file. The file is a
+/// line as M500 writes it, so that it can be read, and played.
+async fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let name = words
+        .text()
+        .and_then(|text| MeshName::read(text).ok())
+        .ok_or_else(|| Failure::refused("a profile needs a name, P\"name\": 24 letters, digits, - and _ at most"))?;
+    let mut path = heapless::String::<40>::new();
+    // A name of 24 letters fits.
+    let _ = write!(path, "/sd/{}{ENDING}", name.as_str());
+    let failed = |error: StorageError| Failure::Refused(about_file(&path, error.text()));
+    match words.code().subcode {
+        2 => {
+            let Skew { xy, xz, yz } = hands.motion(|motion| motion.compensation().skew());
+            let mut text = heapless::String::<LONGEST>::new();
+            // Three factors below 1, of eight decimals, fit.
+            let _ = write!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}\n");
+            write_file(hands.storage(), &path, text.as_bytes()).map_err(failed)?;
+            hands.say(format_args!("skew saved to {path}\n"));
+        }
+        3 => {
+            let skew = read_file(hands.storage(), &path).map_err(failed)?.ok_or_else(|| {
+                Failure::Refused(message(format_args!("{path} holds no skew: a line M852 I J K is meant")))
+            })?;
+            recompensate(hands, |motion| motion.set_skew(skew)).await?;
+            let Skew { xy, xz, yz } = skew;
+            hands.say(format_args!("Skew factors: XY {xy:.8} XZ {xz:.8} YZ {yz:.8}\n"));
+        }
+        _ => {
+            safe_file::remove(hands.storage(), &path).map_err(failed)?;
+            hands.say(format_args!("{path} deleted\n"));
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+fn write_file(storage: &mut impl Storage, path: &str, bytes: &[u8]) -> Result<(), StorageError> {
+    let mut draft = Draft::begin(storage, path)?;
+    match draft.write(storage, bytes) {
+        Ok(_) => draft.finish(storage),
+        Err(error) => {
+            draft.give_up(storage);
+            Err(error)
+        }
+    }
+}
+
+/// The skew of a file; `None` when it holds none.
+fn read_file(storage: &mut impl Storage, path: &str) -> Result<Option<Skew>, StorageError> {
+    safe_file::settle(storage, path)?;
+    let file = storage.open(path, OpenMode::Read)?;
+    let mut bytes = [0; LONGEST];
+    let read = storage.read(file, &mut bytes);
+    // It was only read.
+    let _ = storage.close(file);
+    let text = core::str::from_utf8(bytes.get(..read?).unwrap_or_default()).unwrap_or_default();
+    Ok(parse(text))
+}
+
+fn parse(text: &str) -> Option<Skew> {
+    let mut words = text.split_ascii_whitespace();
+    words.next().filter(|code| *code == "M852")?;
+    let mut factor =
+        |letter| words.next()?.strip_prefix(letter)?.parse().ok().filter(|factor: &f64| factor.is_finite());
+    Some(Skew { xy: factor('I')?, xz: factor('J')?, yz: factor('K')? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_profile_is_a_line_of_m852() {
+        let skew = Skew { xy: 0.001_234_56, xz: -0.02, yz: 0.0 };
+        assert_eq!(parse("M852 I0.00123456 J-0.02000000 K0.00000000\n"), Some(skew));
+        for text in ["", "M852", "M852 I1 J2", "M852 I1 J2 Kx", "M851 I1 J2 K3", "M852 I1 J2 KNaN"] {
+            assert_eq!(parse(text), None, "{text}");
+        }
+    }
 }

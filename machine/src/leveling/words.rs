@@ -86,13 +86,14 @@ pub(super) fn plane_words(words: [f64; 4]) -> [f64; 4] {
     if is_saved { words.map(|word| f64::from(f32::from_bits(word as i64 as u32))) } else { words }
 }
 
-/// Where the mesh fades: up to this height, or as configured.
-pub(crate) fn fade_up_to(leveling: &LevelingConfig, height: Option<f64>) -> Option<Fade> {
+/// Where the mesh fades: up to this height, and to what is left there, mm, or as configured.
+pub(crate) fn fade_up_to(leveling: &LevelingConfig, height: Option<f64>, target: Option<f64>) -> Option<Fade> {
+    let target = target.unwrap_or(leveling.grid.fade_target.0);
     if let Some(end) = height {
-        return (end > 0.0).then_some(Fade { start: 0.0, end });
+        return (end > 0.0).then_some(Fade { start: 0.0, end, target });
     }
     let is_meant = leveling.strategy == Some(Leveling::CartesianGrid);
-    let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0 };
+    let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0, target };
     (is_meant && fade.end > fade.start).then_some(fade)
 }
 

@@ -68,7 +68,10 @@ pub(super) fn set(
                 None => motion.level_off().map_err(refused),
             })?;
         }
-        Function::FadeHeight => preflight.fade_height = words.as_length('H').or(preflight.fade_height),
+        Function::FadeHeight => {
+            let (height, target) = preflight.fade;
+            preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
+        }
         Function::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
         _ => {}
     }
@@ -101,7 +104,8 @@ pub(super) fn level_by(
         fits(config, shape)?;
     }
     motion.draft().iter_mut().zip(heights).for_each(|(to, height)| *to = *height);
-    let fade = leveling::fade_up_to(&config.leveling, preflight.fade_height);
+    let (height, target) = preflight.fade;
+    let fade = leveling::fade_up_to(&config.leveling, height, target);
     let between = leveling::interpolation(config.leveling.mesh.interpolation);
     let levelled = keeping_the_place(motion, |motion| motion.level_by_draft(shape, between, fade).map_err(refused));
     levelled.map_err(|failure| match failure {

@@ -122,8 +122,8 @@ pub struct Preflight<'c> {
     pub(super) targets: [Celsius; MAX_HEATERS],
     /// The highest temperatures of heaters.
     pub(super) most_celsius: [Celsius; MAX_HEATERS],
-    /// Up to where a mesh fades, where a code has said so, mm.
-    pub(super) fade_height: Option<f64>,
+    /// Up to where a mesh fades, and what is left of it there, where a code has said so, mm.
+    pub(super) fade: (Option<f64>, Option<f64>),
     /// The line that has loaded a mesh first.
     pub(super) loads_mesh: Option<u32>,
     /// Files of subroutines that are open, the last one being read.
@@ -191,7 +191,7 @@ impl<'c> Preflight<'c> {
             dialect: program_setup::dialect(config),
             targets: [Celsius(0.0); MAX_HEATERS],
             most_celsius: [Celsius(0.0); MAX_HEATERS],
-            fade_height: None,
+            fade: (None, None),
             loads_mesh: None,
             files: heapless::Vec::new(),
             called: SubName::new(),

@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::calibration_print::CalibrationPrint;
 use super::delta_fit::{Distance, Evidence, Ways};
 
 /// Touches at most: five rounds of the most places.
@@ -14,6 +15,8 @@ pub(super) const MOST_DISTANCES: usize = 24;
 pub(crate) struct DeltaRecords {
     pub(super) touches: Vec<Ways, MOST_TOUCHES>,
     pub(super) distances: Vec<Distance, MOST_DISTANCES>,
+    /// What M665.4 has kept.
+    pub(super) print: CalibrationPrint,
 }
 
 impl DeltaRecords {

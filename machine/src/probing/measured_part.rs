@@ -1,4 +1,4 @@
-//! M665.1 to M665.3: a delta's geometry from a part that it printed, measured with calipers.
+//! M665.1 to M665.4: a delta's geometry from a part that it printed, measured with calipers.
 //!
 //! Touches say whether the bed is found flat, which hardly depends on how long the arms are; how large a part
 //! becomes does. So each distance is kept as the ways that the carriages made to its ends, and all of them
@@ -32,6 +32,11 @@ pub(crate) async fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
         1 if words.is_bare() => list(hands).await,
         1 => keep(hands, words),
         2 => calibrate(hands, words).await,
+        4 if words.is_bare() => take_print(hands),
+        4 => {
+            hands.delta_records().print.keep(words)?;
+            Ok(Answer::Ok)
+        }
         _ => {
             hands.delta_records().distances.clear();
             hands.say(format_args!("no distances are kept now\n"));
@@ -50,7 +55,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
 }
 
 /// Keeps a distance between two places of the program; what there is to say of it.
-pub(super) fn keep_distance<P: Ports>(
+fn keep_distance<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ends: [[f64; 2]; 2],
     measured: f64,
@@ -70,6 +75,20 @@ pub(super) fn keep_distance<P: Ports>(
     })?;
     let count = distances.len();
     Ok(message(format_args!("distance {count}: {meant:.3} mm meant, {:+.3} mm measured\n", measured - meant)))
+}
+
+/// What was measured of the calibration part are the distances now.
+fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let all = hands.delta_records().print.distances()?;
+    let before = core::mem::take(&mut hands.delta_records().distances);
+    for (ends, measured) in all {
+        if let Err(why) = keep_distance(hands, ends, measured) {
+            hands.delta_records().distances = before;
+            return Err(why);
+        }
+    }
+    hands.say(format_args!("{} distances of the part are kept\n", all.len()));
+    Ok(Answer::Ok)
 }
 
 async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {

@@ -4,6 +4,7 @@
 //! braking after it costs nothing. So the speed of a search decides how far the machine runs past the
 //! contact, never what it measures.
 
+mod calibration_print;
 mod delta_calibration;
 mod delta_fit;
 mod delta_records;

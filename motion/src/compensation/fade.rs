@@ -1,7 +1,8 @@
 //! Fading: how much of the correction is left at a height.
 //!
-//! From all of it to nothing by `1 - t^3 (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at
-//! both ends: where fading begins and ends, speeds and accelerations of the motors go on without a jump.
+//! From all of it to nothing, or to the same everywhere ([`Fade::target`]), by `1 - t^3 (10 - 15 t + 6 t^2)`,
+//! whose first and second derivatives are zero at both ends: where fading begins and ends, speeds and
+//! accelerations of the motors go on without a jump.
 
 use super::CompensationError;
 
@@ -16,17 +17,21 @@ const MOST_CHANGE: f64 = 0.5;
 pub struct Fade {
     /// Up to here it is whole.
     pub start: f64,
-    /// From here on there is none.
+    /// From here on there is none of it, but for the target.
     pub end: f64,
+    /// The correction that is left then, mm, the same everywhere: what fades is the difference from it.
+    pub target: f64,
 }
 
 impl Fade {
     /// Finite, in order, and long enough for corrections of `most` mm.
     pub(super) fn check(&self, most: f64) -> Result<(), CompensationError> {
         let length = self.end - self.start;
-        if !(self.start.is_finite() && self.end.is_finite() && length > 0.0) {
+        let is_finite = self.start.is_finite() && self.end.is_finite() && self.target.is_finite();
+        if !(is_finite && length > 0.0) {
             return Err(CompensationError::FadeOrder);
         }
+        let most = most + libm::fabs(self.target);
         if length * MOST_CHANGE < STEEPEST * most {
             let least = libm::ceil(STEEPEST / MOST_CHANGE * most * 10.0) * 0.1;
             return Err(CompensationError::FadeShort { least_mm: least as f32 });
@@ -67,7 +72,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_share_falls_smoothly_within_its_bounds(start in -5.0..5.0_f64, length in 0.5..50.0_f64, t in -0.2..1.2_f64) {
-            let fade = Fade { start, end: start + length };
+            let fade = Fade { start, end: start + length, target: 0.0 };
             let z = start + t * length;
             let (share, slope) = fade.share(z);
             prop_assert!((0.0..=1.0).contains(&share));
@@ -82,10 +87,12 @@ mod tests {
 
     #[test]
     fn fades_that_are_no_fades_are_refused() {
-        let check = |start, end, most| Fade { start, end }.check(most);
+        let check = |start, end, most| Fade { start, end, target: 0.0 }.check(most);
         assert_eq!(check(1.0, 10.0, 1.0), Ok(()));
         assert_eq!(check(10.0, 1.0, 0.0), Err(CompensationError::FadeOrder));
         assert_eq!(check(f64::NAN, 1.0, 0.0), Err(CompensationError::FadeOrder));
         assert_eq!(check(0.0, 3.0, 1.0), Err(CompensationError::FadeShort { least_mm: 3.8 }));
+        let aside = Fade { start: 0.0, end: 3.0, target: -0.5 };
+        assert_eq!((aside.check(0.3), aside.check(0.5)), (Ok(()), Err(CompensationError::FadeShort { least_mm: 3.8 })));
     }
 }

@@ -130,7 +130,8 @@ impl Compensation {
         let skew = (self.skew != Skew::NONE).then_some(self.skew);
         let ([left, near, bottom], [right, far, top]) = (extent.low, extent.high);
         let Bounds { low, high, slope, bend } = self.bounds_of([left, near], [right, far]);
-        let most = greatest(libm::fabs(low), libm::fabs(high));
+        let target = self.target();
+        let most = greatest(libm::fabs(low - target), libm::fabs(high - target));
         let mut lift = Lift { slope, bend, fading: [0.0; 2], change: 0.0, low, high, scale: f64::INFINITY };
         if let Some(grid) = self.grid() {
             let [x, y] = grid.fine.step.map(libm::fabs);
@@ -138,13 +139,16 @@ impl Compensation {
         }
         if let Some(fade) = self.fade {
             if bottom >= fade.end {
-                return Over { skew, lift: None };
+                let (low, high, fading) = (target, target, [0.0; 2]);
+                let lift =
+                    Lift { slope: [0.0; 2], bend: [0.0; 3], fading, change: 0.0, low, high, scale: f64::INFINITY };
+                return Over { skew, lift: (target != 0.0).then_some(lift) };
             }
             let (first, second) = fade.derivatives(bottom, top);
             (lift.fading, lift.change) = ([first * most, second * most], first);
             lift.scale = if first > 0.0 { least(lift.scale, fade.end - fade.start) } else { lift.scale };
-            // What fades is nearer to nothing.
-            (lift.low, lift.high) = (least(low, 0.0), greatest(high, 0.0));
+            // What fades is nearer to what is left.
+            (lift.low, lift.high) = (least(low, target), greatest(high, target));
         }
         let is_flat = self.bed == super::Bed::Flat;
         Over { skew, lift: (!is_flat).then_some(lift) }

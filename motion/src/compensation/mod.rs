@@ -220,6 +220,11 @@ impl Compensation {
         self.fade
     }
 
+    /// What is left of the correction where it has faded, mm.
+    pub(crate) fn target(&self) -> f64 {
+        self.fade.map_or(0.0, |fade| fade.target)
+    }
+
     /// The grid, while one levels the machine.
     #[must_use]
     pub fn grid(&self) -> Option<&Surface> {
@@ -253,10 +258,11 @@ impl Compensation {
         let [x, y, z, ..] = point.0;
         let height = self.height(x, y);
         let (share, change) = self.fade.map_or((1.0, 0.0), |fade| fade.share(z));
+        let (target, fading) = (self.target(), height.z - self.target());
         let mut lifted = *point;
-        lifted[Axis::Z] += share * height.z;
+        lifted[Axis::Z] += target + share * fading;
         let [dx, dy] = height.slope;
-        Warped { point: self.skew.apply(&lifted), z_slope: [share * dx, share * dy, 1.0 + change * height.z] }
+        Warped { point: self.skew.apply(&lifted), z_slope: [share * dx, share * dy, 1.0 + change * fading] }
     }
 
     /// A direction or velocity at a place, as the motors see it.
@@ -275,7 +281,8 @@ impl Compensation {
         }
         let mut place = self.skew.undo(point);
         let [x, y, z, ..] = place.0;
-        place[Axis::Z] = self.without_height(z, self.height(x, y).z);
+        let target = self.target();
+        place[Axis::Z] = self.without_height(z - target, self.height(x, y).z - target);
         place
     }
 

@@ -113,9 +113,9 @@ proptest! {
     #[test]
     fn every_place_is_found_back(
         (shape, heights, way) in grids(), at in prop::array::uniform3(0.0..1.0_f64), faded in any::<bool>(), length in 2.5..30.0_f64,
-        factors in prop::array::uniform3(-0.1..0.1_f64),
+        target in -0.3..0.3_f64, factors in prop::array::uniform3(-0.1..0.1_f64),
     ) {
-        let fade = faded.then_some(Fade { start: 1.0, end: 1.0 + length });
+        let fade = faded.then_some(Fade { start: 1.0, end: 1.0 + length, target });
         let mut compensation = compensation(&shape, &heights, way, fade);
         let [xy, xz, yz] = factors;
         compensation.set_skew(Skew { xy, xz, yz }).expect("within bounds");

@@ -80,7 +80,8 @@ impl Warp {
             let t = ((z - fade.start) / (fade.end - fade.start)).clamp(0.0, 1.0);
             1.0 - 10.0 * t.powi(3) + 15.0 * t.powi(4) - 6.0 * t.powi(5)
         });
-        let z = z + share * self.height(x, y);
+        let left = self.fade.map_or(0.0, |fade| fade.target);
+        let z = z + share * self.height(x, y) + (1.0 - share) * left;
         // Solves x = x' + xy y' + xz z, y = y' + yz z.
         let y = y - self.skew.yz * z;
         let x = x - self.skew.xy * y - self.skew.xz * z;

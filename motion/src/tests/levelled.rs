@@ -66,7 +66,11 @@ impl Bed {
         for (to, share) in motion.draft().iter_mut().zip(&self.heights) {
             *to = share * most as f32;
         }
-        let fade = self.fade.map(|more| Fade { start: from_z, end: from_z + 4.0 * 1.25 * most + more });
+        let fade = self.fade.map(|more| Fade {
+            start: from_z,
+            end: from_z + 4.0 * 1.5 * most + more,
+            target: 0.25 * most * libm::sin(more),
+        });
         let mut fade = fade;
         while let Err(error) = motion.level_by_draft(&shape, self.way, fade) {
             assert!(matches!(error, CompensationError::FadeShort { .. }), "{error}");

@@ -162,7 +162,10 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(375).sub(2), Function::ShowMap, "show the bed as a map, and say what it needs")
         .differs("not known"),
     leveling(Code::m(376), Function::FadeHeight, "where the mesh has faded; without words, say it")
-        .takes(&[word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").least(0.0)])
+        .takes(&[
+            word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").least(0.0),
+            word('T', Unit::Length, "there so much of the correction is left, the same everywhere"),
+        ])
         .differs("not known"),
     CodeInfo::asks(Code::m(401), Function::DeployProbe, "bring the probe out, until M402")
         .waits(Waits::Result)
@@ -263,7 +266,14 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(852).sub(1), Function::Skew, "say the skew factor of a measured square, and change nothing")
         .takes(SQUARE)
         .differs("not known"),
+    leveling(Code::m(852).sub(2), Function::Skew, "save the skew factors to the card")
+        .takes(PROFILE)
+        .differs("not known"),
+    leveling(Code::m(852).sub(3), Function::Skew, "load saved skew factors").takes(PROFILE).differs("not known"),
+    leveling(Code::m(852).sub(4), Function::Skew, "delete saved skew factors").takes(PROFILE).differs("not known"),
 ];
+
+const PROFILE: &[WordInfo] = &[word('P', Unit::Number, "the name, in quotes: the file is NAME.skew")];
 
 const SQUARE: &[WordInfo] = &[
     word('A', Unit::Length, "the diagonal AC from the origin").above(0.0),

@@ -120,6 +120,28 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill)
         .differs("not known"),
     CodeInfo::asks(Code::m(665).sub(3), Function::MeasuredPart, "forget the measured distances").differs("not known"),
+    CodeInfo::asks(
+        Code::m(665).sub(4),
+        Function::MeasuredPart,
+        "lengths of Klipper's calibration part; without words, they are the distances kept",
+    )
+    .takes(&[
+        word(
+            'P',
+            Unit::Number,
+            "0: centre distances, 1: outer distances, 2: widths of the centre pillar, 3: of the outer ones",
+        )
+        .whole(0.0, 3.0),
+        word('A', Unit::Length, "the first of them").above(0.0),
+        word('B', Unit::Length, "the second").above(0.0),
+        word('C', Unit::Length, "the third").above(0.0),
+        word('D', Unit::Length, "the fourth").above(0.0),
+        word('E', Unit::Length, "the fifth").above(0.0),
+        word('F', Unit::Length, "the sixth").above(0.0),
+        word('S', Unit::Number, "the part was printed so much larger").above(0.0),
+    ])
+    .waits(Waits::Standstill)
+    .differs("not known"),
     CodeInfo::asks(Code::m(666), Function::Trims, "trims of towers or arms, from the next homing on").takes(&[
         word('X', Unit::Mm, "by motor"),
         word('Y', Unit::Mm, "by motor"),

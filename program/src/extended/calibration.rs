@@ -2,7 +2,7 @@
 
 use gcode::Extended;
 
-use super::row::{CodeLine, ExtendedFault, ExtendedInfo, Names, codes, missing, number, put, put_number};
+use super::row::{CodeLine, ExtendedFault, ExtendedInfo, Names, codes, number, put, put_number};
 
 pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("ABORT", "", "end a paper test, and change nothing, as M851.4", |_, _, line| put(line, "M851.4")),
@@ -23,7 +23,12 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
             put_number(line, letter, number(command, key)?.ok_or(ExtendedFault::MustSupply(key))?)
         })
     }),
-    missing("DELTA_ANALYZE", "say each measured distance with M665.1, then M665.2"),
+    codes(
+        "DELTA_ANALYZE",
+        "CENTER_DISTS CENTER_PILLAR_WIDTHS OUTER_DISTS OUTER_PILLAR_WIDTHS SCALE CALIBRATE",
+        "calibrate a delta by Klipper's part, as M665.4 and M665.2",
+        delta_analyze,
+    ),
     codes("DELTA_CALIBRATE", "", "calibrate trims, radius and angles of a delta, as G32 S6", |_, _, line| {
         put(line, "G32 S6")
     }),
@@ -33,7 +38,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         put(line, "M851.1 P0")
     }),
     codes("SET_SKEW", "XY XZ YZ CLEAR", "skew by measured squares, AC,BD,AD each, as M852", set_skew),
-    missing("SKEW_PROFILE", "the skew is that of M852"),
+    codes("SKEW_PROFILE", "LOAD SAVE REMOVE", "skew factors on the card by name: M852.3, M852.2, M852.4", skew_profile),
     codes(
         "SET_Z_THERMAL_ADJUST",
         "ENABLE TEMP_COEFF REF_TEMP",
@@ -48,6 +53,41 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("TESTZ", "Z", "move the tool in a paper test, as M851.2", test_z),
     codes("Z_ENDSTOP_CALIBRATE", "", "where Z homes, by paper, as M851.1 P1", |_, _, line| put(line, "M851.1 P1")),
 ];
+
+fn skew_profile(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let asked = [("LOAD", "M852.3"), ("SAVE", "M852.2"), ("REMOVE", "M852.4")];
+    let found = asked.into_iter().find_map(|(key, code)| command.get(key).map(|name| (code, name)));
+    let (code, name) = found.ok_or(ExtendedFault::MustSupply("LOAD"))?;
+    [code, " P\"", name.trim(), "\""].into_iter().try_for_each(|part| put(line, part))
+}
+
+/// Lists may come one by one, as Klipper takes them; CALIBRATE uses what has come.
+fn delta_analyze(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let lists = [
+        ("CENTER_DISTS", " M665.4 P0", 6),
+        ("OUTER_DISTS", " M665.4 P1", 6),
+        ("CENTER_PILLAR_WIDTHS", " M665.4 P2", 3),
+        ("OUTER_PILLAR_WIDTHS", " M665.4 P3", 6),
+    ];
+    for (key, code, count) in lists {
+        let Some(text) = command.get(key) else { continue };
+        if text.split(',').count() != count {
+            return Err(ExtendedFault::List(key, count));
+        }
+        put(line, code)?;
+        for (part, letter) in text.split(',').zip([" A", " B", " C", " D", " E", " F"]) {
+            let mm = part.trim().parse().ok().filter(|mm: &f64| mm.is_finite());
+            put_number(line, letter, mm.ok_or(ExtendedFault::NotANumber(key))?)?;
+        }
+    }
+    number(command, "SCALE")?.map_or(Ok(()), |scale| put_number(line, " M665.4 S", scale))?;
+    match command.get("CALIBRATE").map(str::trim) {
+        Some("extended") => put(line, " M665.4 M665.2"),
+        Some(_) => Err(ExtendedFault::Missing("CALIBRATE is extended, or left out; heights alone are DELTA_CALIBRATE")),
+        None if line.is_empty() => Err(ExtendedFault::MustSupply("CENTER_DISTS")),
+        None => Ok(()),
+    }
+}
 
 fn test_z(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let share = match command.get("Z").ok_or(ExtendedFault::MustSupply("Z"))?.trim() {

@@ -41,8 +41,6 @@ pub(super) enum Becomes {
     Tower,
     /// Nothing, and the part is the same.
     PassedOver,
-    /// Nothing, and the part is another one.
-    Missing,
 }
 
 pub(super) type Translate = fn(&Extended<'_>, &dyn Names, &mut CodeLine) -> Result<(), ExtendedFault>;
@@ -56,6 +54,7 @@ pub enum ExtendedFault {
     MustSupply(&'static str),
     NotANumber(&'static str),
     ThreeLengths(&'static str),
+    List(&'static str, usize),
     NoHeater,
     NoFan,
     TooLong,
@@ -70,6 +69,7 @@ impl fmt::Display for ExtendedFault {
             Self::Missing(what) => write!(f, "is not carried out here: {what}"),
             Self::MustSupply(key) => write!(f, "needs {key}="),
             Self::ThreeLengths(key) => write!(f, "needs three lengths for {key}=: AC,BD,AD"),
+            Self::List(key, count) => write!(f, "needs {count} lengths for {key}=, with commas between"),
             Self::NotANumber(key) => write!(f, "needs a number for {key}="),
             Self::NoHeater => f.write_str("names no heater of this machine"),
             Self::NoFan => f.write_str("names no switch of this machine"),
@@ -84,7 +84,6 @@ impl ExtendedInfo {
     pub(crate) const fn kept(&self) -> &'static str {
         match self.becomes {
             Becomes::PassedOver => "left out: ",
-            Becomes::Missing => "refused: ",
             _ => "",
         }
     }
@@ -101,10 +100,6 @@ pub(super) const fn codes(
 
 pub(super) const fn passed_over(name: &'static str, help: &'static str) -> ExtendedInfo {
     ExtendedInfo { name, takes: "", help, becomes: Becomes::PassedOver }
-}
-
-pub(super) const fn missing(name: &'static str, help: &'static str) -> ExtendedInfo {
-    ExtendedInfo { name, takes: "", help, becomes: Becomes::Missing }
 }
 
 // --- pieces of a line ---

@@ -106,6 +106,10 @@ impl Shared {
 }
 
 impl Shared {
+    pub fn most_unseen_writes(&self) -> u32 {
+        self.card.borrow().most_unseen_writes()
+    }
+
     pub fn block_writes(&self) -> (u32, bool) {
         self.card.borrow().block_writes()
     }
@@ -266,7 +270,9 @@ impl Board for HostPorts {
     }
 
     fn report_alive(&mut self) {
-        // There is no watchdog: a machine that hangs here hangs the test.
+        // There is no watchdog: a machine that hangs here hangs the test. What it would be silent for is
+        // counted.
+        self.shared.card.borrow_mut().seen();
     }
 
     fn stop_for_debugger(&mut self) -> bool {

@@ -46,6 +46,9 @@ pub struct Card {
     writes: u32,
     most_writes: Option<u32>,
     is_off: bool,
+    /// Block writes since the machine last said that it is alive, and the most there ever were.
+    unseen: u32,
+    most_unseen: u32,
 }
 
 fn translate(error: &Error) -> StorageError {
@@ -61,12 +64,32 @@ fn translate(error: &Error) -> StorageError {
 impl Card {
     /// This folder as the card.
     pub fn new(root: &Path, state: CardState, most_writes: Option<u32>) -> Self {
-        Self { root: root.to_owned(), state, open: Default::default(), writes: 0, most_writes, is_off: false }
+        Self {
+            root: root.to_owned(),
+            state,
+            open: Default::default(),
+            writes: 0,
+            most_writes,
+            is_off: false,
+            unseen: 0,
+            most_unseen: 0,
+        }
     }
 
     /// Block writes so far, and whether the power went at one.
     pub const fn block_writes(&self) -> (u32, bool) {
         (self.writes, self.is_off)
+    }
+
+    /// The machine says that it is alive.
+    pub const fn seen(&mut self) {
+        self.unseen = 0;
+    }
+
+    /// The most block writes between two times that the machine said it was alive: on a slow card, each takes
+    /// a quarter of a second.
+    pub const fn most_unseen_writes(&self) -> u32 {
+        self.most_unseen
     }
 
     /// It is pulled out, or put in again.
@@ -220,6 +243,8 @@ impl Card {
                 return Err(StorageError::NotResponding);
             }
             self.writes += bytes.len().div_ceil(512) as u32;
+            self.unseen += bytes.len().div_ceil(512) as u32;
+            self.most_unseen = self.most_unseen.max(self.unseen);
         }
         self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
     }

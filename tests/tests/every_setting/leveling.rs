@@ -47,6 +47,7 @@ pub const ROWS: &[Row] = &[
     row("[cartesian grid leveling strategy] probe_offsets", "0,0,0", "1,2,3", Say(OFFSETS)).with(GRID),
     row("[cartesian grid leveling strategy] dampening_start", "1", "2", Edges(HILL)).with(FADING),
     row("[cartesian grid leveling strategy] height_limit", "10", "0", Edges(HILL)).with(FADING),
+    row("[cartesian grid leveling strategy] fade_target", "0", "0.2", Edges(HILL)).with(FADING),
     row("[delta grid leveling strategy] radius", "50", "60", Edges(HILL)).with(DELTA),
     row("[delta grid leveling strategy] size", "7", "5", Say(SHOWN)).with(DELTA),
     row("[delta grid leveling strategy] save", "false", "true", Look(saved_grid)).with(DELTA),
