@@ -80,7 +80,7 @@ async fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> O
             let Skew { xy, xz, yz } = hands.motion(|motion| motion.compensation().skew());
             let mut text = heapless::String::<LONGEST>::new();
             // Three factors below 1, of eight decimals, fit.
-            let _ = write!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}\n");
+            let _ = writeln!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}");
             write_file(hands.storage(), &path, text.as_bytes()).map_err(failed)?;
             hands.say(format_args!("skew saved to {path}\n"));
         }

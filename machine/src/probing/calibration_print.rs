@@ -115,7 +115,7 @@ mod tests {
             outer_widths: Some([9.5; 6]),
             scale: Some(2.0),
         };
-        let all = print.distances().ok().expect("it is whole");
+        let all = print.distances().unwrap_or_else(|_| panic!("it is whole"));
         for (place, ([[x, y], [i, j]], measured)) in all.into_iter().enumerate() {
             assert!((libm::hypot(i - x, j - y) - 130.0).abs() < 1e-9, "{place}");
             let wanted = if place < 6 { 74.0 - [9.0, 9.2, 9.1][place % 3] } else { 65.5 };
