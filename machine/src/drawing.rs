@@ -45,8 +45,8 @@ pub(crate) trait Draws {
     async fn take(&mut self, piece: &motion::Move) -> Result<(), Self::Failure>;
 }
 
-/// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how far a rounded
-/// corner may stand off where the program does not say, mm.
+/// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how
+/// far a rounded corner may stand off where the program does not say, mm.
 pub(crate) fn in_motions_terms(request: &Move, tag: Tag, deviation: impl FnOnce() -> f64) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed, Mode::Rapid),
