@@ -92,7 +92,7 @@ peers: target/toolchain.mk
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
 
-## make faults                   the power cut at every block write of a job, on both runners; a page of each in out/faults; an hour
+## make faults                   the power cut at every block write of a job, on both runners; a page of each in out/faults; half an hour
 faults: virtual-prime firmware
 	@$(CARGO) test -q --locked -p scenarios --test power_loss -- --ignored --nocapture
 	@mkdir -p out/faults

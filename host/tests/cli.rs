@@ -212,22 +212,22 @@ fn a_job_is_looked_through_for_the_machine_as_it_has_saved_itself() {
     write("wall.ngc", "o<wall> sub\nG1 X[#1] Z4 F6000\no<wall> endsub\n");
     let plain = velvet(&["preflight", CONFIG, text(&job)]);
     assert!(plain.status.success() && said(&plain).contains("heating, whose time is not foreseen: 1 waits: hotend 1x"));
-    let saved = write("saved", "M203 Z2\nG10 L2 P1 X20\n");
+    let saved = write("saved", "M203 Z1\nG10 L2 P1 X20\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved), "--json"]);
     assert_eq!(out.status.code(), Some(1), "{}", said(&out));
     let json: serde_json::Value = serde_json::from_str(&said(&out)).expect("JSON");
     assert_eq!((&json["findings"][0]["file"], &json["findings"][0]["line"]), (&"wall.ngc".into(), &2.into()), "{json}");
-    let saved = write("saved", "M203 Z2\n");
+    let saved = write("saved", "M203 Z1\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved), "--json"]);
     let json: serde_json::Value = serde_json::from_str(&said(&out)).expect("JSON");
     assert!(json["limits"]["z_axis_max_speed"].as_f64().is_some_and(|cost| cost > 0.5), "{json}");
     assert_eq!(json["heating"]["hotend"]["most_c"], 210.0);
     // What is wrong is named, with its place and its fix.
-    let saved = write("saved", "M203 Z2\nM375\n");
+    let saved = write("saved", "M203 Z1\nM375\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved)]);
     assert_eq!(out.status.code(), Some(2), "{}", said(&out));
     assert!(said(&out).contains("saved, line 2: the machine loads a mesh: give it with --mesh"), "{}", said(&out));
-    let saved = write("saved", "M203 Z2\n\u{1}\u{2}G1 X1.2.3\n");
+    let saved = write("saved", "M203 Z1\n\u{1}\u{2}G1 X1.2.3\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved)]);
     assert!(said(&out).contains("saved, line 2: ") && said(&out).contains("give what M500 wrote"), "{}", said(&out));
     let mesh = write("bed.mesh", "mesh 1\npoints 3 x\n");

@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_fed_as_nominal_and_what_cannot_be_printed_is_trouble() {
         for (raw, trouble) in
-            [(10_400.0, Some(Trouble::TooThick)), (10_000.0, None), (9_400.0, None), (8_400.0, Some(Trouble::TooThin))]
+            [(10_450.0, Some(Trouble::TooThick)), (10_000.0, None), (9_400.0, None), (8_400.0, Some(Trouble::TooThin))]
         {
             let (width, _) = after(&SENSOR, [counts(raw / 2.0); 2]);
             assert_eq!(width.trouble(), trouble, "{raw}");
