@@ -34,6 +34,9 @@ pub struct Options {
     /// Type `!` after this many steps, and `~` later.
     #[arg(long)]
     hold_after: Option<u64>,
+    /// Type that `!` so much later, in microseconds: where the byte falls between two runs of the step feed.
+    #[arg(long, default_value_t = 0, requires = "hold_after")]
+    hold_delay_us: u64,
     /// Directory for the run's files; a temporary one when not given.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -47,7 +50,8 @@ pub fn run(options: &Options) -> Result<(), String> {
     let scratch = std::env::temp_dir().join(format!("virtual-prime-bench-{}", std::process::id()));
     let out = options.out.as_ref().unwrap_or(&scratch);
     let probe = Probe { functions: options.function.clone(), masked: options.masked, queue: options.queue.clone() };
-    let study = Study { probe, flood: options.flood, hold_after: options.hold_after };
+    let hold_delay_ns = options.hold_delay_us * 1_000;
+    let study = Study { probe, flood: options.flood, hold_after: options.hold_after, hold_delay_ns };
     let finished = play(&options.job, &study, out)?;
     if options.out.is_none() {
         // Left-over files in the system's temporary directory harm nobody.

@@ -68,6 +68,9 @@ pub struct Study {
     pub flood: bool,
     /// The operator types `!` once, after this many steps, and `~` [`HELD_NS`] later.
     pub hold_after: Option<u64>,
+    /// He types it so much later: the board is looked at only every [`SLICE_NS`], a whole number of periods
+    /// of the image's tasks.
+    pub hold_delay_ns: u64,
 }
 
 /// How long a hold lasts.
@@ -174,8 +177,9 @@ impl Running {
         let (now_ns, steps) = (self.vm.now_ns(), self.world.lock().trace().total());
         match (study.hold_after, self.held_ns) {
             (Some(after), None) if steps >= after => {
+                self.vm.run_for(study.hold_delay_ns);
                 self.console.send(b"!");
-                self.held_ns = Some(now_ns);
+                self.held_ns = Some(self.vm.now_ns());
             }
             (_, Some(held_ns)) if !self.resumed && now_ns >= held_ns + HELD_NS => {
                 self.console.send(b"~");

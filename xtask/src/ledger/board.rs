@@ -51,9 +51,10 @@ impl Job {
         self
     }
 
-    /// A hold is asked for after this many steps.
-    pub fn held_after(mut self, steps: u64) -> Self {
-        self.words.extend(["--hold-after".to_owned(), steps.to_string()]);
+    /// A hold is asked for after this many steps, and `delay_us` microseconds.
+    pub fn held_after(mut self, steps: u64, delay_us: u64) -> Self {
+        let (steps, delay_us) = (steps.to_string(), delay_us.to_string());
+        self.words.extend(["--hold-after".to_owned(), steps, "--hold-delay-us".to_owned(), delay_us]);
         self
     }
 }
