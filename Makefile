@@ -94,7 +94,7 @@ peers-senders: virtual-prime firmware
 
 ## make faults                   the power cut at every block write of a job, on both runners; a page of each in out/faults; half an hour
 faults: virtual-prime firmware
-	@$(CARGO) test -q --locked -p scenarios --test power_loss -- --ignored --nocapture
+	@$(CARGO) test -q --locked -p scenarios power_loss:: -- --ignored --nocapture
 	@mkdir -p out/faults
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FAULTS_OUT="$(CURDIR)/out/faults" \
 	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test power_cuts -- --ignored --nocapture

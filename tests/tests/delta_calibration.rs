@@ -1,5 +1,5 @@
 //! Calibrating deltas whose frames are not as written: what is left afterwards, over the bed and in printed
-//! parts. `cargo test -p scenarios --test delta_calibration -- --nocapture` prints the table of
+//! parts. `cargo test -p scenarios delta_calibration:: -- --nocapture` prints the table of
 //! docs/leveling.md.
 
 use scenarios::{Bench, DELTA, Plan};

@@ -39,7 +39,7 @@ fn assert_homed(bench: &Bench, motors: &[Actuator]) {
     }
 }
 
-/// `cargo test --test homing_overtravel -- --nocapture` prints the table.
+/// `cargo test -p scenarios homing_overtravel:: -- --nocapture` prints the table.
 #[test]
 fn at_any_acceleration_and_speed() {
     println!("furthest past a switch, mm, of X, Y and Z");

@@ -31,7 +31,7 @@ fn assert_cut_off(bench: &mut Bench) {
     assert!(bench.status().contains("<Alarm"), "it must be halted");
 }
 
-/// What was measured, for the closing lines of `cargo test --test stuck_heater -- --nocapture`.
+/// What was measured, for the closing lines of `cargo test -p scenarios stuck_heater:: -- --nocapture`.
 fn show(state: &str, heater: &str, (seconds, celsius): (f64, f64)) {
     println!("| {heater} | {state} | {seconds:.1} s | {celsius:.0} C |");
 }

@@ -95,6 +95,7 @@ fn tests_of(path: &Path) -> Vec<Test> {
     let text = fs::read_to_string(path).unwrap();
     let file = path.strip_prefix(ROOT).unwrap_or(path).with_extension("");
     let file = file.to_string_lossy().replace("/tests/", " ").replace("tests ", "");
+    let file = file.trim_end_matches("/mod");
     let mut tests = Vec::new();
     for test in text.split("#[test]").skip(1) {
         let Some((_, rest)) = test.split_once("fn ") else { continue };

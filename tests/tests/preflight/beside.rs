@@ -6,7 +6,7 @@ use machine::preflight::{Preflight, dialect_of, read};
 use motion::{GridShape, Motion};
 use scenarios::{CARTESIAN, DELTA, Plan};
 
-use crate::{Found, Subs, machine_config, preflight_beside, told, with};
+use super::{Found, Subs, machine_config, preflight_beside, told, with};
 
 /// What the desk says of a job on a machine with these settings and this mesh.
 fn as_saved(config: &str, saved: &str, mesh: Option<(&GridShape, &[f32])>, text: &str) -> String {

@@ -3,7 +3,7 @@
 use machine::sessions::SessionId;
 use scenarios::{CARTESIAN, Plan};
 
-use crate::{repeated, vase, with};
+use super::{repeated, vase, with};
 
 const LEAVES: &str = "G28\nG1 X10 Y10 F6000\nG4 P2000\nG1 X999\nG1 X20\n";
 

@@ -3,7 +3,7 @@
 use machine::preflight::Limit;
 use scenarios::{CARTESIAN, Plan};
 
-use crate::{preflight, repeated, told, vase, with};
+use super::{preflight, repeated, told, vase, with};
 
 /// Files that ask for more than a machine gives, the settings that cut it, and the same raised so that they
 /// do not.

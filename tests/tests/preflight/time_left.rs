@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use scenarios::{CARTESIAN, Plan};
 
-use crate::{kinds, repeated, with};
+use super::{kinds, repeated, with};
 
 /// What `progress` says: seconds left, of how many, and who says so.
 fn time_left(said: &str) -> Option<(f64, f64, String)> {

@@ -1,7 +1,7 @@
 //! Recorded console sessions of Smoothieware v2, replayed to our machine. Each reply is v2's, or differs for
 //! a reason that stands in `docs/differences.md`.
 //!
-//! After a change that is meant, `WRITE_V2=1 cargo test -p scenarios --test v2_replay` writes what ours
+//! After a change that is meant, `WRITE_V2=1 cargo test -p scenarios v2_replay::` writes what ours
 //! answers into the records. `V2=shell` plays the sessions of that name alone.
 
 use std::collections::BTreeMap;
