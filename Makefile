@@ -97,17 +97,17 @@ faults: virtual-prime firmware
 	@$(CARGO) test -q --locked -p scenarios power_loss:: -- --ignored --nocapture
 	@mkdir -p out/faults
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FAULTS_OUT="$(CURDIR)/out/faults" \
-	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test power_cuts -- --ignored --nocapture
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version power_cuts:: -- --ignored --nocapture
 
 ## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
 stream: virtual-prime firmware
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
-	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test stream -- --ignored --nocapture
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version stream:: -- --ignored --nocapture
 
 ## make replay                   every session recorded on Smoothieware v2, on the virtual board; some minutes
 replay: virtual-prime firmware
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
-	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test v2_replay -- --include-ignored --nocapture
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version v2_replay:: -- --include-ignored --nocapture
 
 ## make peers-slicers            files made by PrusaSlicer, Slic3r, CuraEngine and FreeCAD (Debian's), end to end on the native runner
 peers-slicers: velvet

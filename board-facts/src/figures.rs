@@ -39,7 +39,7 @@ const MOTORS: &str = "virtual-prime/tests/conventions/motors.rs";
 const POWER: &str = "virtual-prime/tests/conventions/power.rs";
 const INPUTS: &str = "virtual-prime/tests/conventions/inputs.rs";
 const BUSES: &str = "virtual-prime/tests/conventions/buses.rs";
-const GOLDEN: &str = "virtual-prime/tests/golden/main.rs";
+const GOLDEN: &str = "virtual-prime/tests/golden/mod.rs";
 /// Every register, each value with its reason.
 const REGISTERS: Proof = proof("ready_every_register_has_the_value_of_the_table", GOLDEN);
 

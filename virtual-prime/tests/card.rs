@@ -1,10 +1,8 @@
 //! The SD card's interface: how it is powered, and cards that come and go while the machine runs.
 
-mod common;
-
-use common::print::{Carriages, farthest};
-use common::velvet::{CONFIG, Plan, SECOND, Velvet};
-use common::writes::Written;
+use crate::common::print::{Carriages, farthest};
+use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::writes::Written;
 use sim::models::sd_card::Traits;
 use virtual_prime::sd_image;
 
@@ -213,7 +211,7 @@ fn a_slow_card_delays_no_step() {
         let mut velvet =
             plan.file("part.g", &long_part()).with_traits(traits).carriages(&START).keeping_writes().held();
         // The journal's file is made at this first boot, a block at a time.
-        velvet.hear_until(common::velvet::PROMPT, 60 * SECOND);
+        velvet.hear_until(crate::common::velvet::PROMPT, 60 * SECOND);
         velvet.type_in("play /sd/part.g -t");
         velvet.hear_until("Done printing file", 120 * SECOND);
         let entries = velvet.block_writes().iter().filter(|write| write.bytes.starts_with(b"VPLJ")).count();

@@ -1,9 +1,7 @@
 //! Velvet's image and everything that goes wrong with a machine: each fault gives one clear message and a
 //! safe state.
 
-mod common;
-
-use common::velvet::{CONFIG, PROMPT, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, PROMPT, Plan, SECOND, Velvet};
 use sim::world::Fault;
 use units::Actuator;
 
@@ -302,7 +300,7 @@ fn a_heater_that_is_on_by_itself_loses_its_supply() {
 
 #[test]
 fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
-    let elf = common::hang::image_that_hangs_in("report_status");
+    let elf = crate::common::hang::image_that_hangs_in("report_status");
     let mut velvet = Plan::new().image(elf.clone()).start();
     // It is in the board's flash now.
     let _ = std::fs::remove_file(elf);
@@ -329,7 +327,7 @@ fn the_watchdog_ends_a_firmware_that_hangs_and_the_machine_comes_back_cold() {
 #[test]
 fn the_watchdog_misses_the_planner_and_the_slow_watch_too() {
     for interrupt in ["LPTIM1", "LPTIM2"] {
-        let elf = common::hang::image_that_skips(interrupt);
+        let elf = crate::common::hang::image_that_skips(interrupt);
         let mut velvet = Plan::new().image(elf.clone()).start();
         // It is in the board's flash now.
         let _ = std::fs::remove_file(elf);
@@ -340,7 +338,7 @@ fn the_watchdog_misses_the_planner_and_the_slow_watch_too() {
 /// A machine on its way along X, 122 us from step to step, that keeps all interrupts off for twice so many
 /// instructions whenever it is asked for its status.
 fn masking(loops: u16) -> Velvet {
-    let elf = common::hang::image_that_masks_interrupts_in("report_status", loops);
+    let elf = crate::common::hang::image_that_masks_interrupts_in("report_status", loops);
     let mut velvet = Plan::new().image(elf.clone()).start();
     // It is in the board's flash now.
     let _ = std::fs::remove_file(elf);

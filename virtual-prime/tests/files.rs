@@ -1,8 +1,6 @@
 //! Files on the SD card under long names, as the image writes them and as a PC then sees them.
 
-mod common;
-
-use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use virtual_prime::sd_image;
 
 const ONE: &str = "benchy_part_one.gcode";

@@ -2,10 +2,8 @@
 //!
 //! `VELVET_ELF` names the image; `make test` builds it and sets it.
 
-mod common;
-
-use common::MS;
-use common::velvet::{Plan, SECOND};
+use crate::common::MS;
+use crate::common::velvet::{Plan, SECOND};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::{adc3, flash, fmc, rcc, syscfg};
 use sim::trace::StepEdge;

@@ -1,8 +1,6 @@
 //! The image looks ahead at files: what it finds and foresees, how fast, and that nothing waits for it.
 
-mod common;
-
-use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use config::BoardId;
 use machine::preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 use motion::Motion;
@@ -23,7 +21,8 @@ impl Listener for Found {
 fn preflight(text: &str) -> (String, Totals) {
     let (config, _) = config::parse(CONFIG.as_bytes(), BoardId::default(), &mut ());
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
-    let mut preflight = Preflight::new(&config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
+    let mut preflight =
+        Preflight::new(&config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
     read(&mut preflight, text.as_bytes(), &|_| None, &mut motion, &mut found).expect("it calls nothing");
     let totals = *preflight.totals();
     let told: String =

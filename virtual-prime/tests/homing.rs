@@ -1,9 +1,7 @@
 //! Homing by the real image: how far past their switches the carriages go, where the end switch's interrupt
 //! stops the step queue.
 
-mod common;
-
-use common::velvet::{Plan, SECOND, Velvet};
+use crate::common::velvet::{Plan, SECOND, Velvet};
 use sim::world::Fault;
 use units::Actuator::{self, Alpha, Beta, Gamma};
 

@@ -1,9 +1,7 @@
 //! Other people's images run too: each of the small images in `images/` tries one part of the board from
 //! inside.
 
-mod common;
-
-use common::{Bench, MS, boot, boot_on};
+use crate::common::{Bench, MS, boot, boot_on};
 use sim::world::WorldConfig;
 use units::Actuator;
 use virtual_prime::board::PrimeBoard;

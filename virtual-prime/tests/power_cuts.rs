@@ -6,13 +6,11 @@
 //!
 //! Quick share in `make test`; every cut with `make faults`, which writes a page to where `FAULTS_OUT` says.
 
-mod common;
-
 use std::fmt::Write as _;
 
-use common::MS;
-use common::print::{Carriages, Laid, farthest};
-use common::velvet::{Plan, SECOND, Velvet};
+use crate::common::MS;
+use crate::common::print::{Carriages, Laid, farthest};
+use crate::common::velvet::{Plan, SECOND, Velvet};
 use sim::models::sd_card::{BLOCK, BlockWrite};
 use sim::trace::StepEdge;
 use sim::world::Fault;
@@ -109,7 +107,7 @@ impl Whole {
         };
         let mut held = plan().file("job.g", &part()).with_card(card).keeping_writes().carriages(&START).held();
         let card = held.card(|card| card.content().to_vec());
-        held.hear_until(common::velvet::PROMPT, 2 * SECOND);
+        held.hear_until(crate::common::velvet::PROMPT, 2 * SECOND);
         let begun = held.bench.vm.now_ns();
         held.type_in("play /sd/job.g -t");
         hear_any(&mut held, &["Done printing file"]);
@@ -216,7 +214,7 @@ fn after(whole: &Whole, what: &str, left: &Carriages, card: Vec<u8>, leaves_no_o
     );
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
     let filament = left.laid().len() + second.laid().len() - whole.laid.len();
-    let seam = filament as f64 * common::print::GRAIN_MM;
+    let seam = filament as f64 * crate::common::print::GRAIN_MM;
     let outcome = Outcome::Resumed { told: told.is_some(), seam, off: missing.max(surplus) };
     if !leaves_no_offer {
         return outcome;
@@ -380,8 +378,8 @@ fn a_supply_that_falls_is_noted_before_it_is_gone() {
     // The hot end is full on, so that its pin has something to say.
     velvet.type_in("M104 S200");
     velvet.hear(100);
-    common::machine::watch(&mut velvet, &HEATERS);
-    common::machine::changes(&mut velvet);
+    crate::common::machine::watch(&mut velvet, &HEATERS);
+    crate::common::machine::changes(&mut velvet);
     let (begins_ns, mut volts, mut crossed_ns) = (velvet.bench.vm.now_ns(), 24.0, 0);
     let writes_before = velvet.block_writes().len();
     while volts > GONE_VOLTS {
@@ -395,9 +393,9 @@ fn a_supply_that_falls_is_noted_before_it_is_gone() {
     }
     let gone_ns = velvet.bench.vm.now_ns();
     let ms = |at_ns: u64| at_ns.saturating_sub(crossed_ns) as f64 / 1e6;
-    let changes = common::machine::changes(&mut velvet);
+    let changes = crate::common::machine::changes(&mut velvet);
     let off_ns = HEATERS.map(|name| {
-        let pin = common::machine::pin(name);
+        let pin = crate::common::machine::pin(name);
         let last = changes.iter().filter(|change| change.pin == pin).last();
         assert!(!velvet.level(name), "{name} is on");
         last.map_or(0, |change| change.at_ns)

@@ -1,8 +1,6 @@
 //! Velvet's image and a probe on a pin of the board: the contact's edge is stamped by its interrupt.
 
-mod common;
-
-use common::velvet::{Plan, SECOND, Velvet};
+use crate::common::velvet::{Plan, SECOND, Velvet};
 use sim::models::surface::{Bed, Surface};
 use sim::trace::StepEdge;
 use units::Actuator::{Alpha, Gamma};

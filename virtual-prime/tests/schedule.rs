@@ -1,12 +1,10 @@
 //! The same job gives the same steps: twice on the virtual board, and there as on the native runner.
 
-mod common;
-
 use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use common::MS;
-use common::velvet::{CONFIG, Plan, SECOND};
+use crate::common::MS;
+use crate::common::velvet::{CONFIG, Plan, SECOND};
 use machine::sessions::SessionId;
 use sim::models::tmc26x::Chip;
 use sim::runner::{self, Job, Runner, Setup};

@@ -1,9 +1,7 @@
 //! Settings that only the board can show: pins, timers, serial ports, and what loading the configuration
 //! costs. The rows of `tests/tests/every_setting` that say `Board` point here.
 
-mod common;
-
-use common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::usart1;
 use units::Actuator::{Alpha, Delta};
@@ -117,45 +115,53 @@ fn timers_run_at_their_frequency() {
 /// `[uart console]`: `enable`, `console`, `channel`, `baudrate`, `bits`, `stop_bits`, `parity`.
 #[test]
 fn the_auxiliary_uart_is_what_the_configuration_says() {
-    let bytes_in = |lines: &[&str], port: usize, ms: u64| {
+    // Bytes at USART3 after 50 ms, at it and at UART4 after 200 ms; and how USART3 is set up.
+    let seen = |lines: &[&str]| {
         let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
-        let line = velvet
-            .bench
-            .vm
-            .with(move |stopped| stopped.session.board().console(port).clone())
-            .expect("the run goes on");
-        line.receive();
-        line.send(b"help\n");
-        velvet.hear(ms);
-        line.receive().len()
+        let ports = [1, 2].map(|port| {
+            let look = velvet.bench.vm.with(move |stopped| stopped.session.board().console(port).clone());
+            look.expect("the run goes on")
+        });
+        for port in &ports {
+            port.receive();
+            port.send(b"help\n");
+        }
+        velvet.hear(50);
+        let early = ports[0].receive().len();
+        velvet.hear(150);
+        (early, early + ports[0].receive().len(), ports[1].receive().len(), frame(&mut velvet))
     };
     let on = |more: &[&'static str]| [&["[uart console] enable = true"], more].concat();
-    assert!(bytes_in(&on(&[]), 1, 200) > 100, "channel 0 is USART3");
-    assert_eq!(bytes_in(&on(&[]), 2, 200), 0, "and not UART4");
-    assert!(bytes_in(&on(&["[uart console] channel = 1"]), 2, 200) > 100, "channel 1 is UART4");
-    assert_eq!(bytes_in(&["[uart console] enable = false"], 1, 200), 0);
-    assert_eq!(bytes_in(&on(&["[uart console] console = false"]), 1, 200), 0, "it only sends");
-    let (fast, slow) = (bytes_in(&on(&[]), 1, 50), bytes_in(&on(&["[uart console] baudrate = 9600"]), 1, 50));
+    let (fast, usart3, uart4, plain) = seen(&on(&[]));
+    assert!(usart3 > 100, "channel 0 is USART3");
+    assert_eq!(uart4, 0, "and not UART4");
+    assert_eq!(plain, (8, 0, 0, 0));
+    assert!(seen(&on(&["[uart console] channel = 1"])).2 > 100, "channel 1 is UART4");
+    assert_eq!(seen(&["[uart console] enable = false"]).1, 0);
+    let slow = seen(&on(&["[uart console] baudrate = 9600"])).0;
     assert!(slow > 10 && slow < 60 && fast > 3 * slow, "{fast} bytes at 115200 baud, {slow} at 9600");
-    // The port's registers (RM0399 section 51.8): M1 and M0, PCE, PS in CR1; STOP in CR2.
-    let frame = |lines: &[&str]| {
-        let mut velvet = lines.iter().fold(Plan::new(), |plan, line| plan.set(line)).start();
-        let registers = velvet.bench.vm.with(|stopped| {
-            let bus = stopped.session.board().mcu.bus();
-            bus.registers("USART3").map(|file| (file.get(usart1::Register::Cr1), file.get(usart1::Register::Cr2)))
-        });
-        let (cr1, cr2) = registers.flatten().expect("a port of the chip");
-        let length = match (cr1 >> 28 & 1, cr1 >> 12 & 1) {
-            (0, 0) => 8,
-            (0, 1) => 9,
-            _ => 7,
-        };
-        (length, cr1 >> 10 & 1, cr1 >> 9 & 1, cr2 >> 12 & 3)
+    let sends =
+        seen(&on(&["[uart console] console = false", "[uart console] bits = 7", "[uart console] stop_bits = 2"]));
+    assert_eq!(sends.1, 0, "it only sends");
+    assert_eq!(sends.3, (7, 0, 0, 2));
+    assert_eq!(seen(&on(&["[uart console] bits = 9", "[uart console] parity = odd"])).3, (9, 1, 1, 0));
+    assert_eq!(seen(&on(&["[uart console] parity = even"])).3, (8, 1, 0, 0));
+}
+
+/// Bits of a frame of USART3, whether one is of parity and whether that is odd, and its stop bits, from the
+/// port's registers (RM0399 section 51.8): M1 and M0, PCE, PS in CR1; STOP in CR2.
+fn frame(velvet: &mut Velvet) -> (u8, u64, u64, u64) {
+    let registers = velvet.bench.vm.with(|stopped| {
+        let bus = stopped.session.board().mcu.bus();
+        bus.registers("USART3").map(|file| (file.get(usart1::Register::Cr1), file.get(usart1::Register::Cr2)))
+    });
+    let (cr1, cr2) = registers.flatten().expect("a port of the chip");
+    let length = match (cr1 >> 28 & 1, cr1 >> 12 & 1) {
+        (0, 0) => 8,
+        (0, 1) => 9,
+        _ => 7,
     };
-    assert_eq!(frame(&on(&[])), (8, 0, 0, 0));
-    assert_eq!(frame(&on(&["[uart console] bits = 7", "[uart console] stop_bits = 2"])), (7, 0, 0, 2));
-    assert_eq!(frame(&on(&["[uart console] bits = 9", "[uart console] parity = odd"])), (9, 1, 1, 0));
-    assert_eq!(frame(&on(&["[uart console] parity = even"])), (8, 1, 0, 0));
+    (length, cr1 >> 10 & 1, cr1 >> 9 & 1, cr2 >> 12 & 3)
 }
 
 /// An error in the bed's settings costs the bed: its output is not driven, and the rest of the machine works.
@@ -229,7 +235,7 @@ fn pulses_of_several_motors_keep_their_length_and_their_pause() {
     // another.
     let external = "\n[actuator]\nepsilon.steps_per_mm = 1000\nepsilon.max_rate = 2700\nepsilon.acceleration = 3000\nepsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n\
         zeta.steps_per_mm = 997\nzeta.max_rate = 2700\nzeta.acceleration = 3000\nzeta.step_pin = PA4\nzeta.dir_pin = PJ3\n[system]\nstep_pulse_us = 10\n";
-    let mut velvet = Plan::new().config(&format!("{}{external}", common::velvet::CONFIG)).start();
+    let mut velvet = Plan::new().config(&format!("{}{external}", crate::common::velvet::CONFIG)).start();
     velvet.ask("G28.3 X0 Y0 Z0 B0 C0", SECOND);
     let answer = velvet.ask("G1 B45 C45 F3818", SECOND);
     assert_eq!(answer, "ok\n");

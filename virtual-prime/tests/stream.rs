@@ -4,12 +4,10 @@
 //! `a_hundred_thousand_lines` takes minutes and runs with `make stream`; the rest of it is the same with
 //! fewer lines.
 
-mod common;
-
 use std::collections::VecDeque;
 
-use common::MS;
-use common::velvet::{Plan, SECOND, Velvet};
+use crate::common::MS;
+use crate::common::velvet::{Plan, SECOND, Velvet};
 use units::Actuator;
 use virtual_prime::console::Line;
 

@@ -5,7 +5,6 @@ use std::sync::{Mutex, PoisonError};
 
 use sim::world::TimedFault;
 
-mod common;
 #[path = "../../tests/tests/v2_replay/mask.rs"]
 mod mask;
 #[path = "../../tests/tests/v2_replay/page.rs"]
@@ -15,7 +14,7 @@ mod play;
 #[path = "../../tests/tests/v2_replay/record.rs"]
 mod record;
 
-use common::velvet::{Plan, Velvet};
+use crate::common::velvet::{Plan, Velvet};
 use page::Counts;
 use play::Desk;
 use record::{Record, differences};

@@ -1,5 +1,4 @@
 //! Finds the test images, and runs one.
-#![allow(dead_code, reason = "every test crate uses its own part of this")]
 
 pub mod hang;
 pub mod machine;

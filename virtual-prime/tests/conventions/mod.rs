@@ -1,9 +1,6 @@
 //! The conventions of `board-facts`, held against the real image: levels of pins, words on buses, registers.
 //! Never the simulated carriage: it is wired by the same table.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod buses;
 mod directions;
 mod inputs;

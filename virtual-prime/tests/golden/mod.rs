@@ -4,16 +4,14 @@
 //! A register that differs from its reset value and has no row fails the test; so does a row without a
 //! reason, or with one that names no source. A failure prints every value that is not as its row says.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod registers;
 mod table;
 mod words;
 
 use std::fmt::Write as _;
 
-use common::machine;
-use common::velvet::{PROMPT, Plan, SECOND, Velvet};
+use crate::common::machine;
+use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
 use registers::{Registers, registers};
 use sim::models::tmc26x::Chip;
 use table::{Expected, Row};
@@ -88,7 +86,8 @@ fn a_tmc2590_is_sent_the_words_of_its_table() {
 
 #[test]
 fn a_tmc2660_is_sent_the_words_of_its_table() {
-    let text =
-        common::velvet::CONFIG.replace("tmc2590", "tmc2660").replace("sense_resistor = 50", "sense_resistor = 100");
+    let text = crate::common::velvet::CONFIG
+        .replace("tmc2590", "tmc2660")
+        .replace("sense_resistor = 50", "sense_resistor = 100");
     words::assert_sent(Plan::new().config(&text), Chip::Tmc2660, include_str!("tmc2660.txt"));
 }

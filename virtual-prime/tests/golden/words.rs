@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use sim::models::tmc26x::Chip;
 use units::Actuator;
 
+use super::table::{self, Expected};
+use super::{JOB, play};
 use crate::common::velvet::{Plan, SECOND};
-use crate::table::{self, Expected};
-use crate::{JOB, play};
 
 /// Boots, plays the job, and changes a current; every chip has been sent the table's words, in its order, and
 /// no others.

@@ -2,9 +2,6 @@
 //! answers, where on the path its outputs change. Times are virtual, from an edge or a byte on the board's
 //! wires to another one.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod consoles;
 mod effects;
 mod halts;
