@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 endif
 
 .PHONY: help demo test firmware run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
-.PHONY: test-lint test-host test-image test-virtual
+.PHONY: test-lint test-host test-builds test-image test-virtual
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -39,7 +39,10 @@ demo: target/toolchain.mk
 	@MAKE="$(MAKE)" scripts/demo.sh
 
 ## make test                     every test: host crates, scenarios, the image on the virtual board
-test: test-lint test-host test-image test-virtual
+test: target/toolchain.mk
+	@$(MAKE) test-lint
+	@$(MAKE) -j2 test-host test-builds
+	@$(MAKE) test-image test-virtual
 	@echo "all tests passed"
 
 ## make firmware                 the image: target/thumbv7em-none-eabihf/release/firmware and .bin
@@ -136,6 +139,13 @@ test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
 	@$(CARGO) test -q --locked --no-fail-fast
 	@$(CARGO) test -q --locked -p program --features docs --lib
+
+# What the later tests need, made while those of the host run: fat LTO and the emulator's largest crate take one core
+# each for a long time, and so does a test program that waits for its longest test.
+test-builds: virtual-prime
+	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) test -q --locked --release --ignore-rust-version --no-run
+	@$(MAKE) firmware
+	@$(FW_CARGO) test -q --locked -p on-target --release --target $(TRIPLE) $(FW_FLAGS) --no-run
 
 test-image: firmware virtual-prime
 	@echo "== tests on target, on the virtual board"
