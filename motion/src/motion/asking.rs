@@ -51,6 +51,16 @@ impl Motion {
         self.report.played
     }
 
+    /// How many steps each motor had made since the beginning, forward less backward, when it had this count:
+    /// declaring a position changes the count and not this. Wraps around.
+    #[must_use]
+    pub fn steps_made(&self, at: &PerActuator<StepCount>) -> PerActuator<StepCount> {
+        let made = at.0.into_iter().zip(self.set_back.0).map(|(count, set_back)| count.wrapping_add(set_back));
+        let mut steps = PerActuator::default();
+        steps.0.iter_mut().zip(made).for_each(|(slot, made)| *slot = made);
+        steps
+    }
+
     /// Machine position of the motors, from [`Self::steps`].
     #[must_use]
     pub fn live_position(&self) -> PerAxis<f64> {

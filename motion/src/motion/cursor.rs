@@ -302,10 +302,11 @@ impl Motion {
     /// The motors stand at these steps after the queue was cut; everything else is forgotten.
     pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>) {
         self.abort();
-        let position = self.position_of_steps(&steps);
+        let (position, set_back) = (self.position_of_steps(&steps), self.set_back);
         self.settle_at(position);
         // Whole steps, not their image through two roundings; and the feed knows them.
         self.knots = PerActuator(steps.0.map(|count| StepPosition::from_bits(i64::from(count) << 24)));
+        self.set_back = set_back;
         self.orders.rebase = None;
         self.orders.cut = false;
         self.report.played = steps;

@@ -28,7 +28,7 @@ mod request;
 use back::Pace;
 pub use detour::Waiting;
 pub use forecast::Passage;
-use units::{AxisSet, PerActuator, PerAxis, StepPosition, Ticks};
+use units::{AxisSet, PerActuator, PerAxis, StepCount, StepPosition, Ticks};
 
 use crate::{
     compensation::{Compensation, Surface},
@@ -141,6 +141,8 @@ pub struct Motion {
     /// The motors stand still at `clock`: what comes next begins a moment from now, not at `clock`.
     resting: bool,
     report: FeedReport,
+    /// What the step counts were set back by since the beginning.
+    set_back: PerActuator<StepCount>,
     orders: FeedOrders,
     trigger: Option<Trigger>,
     pub(crate) counters: Counters,
@@ -247,6 +249,7 @@ impl Motion {
             seen: (0, Ticks(0)),
             resting: true,
             report: FeedReport::RESTING,
+            set_back: PerActuator([0; units::MAX_ACTUATORS]),
             orders: FeedOrders { cut: false, rebase: None, setup: None },
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
@@ -322,6 +325,9 @@ impl Motion {
             self.knots = step_positions(config, &self.compensation.motors(&position));
         }
         let steps = PerActuator(self.knots.0.map(nearest_step));
+        for (set_back, (before, now)) in self.set_back.0.iter_mut().zip(self.report.played.0.into_iter().zip(steps.0)) {
+            *set_back = set_back.wrapping_add(before).wrapping_sub(now);
+        }
         self.orders.rebase = Some(steps);
         self.report.played = steps;
     }

@@ -153,6 +153,35 @@ proptest! {
     }
 
     #[test]
+    fn steps_made_go_on_whatever_position_is_declared(
+        ways in proptest::collection::vec((-30.0..30.0_f64, -500.0..500.0_f64, 0_u8..4, 0_u32..99), 1..8),
+    ) {
+        let mut rig = Rig::new(printer());
+        for (way, declared, ends, before) in ways {
+            let here = rig.motion().commanded_position();
+            rig.submit(&Move::feed(at(here.0[0] + way, here.0[1] - 0.37 * way, here.0[2], 0.0), MmPerSecond(60.0)));
+            rig.motion().flush();
+            for _ in 0..before {
+                rig.tick();
+            }
+            match ends {
+                0 => rig.queue.cut(),
+                1 => rig.motion().stop(),
+                _ => {}
+            }
+            rig.finish();
+            let made = rig.access.motion.steps_made(&rig.access.motion.steps());
+            prop_assert_eq!(made, rig.counts);
+            let (steps, motion) = (rig.motion().steps(), rig.motion());
+            motion.set_position(at(declared, way, 0.0, declared)).expect("at rest");
+            prop_assert_eq!(motion.steps_made(&motion.steps()), made, "before the feed knows");
+            rig.tick();
+            let changed = rig.motion().steps() != steps;
+            prop_assert!(changed && rig.access.motion.steps_made(&rig.access.motion.steps()) == made);
+        }
+    }
+
+    #[test]
     fn an_abort_leaves_the_position_where_the_motors_are(feed in 5.0..300.0_f64, before in 1_u32..300, cut in any::<bool>()) {
         let mut rig = long_run(feed);
         for _ in 0..before {
