@@ -320,8 +320,20 @@ impl Bench {
     /// # Panics
     /// When the machine does not start.
     pub fn cycle_power(&mut self) {
+        self.start_again(World::carriage_mm);
+    }
+
+    /// The same with the rotors going where the drivers' counters, which begin at zero, hold them.
+    ///
+    /// # Panics
+    /// When the machine does not start.
+    pub fn cycle_power_and_snap(&mut self) {
+        self.start_again(World::carriage_after_power_up_mm);
+    }
+
+    fn start_again(&mut self, place: fn(&World, Actuator) -> Option<f64>) {
         let motors = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma, Actuator::Delta];
-        let carriages = motors.iter().map_while(|motor| self.world(|world| world.carriage_mm(*motor))).collect();
+        let carriages = motors.iter().map_while(|motor| self.world(|world| place(world, *motor))).collect();
         self.runner = Runner::new(&Setup { carriages, ..Setup::new(&self.card) }).expect("a machine");
         self.greeting = self.hear(0.5);
     }

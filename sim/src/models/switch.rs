@@ -1,5 +1,7 @@
 //! A limit switch or probe that a carriage operates.
 
+use super::surface::TouchNoise;
+
 /// On which side of its position the switch is operated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -35,17 +37,22 @@ pub struct Switch {
     pub side: Side,
     /// What is wrong with it.
     pub fault: Fault,
+    /// Standard deviation of where it operates, from time to time, millimetres.
+    pub noise_mm: f64,
+    /// Of the next time.
+    pub noise: TouchNoise,
 }
 
 impl Switch {
     /// Whether it is operated with the carriage here.
     #[must_use]
     pub fn operated(&self, carriage_mm: f64) -> bool {
+        let position_mm = self.position_mm + self.noise.now_mm();
         match (self.fault, self.side) {
             (Fault::NeverOperates, _) => false,
             (Fault::AlwaysOperated, _) => true,
-            (Fault::Sound | Fault::Bounces, Side::Below) => carriage_mm <= self.position_mm,
-            (Fault::Sound | Fault::Bounces, Side::Above) => carriage_mm >= self.position_mm,
+            (Fault::Sound | Fault::Bounces, Side::Below) => carriage_mm <= position_mm,
+            (Fault::Sound | Fault::Bounces, Side::Above) => carriage_mm >= position_mm,
         }
     }
 }

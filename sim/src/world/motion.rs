@@ -4,7 +4,7 @@ use units::{Actuator, Direction};
 
 use super::{ActuatorConfig, DriverConfig, Linkage, Operator, SwitchChange, SwitchConfig, World};
 use crate::models::carriage::Carriage;
-use crate::models::surface::Surface;
+use crate::models::surface::{Surface, TouchNoise};
 use crate::models::switch::{self, Side, Switch};
 use crate::trace::StepEdge;
 
@@ -46,7 +46,7 @@ pub(super) fn switch_of(config: &SwitchConfig) -> Switch {
         Some((_, position_mm, side)) => (position_mm, side),
         None => (f64::NEG_INFINITY, Side::Below),
     };
-    Switch { position_mm, side, fault: switch::Fault::Sound }
+    Switch { position_mm, side, fault: switch::Fault::Sound, noise_mm: 0.0, noise: TouchNoise::default() }
 }
 
 impl World {
@@ -157,6 +157,22 @@ impl World {
         }
     }
 
+    /// Where a motor's carriage is once its on-board driver has lost its supply and got it back: the chip's
+    /// counter begins at zero, and the rotor goes to the nearest place where it is held so. Millimetres.
+    #[must_use]
+    pub fn carriage_after_power_up_mm(&self, actuator: Actuator) -> Option<f64> {
+        let motor = self.motors[actuator as usize].as_ref()?;
+        let Some(driver) = self.drivers.get(actuator as usize).filter(|_| motor.driver == DriverConfig::OnBoard) else {
+            return Some(motor.carriage.position_mm());
+        };
+        let counter = i64::from(driver.microstep_counter());
+        let back = if counter > 512 { counter - 1_024 } else { counter };
+        let mut carriage = motor.carriage.clone();
+        // DIR high counts down.
+        carriage.turn(if motor.forward_high { back } else { -back });
+        Some(carriage.position_mm())
+    }
+
     /// Gives an axis backlash, millimetres.
     pub fn loosen(&mut self, actuator: Actuator, backlash_mm: f64) {
         if let Some(motor) = &mut self.motors[actuator as usize] {
@@ -223,11 +239,37 @@ impl World {
         self.set_switch_fault(name, if pressed { switch::Fault::AlwaysOperated } else { switch::Fault::Sound })
     }
 
-    pub(super) fn set_switch_fault(&mut self, name: &str, fault: switch::Fault) -> Result<(), String> {
-        let Some(index) = self.config.switches.iter().position(|switch| switch.name == name) else {
+    /// From its next opening on a switch operates at another place each time, with this standard deviation
+    /// in millimetres.
+    ///
+    /// # Errors
+    /// When there is no switch of this name.
+    pub fn make_switch_noisy(&mut self, name: &str, deviation_mm: f64) -> Result<(), String> {
+        let index = self.switch_named(name)?;
+        self.switches[index].0.noise_mm = deviation_mm;
+        Ok(())
+    }
+
+    /// Moves a switch, millimetres.
+    ///
+    /// # Errors
+    /// When there is no switch of this name.
+    pub fn move_switch(&mut self, name: &str, by_mm: f64) -> Result<(), String> {
+        let index = self.switch_named(name)?;
+        self.switches[index].0.position_mm += by_mm;
+        self.operate_switches(self.now_ns);
+        Ok(())
+    }
+
+    fn switch_named(&self, name: &str) -> Result<usize, String> {
+        self.config.switches.iter().position(|switch| switch.name == name).ok_or_else(|| {
             let known: Vec<_> = self.config.switches.iter().map(|switch| switch.name.as_str()).collect();
-            return Err(format!("no switch `{name}`; there are: {}", known.join(" ")));
-        };
+            format!("no switch `{name}`; there are: {}", known.join(" "))
+        })
+    }
+
+    pub(super) fn set_switch_fault(&mut self, name: &str, fault: switch::Fault) -> Result<(), String> {
+        let index = self.switch_named(name)?;
         self.switches[index].0.fault = fault;
         self.operate_switches(self.now_ns);
         Ok(())
@@ -267,6 +309,10 @@ impl World {
         self.switches[index].1 = operated;
         if !operated && matches!(self.config.switches[index].operator, Some((Operator::Surface, ..))) {
             self.touch_noise.next(self.config.surface.noise_mm);
+        }
+        let switch = &mut self.switches[index].0;
+        if !operated && switch.noise_mm > 0.0 {
+            switch.noise.next(switch.noise_mm);
         }
         let high = operated == self.config.switches[index].operated_high;
         self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
