@@ -294,6 +294,33 @@ fn endstops_are_checked_against_their_axes() {
     }
 }
 
+/// The cartesian sample: 80 steps/mm and 16 microsteps, so a cycle of 0.8 mm.
+#[test]
+fn phases_of_switches_are_checked_against_their_motors() {
+    for (more, fix) in [
+        ("minx.phase_tolerance = 0.4", "write less than 0.4000"),
+        ("minx.phase = 1024", "write 0 to 1023.999"),
+        ("minx.phase = -1", "write 0 to 1023.999"),
+    ] {
+        let (_, findings) = read(&edited("minx.axis = X", &format!("minx.axis = X\nminx.phase_check = true\n{more}")));
+        assert!(findings.len() == 1 && findings[0].fix.contains(fix), "{more}: {findings:?}");
+    }
+    let good = "minx.axis = X\nminx.phase_check = true\nminx.phase_tolerance = 0.399\nminx.phase = 1023.5";
+    let (config, findings) = read(&edited("minx.axis = X", good));
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(config.endstops[0].phase.calibrated, Some(1_023.5));
+    // One motor of two for each axis: half the cycle.
+    let corexy = edited("minx.axis = X", good).replace("arm_solution = cartesian", "arm_solution = corexy");
+    let (_, findings) = read(&corexy);
+    assert!(findings.iter().any(|finding| finding.reason.contains("repeat every 0.4000 mm")), "{findings:?}");
+    let unlike = corexy.replace("0.399", "0.1").replace("beta.microsteps = 16", "beta.microsteps = 32");
+    assert!(read(&unlike).1.iter().any(|finding| finding.reason.contains("unlike steps")));
+    let polar = edited("minx.axis = X", good).replace("arm_solution = cartesian", "arm_solution = polar");
+    assert!(read(&polar).1.iter().any(|finding| finding.reason.contains("say nothing of it")));
+    let of_none = edited("minx.homing_direction = home_to_min", "minx.phase_check = true");
+    assert!(read(&of_none).1.iter().any(|finding| finding.reason.contains("no axis homes to this switch")));
+}
+
 #[test]
 fn endstops_homed_together_need_interrupt_lines_of_their_own() {
     expect(

@@ -4,6 +4,7 @@
 
 mod alignment;
 mod arms;
+mod endstop_phase;
 mod filament;
 mod heat;
 mod homing;
@@ -35,6 +36,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     shapers::check(&mut checks);
     motors::check(&mut checks);
     homing::check(&mut checks);
+    endstop_phase::check(&mut checks);
     soft_endstops::check(&mut checks);
     leveling::check(&mut checks);
     alignment::check(&mut checks);

@@ -42,6 +42,23 @@ pub struct EndstopConfig {
     pub retract: Mm,
     /// A hit while moving halts.
     pub limit_enable: bool,
+    /// What the motor's phase at the hit is good for.
+    pub phase: EndstopPhaseConfig,
+}
+
+/// The motor's place in its electrical cycle of four full steps, when its axis hits the switch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndstopPhaseConfig {
+    /// It is looked at in every homing.
+    pub check: bool,
+    /// Where it should be, 1/256 full steps, 0 to below 1024; none: where the first homing finds it.
+    pub calibrated: Option<f64>,
+    /// How far from there it may be, mm either way; none: a full step.
+    pub tolerance: Option<Mm>,
+    /// The homing position is moved by half a full step at most, so that zero is at a full step.
+    pub align_zero: bool,
+    /// More than the tolerance is an alarm, and not a warning alone.
+    pub halts: bool,
 }
 
 /// `[endstops]` `common.*`

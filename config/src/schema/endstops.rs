@@ -1,7 +1,7 @@
 //! `[endstops]`
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, integer, new_name, number, pin, text, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting};
+use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting, endstop_phase};
 use crate::machine::{EndstopConfig, HomingDirection, MAX_ENDSTOPS};
 use crate::pin::PinName;
 use units::{Axis, Micros, Mm, MmPerSecond};
@@ -158,6 +158,11 @@ pub const ENDSTOPS: Section = Section {
             "Hitting the switch in any other move halts. Not for the switch of a slaved motor.",
         )
         .v1("<axis>_limit_enable"),
+        endstop_phase::CHECK,
+        endstop_phase::PHASE,
+        endstop_phase::TOLERANCE,
+        endstop_phase::ALIGN_ZERO,
+        endstop_phase::REACTION,
         number(
             "debounce_ms",
             "0",

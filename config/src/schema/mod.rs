@@ -8,6 +8,7 @@ mod actuators;
 mod alignment;
 mod build;
 mod cycles;
+mod endstop_phase;
 mod endstops;
 #[cfg(any(test, feature = "std"))]
 mod examples;
