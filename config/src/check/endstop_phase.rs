@@ -43,6 +43,10 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         let reason = format_args!("the two motors of {letter} have unlike steps, so their phases say nothing of it");
         return checks.error((ENDSTOPS, place, "phase_check"), reason, format_args!("delete it"));
     }
+    if stop.phase.align_zero && Axis::PRIMARY.contains(&axis) && homes_by_motor(config) {
+        let reason = format_args!("the zero of a tower or an arm is no place of the tool");
+        checks.error((ENDSTOPS, place, "phase_align_zero"), reason, format_args!("delete it"));
+    }
     let is_external = |motor: &ActuatorConfig| motor.driver == DriverKind::External;
     if stop.phase.calibrated.is_some() && [Some(motor), other].into_iter().flatten().any(is_external) {
         let reason = format_args!("nobody can read where an external driver is in its cycle after power up");
@@ -52,8 +56,11 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     let Some(tolerance) = stop.phase.tolerance else { return };
     let half = cycle(config, axis, motor) / 2.0;
     if tolerance.0 >= half {
-        let reason =
-            format_args!("phases repeat every {:.4} mm, so {} mm either way cannot be told apart", 2.0 * half, tolerance.0);
+        let reason = format_args!(
+            "phases repeat every {:.4} mm, so {} mm either way cannot be told apart",
+            2.0 * half,
+            tolerance.0
+        );
         checks.error((ENDSTOPS, place, "phase_tolerance"), reason, format_args!("write less than {half:.4}"));
     }
 }
@@ -72,12 +79,10 @@ enum Motors {
 fn motors_of(config: &MachineConfig, axis: Axis) -> Motors {
     use Actuator::{Alpha, Beta, Gamma};
     use ArmSolution as Arm;
-    let homing = &config.homing;
-    let by_motor = homing.delta || homing.rotary_delta || homing.scara;
     match (config.motion.arm_solution, axis) {
         (Arm::Winch, _) => Motors::Uneven,
         (_, Axis::A | Axis::B | Axis::C) => own(axis),
-        _ if by_motor => own(axis),
+        _ if homes_by_motor(config) => own(axis),
         (Arm::CoreXy, Axis::X | Axis::Y) | (Arm::CoreXz, Axis::X | Axis::Z) | (Arm::HybridCoreXy, Axis::X) => {
             Motors::Two(Alpha, Beta)
         }
@@ -88,6 +93,11 @@ fn motors_of(config: &MachineConfig, axis: Axis) -> Motors {
         (Arm::Polar | Arm::Deltesian | Arm::LinearDelta | Arm::RotaryDelta | Arm::Morgan, _) => Motors::Uneven,
         _ => own(axis),
     }
+}
+
+/// Towers and arms home one by one.
+const fn homes_by_motor(config: &MachineConfig) -> bool {
+    config.homing.delta || config.homing.rotary_delta || config.homing.scara
 }
 
 fn own(axis: Axis) -> Motors {

@@ -24,7 +24,9 @@ pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms
 pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
 pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
 pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
-pub use homing::{EndstopConfig, EndstopPhaseConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops};
+pub use homing::{
+    EndstopConfig, EndstopPhaseConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops,
+};
 pub use leveling::{
     CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
 };

@@ -1,7 +1,7 @@
 //! `[endstops]`: the settings of the phase that a motor has at its switch.
 
-use super::build::{NOT_NEGATIVE, bool, number, word};
 use super::Setting;
+use super::build::{NOT_NEGATIVE, bool, number, word};
 use crate::machine::{EndstopPhaseConfig, MachineConfig};
 use units::Mm;
 
