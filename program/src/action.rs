@@ -349,6 +349,8 @@ pub enum Function {
     SpeedFactor,
     PressureAdvance,
     HomeOffsets,
+    /// M875: the phases that motors have at their switches.
+    EndstopPhase,
     SoftEndstops,
     ArmSettings,
     /// M665.1 to M665.3: distances measured on a printed part.

@@ -271,6 +271,45 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("not known"),
     leveling(Code::m(852).sub(3), Function::Skew, "load saved skew factors").takes(PROFILE).differs("not known"),
     leveling(Code::m(852).sub(4), Function::Skew, "delete saved skew factors").takes(PROFILE).differs("not known"),
+    CodeInfo::asks(
+        Code::m(875),
+        Function::EndstopPhase,
+        "say where motors were in their cycle of four full steps when their switches closed",
+    )
+    .takes(FLAGS)
+    .differs("not known"),
+    CodeInfo::asks(Code::m(875).sub(1), Function::EndstopPhase, "make the mean of them the calibrated phase")
+        .takes(FLAGS)
+        .differs("not known"),
+    CodeInfo::asks(
+        Code::m(875).sub(2),
+        Function::EndstopPhase,
+        "the calibrated phase, 0 to below 1024; below 0: what the next homing finds",
+    )
+    .takes(PHASES)
+    .differs("not known"),
+    CodeInfo::asks(Code::m(875).sub(3), Function::EndstopPhase, "forget the phases that were collected")
+        .takes(FLAGS)
+        .differs("not known"),
+];
+
+/// Axes alone: of all where none is named.
+const FLAGS: &[WordInfo] = &[
+    word('X', Unit::Flag, "of this axis"),
+    word('Y', Unit::Flag, "of this axis"),
+    word('Z', Unit::Flag, "of this axis"),
+    word('A', Unit::Flag, "of this axis"),
+    word('B', Unit::Flag, "of this axis"),
+    word('C', Unit::Flag, "of this axis"),
+];
+
+const PHASES: &[WordInfo] = &[
+    word('X', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('Y', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('Z', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('A', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('B', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('C', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
 ];
 
 const PROFILE: &[WordInfo] = &[word('P', Unit::Number, "the name, in quotes: the file is NAME.skew")];

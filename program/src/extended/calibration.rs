@@ -32,6 +32,12 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("DELTA_CALIBRATE", "", "calibrate trims, radius and angles of a delta, as G32 S6", |_, _, line| {
         put(line, "G32 S6")
     }),
+    codes(
+        "ENDSTOP_PHASE_CALIBRATE",
+        "AXIS STEPPER",
+        "calibrate the phase of a motor at its switch, as M875.1; without words say it, M875",
+        endstop_phase,
+    ),
     codes("GET_CURRENT_SKEW", "", "say the skew factors, as M852", |_, _, line| put(line, "M852")),
     codes("MANUAL_PROBE", "", "the height at which paper drags, as M851.1 P2", |_, _, line| put(line, "M851.1 P2")),
     codes("PROBE_CALIBRATE", "", "how high the tool is as the probe touches, as M851.1 P0", |_, _, line| {
@@ -53,6 +59,27 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("TESTZ", "Z", "move the tool in a paper test, as M851.2", test_z),
     codes("Z_ENDSTOP_CALIBRATE", "", "where Z homes, by paper, as M851.1 P1", |_, _, line| put(line, "M851.1 P1")),
 ];
+
+/// Of an axis by its letter, or by Klipper's name of its stepper, which calls the towers of a delta a, b, c.
+fn endstop_phase(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    const STEPPERS: [(&str, &str); 6] = [
+        ("stepper_x", "X"),
+        ("stepper_y", "Y"),
+        ("stepper_z", "Z"),
+        ("stepper_a", "X"),
+        ("stepper_b", "Y"),
+        ("stepper_c", "Z"),
+    ];
+    const AXES: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+    let Some(name) = command.get("AXIS").or_else(|| command.get("STEPPER")).map(str::trim) else {
+        return put(line, "M875");
+    };
+    let stepper = STEPPERS.into_iter().find(|(stepper, _)| stepper.eq_ignore_ascii_case(name)).map(|(_, axis)| axis);
+    let axis = stepper.or_else(|| AXES.into_iter().find(|axis| axis.eq_ignore_ascii_case(name)));
+    let axis = axis.ok_or(ExtendedFault::Missing("AXIS is the letter of an axis, X Y Z A B or C"))?;
+    put(line, "M875.1 ")?;
+    put(line, axis)
+}
 
 fn skew_profile(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let asked = [("LOAD", "M852.3"), ("SAVE", "M852.2"), ("REMOVE", "M852.4")];

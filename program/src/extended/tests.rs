@@ -58,6 +58,9 @@ fn commands_become_codes() {
         ("ACTIVATE_EXTRUDER EXTRUDER=extruder2", "T2"),
         ("CANCEL_PRINT", "abort"),
         ("PROBE_CALIBRATE", "M851.1 P0"),
+        ("ENDSTOP_PHASE_CALIBRATE", "M875"),
+        ("ENDSTOP_PHASE_CALIBRATE AXIS=z", "M875.1 Z"),
+        ("ENDSTOP_PHASE_CALIBRATE STEPPER=stepper_b", "M875.1 Y"),
         ("TESTZ Z=-0.1", "M851.2 Z-0.1"),
         ("TESTZ Z=+", "M851.2 S1"),
         ("testz z=--", "M851.2 S-2"),
@@ -76,6 +79,7 @@ fn what_cannot_be_carried_out_says_why() {
     for (line, why) in [
         ("PRINT_START BED=60", "is not known here"),
         ("SET_VELOCITY_LIMIT ACCEL=fast", "needs a number for ACCEL="),
+        ("ENDSTOP_PHASE_CALIBRATE AXIS=extruder", "letter of an axis"),
         ("SET_FAN_SPEED FAN=other SPEED=1", "names no switch"),
         ("SET_HEATER_TEMPERATURE HEATER=chamber TARGET=60", "names no heater"),
         ("RESTORE_GCODE_STATE NAME=x MOVE=1", "MOVE=1"),
