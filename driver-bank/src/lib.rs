@@ -11,8 +11,8 @@ use core::fmt::Write;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::{Description, DriverFault, DriverStatus, MotorDrivers};
-use tmc::{Driver, Error, Microsteps, Reading, StepInput};
+use machine::ports::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers};
+use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StepInput};
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up, switch_off};
@@ -104,6 +104,15 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             open_a: status.open_load_a,
             open_b: status.open_load_b,
         })
+    }
+
+    fn phase(&mut self, motor: Actuator) -> Result<ElectricalPhase, DriverFault> {
+        let chip = self.chip(motor)?;
+        let microsteps = 256 >> chip.registers().drvctrl.mres().min(8);
+        match chip.read(ReadSelect::Microstep).map_err(fault)?.reading {
+            Reading::Microstep(place) => Ok(ElectricalPhase { place, microsteps }),
+            _ => Err(DriverFault::BadAnswer),
+        }
     }
 
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn Write) -> core::fmt::Result {

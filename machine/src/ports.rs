@@ -24,7 +24,7 @@ use crate::supervisor::Supervisor;
 pub use board::{Board, BoardInfo, MemoryReport, PinPort, PinTaken, StepTimes, SupplyVoltages, WiringError};
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use drivers::{Description, DriverFault, DriverStatus, MotorDrivers};
+pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers};
 pub use gcode::realtime::Realtime;
 pub use io::{
     Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,

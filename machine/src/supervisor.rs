@@ -297,6 +297,9 @@ mod tests {
         fn status(&mut self, _: Actuator) -> Result<DriverStatus, DriverFault> {
             self.status
         }
+        fn phase(&mut self, _: Actuator) -> Result<crate::ports::ElectricalPhase, DriverFault> {
+            Err(DriverFault::Silent)
+        }
         fn describe(
             &mut self,
             _: Actuator,

@@ -25,6 +25,15 @@ pub struct DriverStatus {
     pub open_b: bool,
 }
 
+/// Where a driver is in the electrical cycle of its motor: four full steps, 1024 places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ElectricalPhase {
+    /// Its place in the sine table, 0 to 1023. It rises with DIR low.
+    pub place: u16,
+    /// Microsteps per full step that it is set to.
+    pub microsteps: u16,
+}
+
 /// Why a driver could not be talked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverFault {
@@ -64,6 +73,10 @@ pub trait MotorDrivers {
 
     /// Reads the status.
     fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault>;
+
+    /// Reads where it is in the electrical cycle. The rotor is held there, so for this motor and this place
+    /// of its axis it is the same whenever it is read, after power was off too.
+    fn phase(&mut self, motor: Actuator) -> Result<ElectricalPhase, DriverFault>;
 
     /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
