@@ -45,6 +45,7 @@ mod reports;
 pub mod safety;
 mod saved_settings;
 pub mod sessions;
+mod spread;
 pub mod supervisor;
 pub mod tasks;
 mod thermal;

@@ -8,6 +8,7 @@ use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
+use crate::spread::Spread;
 
 /// How often a switch is approached slowly, and what is asked of it.
 #[derive(Debug)]
@@ -23,44 +24,6 @@ pub(crate) struct Samples {
     /// How far from its place each axis has found its switch, mm: steps that were lost, or where the machine
     /// was not homed, anything.
     pub off: Cell<PerAxis<f64>>,
-}
-
-/// What the approaches to one switch have given, mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Spread {
-    count: u32,
-    least: f64,
-    most: f64,
-    sum: f64,
-    squares: f64,
-    first: f64,
-}
-
-impl Spread {
-    /// One more. Sums are of the distances from the first: far from the origin squares would lose digits.
-    pub(super) fn add(&mut self, at: f64) {
-        if self.count == 0 {
-            *self = Self { first: at, least: at, most: at, ..Self::default() };
-        }
-        let off = at - self.first;
-        (self.least, self.most) = (self.least.min(at), self.most.max(at));
-        (self.count, self.sum, self.squares) = (self.count + 1, self.sum + off, self.squares + off * off);
-    }
-
-    pub(super) fn range(&self) -> f64 {
-        self.most - self.least
-    }
-
-    pub(super) fn mean(&self) -> f64 {
-        self.first + self.sum / f64::from(self.count.max(1))
-    }
-
-    /// Standard deviation of the approaches.
-    pub(super) fn deviation(&self) -> f64 {
-        let count = f64::from(self.count.max(1));
-        let mean = self.sum / count;
-        libm::sqrt((self.squares / count - mean * mean).max(0.0))
-    }
 }
 
 /// The approaches to the switches of some axes.
@@ -126,22 +89,6 @@ pub(super) fn disagree((axis, range): (Axis, f64), samples: &Samples) -> Failure
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn figures_are_those_of_the_approaches(at in proptest::collection::vec(-500.0..500.0_f64, 1..20)) {
-            let mut spread = Spread::default();
-            at.iter().for_each(|at| spread.add(*at));
-            let mean = at.iter().sum::<f64>() / at.len() as f64;
-            let variance = at.iter().map(|at| (at - mean) * (at - mean)).sum::<f64>() / at.len() as f64;
-            let most = at.iter().copied().fold(f64::MIN, f64::max);
-            let least = at.iter().copied().fold(f64::MAX, f64::min);
-            prop_assert!((spread.mean() - mean).abs() < 1e-9);
-            prop_assert!((spread.deviation() - variance.sqrt()).abs() < 1e-6);
-            prop_assert_eq!(spread.range(), most - least);
-        }
-    }
 
     #[test]
     fn the_worst_axis_is_named() {
