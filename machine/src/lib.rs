@@ -16,6 +16,7 @@ mod autotune;
 mod axes;
 mod bed;
 mod drawing;
+mod endstop_phase;
 mod executor;
 mod failure;
 mod filament;

@@ -73,7 +73,8 @@ pub(crate) fn part(
             .map_or(Ok(()), |motion| write_extruders(&mut text, &motion, program, config))
             .and_then(|()| write_filament(&mut text, tuning, config)),
         4 => write_heaters(&mut text, ports, config, tuning),
-        5 => write_homing(&mut text, tuning, config),
+        5 => write_homing(&mut text, tuning, config)
+            .and_then(|()| crate::endstop_phase::write(&mut text, tuning, config)),
         6 => write_probe(&mut text, config, tuning)
             .and_then(|()| write_leveling(&mut text, ports, config, bed))
             .and_then(|()| thermal.write(&mut text, config)),

@@ -21,6 +21,8 @@ pub struct Tuning {
     pub probe_inverted: bool,
     /// Where axes home; what follows from it must hear of changes.
     home: Home,
+    /// The phase of each axis at its switch, 1/256 full steps; none: what the first homing finds (M875.2).
+    pub phases: PerAxis<Option<f64>>,
     /// Current of each motor that has a driver of ours (M906, M907).
     pub currents: PerActuator<Option<Amps>>,
     /// How straight moves are cut (M665 S and U).
@@ -59,6 +61,7 @@ impl Tuning {
                 z: config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.homing_position.0),
                 ..Home::default()
             },
+            phases: PerAxis(Axis::ALL.map(|axis| config.homing_endstop(axis).and_then(|stop| stop.phase.calibrated))),
             currents,
             lines: line_settings(config),
             thermistors: [None; units::MAX_HEATERS],

@@ -14,7 +14,10 @@ use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::ports::Ports;
 use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply};
-use crate::{alignment, arms, autotune, heat_codes, leveling, motion_codes, motors, probing, reports, saved_settings};
+use crate::{
+    alignment, arms, autotune, endstop_phase, heat_codes, leveling, motion_codes, motors, probing, reports,
+    saved_settings,
+};
 
 /// Does one, and waits for its end.
 pub(super) async fn run<P: Ports>(
@@ -190,7 +193,7 @@ fn motion_or_heat<P: Ports>(
         return Some(said);
     }
     let now = machine.ports.now();
-    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, .. } = machine;
+    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, phases, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
         Function::MotorsOn => axes.enable(ports, config, tuning, now).map(ok),
@@ -209,6 +212,7 @@ fn motion_or_heat<P: Ports>(
         Function::Jerk => motion_codes::jerk(ports, words),
         Function::Trims => arms::trims(tuning, words, reply).map(ok),
         Function::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
+        Function::EndstopPhase => endstop_phase::endstop_phase(ports, config, phases, tuning, words, reply),
         Function::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),
         Function::MotorMilliamps | Function::MotorAmps => {
             motors::motor_currents(ports, config, axes, tuning, words, reply)

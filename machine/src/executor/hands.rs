@@ -14,6 +14,7 @@ use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 use super::{Machine, probe_script};
 use crate::axes::Axes;
 use crate::bed::Bed;
+use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -58,6 +59,16 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// What was measured of a delta.
     pub const fn delta_records(&mut self) -> &mut DeltaRecords {
         &mut self.machine.delta
+    }
+
+    /// The phases that motors have at their switches.
+    pub(crate) const fn phases(&mut self) -> &mut EndstopPhases {
+        &mut self.machine.phases
+    }
+
+    /// The motor drivers.
+    pub fn drivers<R>(&mut self, f: impl FnOnce(&mut P::Drivers) -> R) -> R {
+        self.machine.ports.drivers(f)
     }
 
     /// Axes and motors.

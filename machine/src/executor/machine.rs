@@ -15,6 +15,7 @@ use super::passed::Passed;
 use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
+use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::filament::{self, Filament};
 use crate::files::Files;
@@ -50,6 +51,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Whether it may move.
     pub(super) safety: Safety,
     pub(super) axes: Axes,
+    pub(super) phases: EndstopPhases,
     pub(super) bed: Bed,
     /// What was measured of a delta.
     pub(super) delta: DeltaRecords,
@@ -117,6 +119,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             sessions,
             safety: Safety::default(),
             axes: Axes::new(config),
+            phases: EndstopPhases::default(),
             bed: Bed::new(config),
             delta: DeltaRecords::default(),
             deployment: Deployment::default(),

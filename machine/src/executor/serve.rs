@@ -317,6 +317,7 @@ impl<P: Ports> Machine<'_, P> {
     /// Without supply a motor holds nothing: positions are no longer known.
     fn motor_supply_lost(&mut self) {
         self.axes.lose_supply();
+        self.phases.lose_supply();
         let state = self.safety.state();
         if matches!(state, State::Idle | State::Suspended | State::Check) || self.safety.is_halted() {
             self.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));

@@ -8,6 +8,7 @@ use super::overtravel::brakes_in_time;
 use super::samples::{Round, Samples, disagree};
 use super::slaves::SlavesAhead;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
+use crate::endstop_phase::{self, Pass};
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::{Alarm, Error};
@@ -24,12 +25,17 @@ pub(super) async fn cycle<P: Ports>(
     samples: &Samples,
 ) -> Result<(), Failure> {
     let config = hands.config();
+    let phased = endstop_phase::checked(config).and(set);
     let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
     let far = Approach { set, rate: fast, travel: |stop| stop.max_travel.0, may_be_there: true };
-    far.run(hands).await?;
-    let hits = agreed_hits(hands, set, slow, samples).await?;
-    // The axes stand where their switches closed, plus what braking added.
-    let mut position = hands.position();
+    let was_cut = far.run(hands).await?.was_cut;
+    let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples).await?, *places);
+    for axis in phased.axes() {
+        [hits[axis], places[axis]] = endstop_phase::at_switch(hands, axis, hits[axis], places[axis], was_cut)?;
+    }
+    // The axes stand where their switches closed, plus what braking added. Where phases are to be met, to the
+    // very step.
+    let mut position = if phased.is_empty() { hands.position() } else { hands.motion(|motion| motion.live_position()) };
     let mut off = samples.off.get();
     set.axes().for_each(|axis| off[axis] = hits[axis] - places[axis]);
     samples.off.set(off);
@@ -79,7 +85,7 @@ async fn slow_hits<P: Ports>(
     slow: MmPerSecond,
 ) -> Result<PerAxis<f64>, Failure> {
     let near = |set| Approach { set, rate: slow, travel: |stop| 2.0 * stop.retract.0, may_be_there: false };
-    let Hits { mut at, mut unsure } = near(set).run(hands).await?;
+    let Hits { mut at, mut unsure, .. } = near(set).run(hands).await?;
     while !unsure.is_empty() {
         back_off(hands, unsure, slow).await?;
         let again = near(unsure).run(hands).await?;
@@ -131,6 +137,8 @@ struct Hits {
     at: PerAxis<f64>,
     /// Axes for which that is not known: a switch that another one's stop ran into has no tick of its own.
     unsure: AxisSet,
+    /// The motors have been stopped at once, and may have lost steps.
+    was_cut: bool,
 }
 
 /// How far an approach has come.
@@ -146,7 +154,7 @@ impl Approach {
     async fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<Hits, Failure> {
         let config = hands.config();
         let start = hands.position();
-        let hits = Hits { at: start, unsure: AxisSet::NONE };
+        let hits = Hits { at: start, unsure: AxisSet::NONE, was_cut: false };
         let mut progress = Progress { hits, missing: self.set, disturbed: 0, slaves: SlavesAhead::default() };
         while !progress.missing.is_empty() {
             let here = hands.position();
@@ -162,11 +170,16 @@ impl Approach {
             let own =
                 |axis: &Axis| switch_of(config, *axis).is_some_and(|(input, _)| Some(input.bit()) == bit_of(&trigger));
             match progress.missing.axes().find(own) {
-                Some(axis) => progress.closed(hands, axis, &trigger).await?,
+                Some(axis) => progress.closed(hands, axis, &trigger, self.pass(&progress)).await?,
                 None => progress.slave_closed(hands, &trigger),
             }
+            progress.hits.was_cut |= hands.latch().is_hard();
         }
         Ok(progress.hits)
+    }
+
+    const fn pass(&self, progress: &Progress) -> Pass {
+        if self.may_be_there { Pass::Fast { was_cut: progress.hits.was_cut } } else { Pass::Slow }
     }
 
     /// Where the axes that are still missing go at most.
@@ -229,11 +242,14 @@ impl Progress {
         hands: &mut Hands<'_, '_, P>,
         axis: Axis,
         trigger: &Trigger,
+        pass: Pass,
     ) -> Result<(), Failure> {
         let config = hands.config();
         hands.wait(config.homing.debounce).await?;
         if !operated(config, hands.inputs(), AxisSet::of(axis)).is_empty() {
-            self.hits.at[axis] = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
+            let hit = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
+            endstop_phase::switch_closed(hands, axis, &trigger.steps, hit, pass).await?;
+            self.hits.at[axis] = hit;
             self.missing = self.missing.without(AxisSet::of(axis));
         } else if self.disturbed < RETRIES {
             self.disturbed += 1;

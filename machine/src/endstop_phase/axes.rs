@@ -1,0 +1,22 @@
+//! Axes whose phase is looked at, and those of them whose drivers cannot be read.
+
+use config::{DriverKind, HomingDirection, MachineConfig};
+use motion::{Kinematics, MotionConfig};
+use units::{Axis, AxisSet};
+
+use super::cycle::Gearing;
+
+/// Axes whose phase is looked at when they home.
+pub(crate) fn checked(config: &MachineConfig) -> AxisSet {
+    let stops = config.endstops.iter().filter(|stop| stop.phase.check);
+    AxisSet::collect(stops.filter(|stop| stop.homing_direction != HomingDirection::None).filter_map(|stop| stop.axis))
+}
+
+/// Axes that an external driver moves, alone or beside others: nobody can read their phases.
+pub(super) fn is_external(config: &MachineConfig, motion: &MotionConfig, axis: Axis) -> bool {
+    let homing = &config.homing;
+    let by_motor = homing.delta || homing.rotary_delta || homing.scara;
+    let kinematics = if by_motor { Kinematics::Cartesian } else { motion.kinematics };
+    let external = |motor| config.actuators[motor].driver == DriverKind::External;
+    Gearing::of(&kinematics, axis).is_some_and(|gearing| gearing.motors().any(|(motor, _)| external(motor)))
+}

@@ -1,0 +1,126 @@
+//! What homing makes of the phase at the switch.
+
+use config::EndstopPhaseConfig;
+use units::Axis;
+
+use super::cycle::{CYCLE, FULL_STEP, nearest, within};
+use super::found::Unread;
+use crate::executor::Hands;
+use crate::failure::{Failure, Message, message};
+use crate::grbl::numbers::{Alarm, Error};
+use crate::ports::Ports;
+
+/// An axis has homed: its switch closed at `hit`, mm, and is to be at `place`. Gives the nearest place with
+/// the phase that it should have had instead of `hit`, and `place` as zero is aligned. `was_cut`: the fast
+/// approach stopped the motors at once, which may have lost steps.
+///
+/// # Errors
+/// An alarm when the phase is too far off or cannot be read, and the configuration says that this halts.
+pub(crate) fn at_switch<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    axis: Axis,
+    hit: f64,
+    place: f64,
+    was_cut: bool,
+) -> Result<[f64; 2], Failure> {
+    let config = hands.config();
+    let Some(settings) = config.homing_endstop(axis).map(|stop| stop.phase) else { return Ok([hit, place]) };
+    let was_homed = hands.axes().homed().has(axis);
+    let calibrated = hands.tuning().phases[axis];
+    let record = hands.phases().of(axis);
+    let fast_made = record.fast_made.take();
+    let before = record.home_made.take().filter(|_| was_homed);
+    let reading = match record.reading.take() {
+        Some(Ok(reading)) => reading,
+        Some(Err(unread)) => return warn_or_halt(hands, &settings, &why_unread(axis, unread)).map(|()| [hit, place]),
+        None => return Ok([hit, place]),
+    };
+    // The mean of some approaches lies a little off the last.
+    let (mm, past) = (reading.mm, (hit - reading.hit) / reading.mm);
+    let phase = within(reading.phase + past, CYCLE);
+    (record.mm, record.is_absolute) = (mm, reading.is_absolute);
+    record.collect(phase);
+    let first = *record.first.get_or_insert(phase);
+    let wanted = calibrated.filter(|_| reading.is_absolute).unwrap_or(first);
+    let off = nearest(phase - wanted, CYCLE);
+    let tolerance = settings.tolerance.map_or(FULL_STEP * mm, |tolerance| tolerance.0);
+    let is_good = libm::fabs(off) * mm <= tolerance;
+    let made = reading.made.and(past - if is_good { off } else { 0.0 });
+    record.home_made = Some(made);
+    // Steps that the fast approach lost were not lost before.
+    let made_there = fast_made.or((!was_cut).then_some(made));
+    if let Some(way) = before.zip(made_there).and_then(|(before, now)| now.since(before)) {
+        say_lost(hands, axis, way, mm);
+    }
+    let place = if settings.align_zero { aligned(place, wanted, mm) } else { place };
+    if is_good {
+        return Ok([hit - off * mm, place]);
+    }
+    let letter = axis.letter();
+    let why = message(format_args!(
+        "{letter}: the switch closed {:+.4} mm from its phase, allowed are {tolerance:.4}: is it loose, or a pulley?",
+        off * mm
+    ));
+    warn_or_halt(hands, &settings, &why).map(|()| [hit, place])
+}
+
+/// Where the switch is to be, so that the zero of the axis is at a full step: there one coil has the whole
+/// current, and there a motor without current rests too.
+fn aligned(place: f64, wanted: f64, mm: f64) -> f64 {
+    place + nearest(wanted - place / mm, FULL_STEP) * mm
+}
+
+/// Whole cycles between two homings: a motor that loses its field's hold falls into the next one.
+fn say_lost<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, places: f64, mm_per_place: f64) {
+    let cycles = libm::floor(places / CYCLE + 0.5);
+    if cycles != 0.0 {
+        let (letter, lost) = (axis.letter(), libm::fabs(cycles));
+        let (full_steps, mm) = (4.0 * lost, CYCLE * lost * mm_per_place);
+        hands.announce(format_args!(
+            "WARNING: {letter}: {full_steps} full steps ({mm:.3} mm) were lost since it was homed before\n"
+        ));
+    }
+}
+
+fn why_unread(axis: Axis, unread: Unread) -> Message {
+    let letter = axis.letter();
+    match unread {
+        Unread::Silent(motor) => message(format_args!(
+            "{letter}: driver {} does not say its phase at the switch: check its supply and wiring",
+            motor.name()
+        )),
+        Unread::Uneven => message(format_args!(
+            "{letter}: does not follow its motors evenly, so their phases say nothing: delete phase_check"
+        )),
+    }
+}
+
+fn warn_or_halt<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    settings: &EndstopPhaseConfig,
+    why: &Message,
+) -> Result<(), Failure> {
+    if settings.halts {
+        return Err(Failure::Alarm(why.clone().numbered(Error::Locked).alarming(Alarm::HomingSearch)));
+    }
+    hands.announce(format_args!("WARNING: {why}; homed to the switch alone\n"));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn zero_comes_to_a_full_step_by_the_shortest_way(
+            place in -300.0..300.0_f64, wanted in 0.0..CYCLE, mm in 1e-5..1e-2_f64,
+        ) {
+            let moved = aligned(place, wanted, mm);
+            prop_assert!((moved - place).abs() <= FULL_STEP / 2.0 * mm + 1e-9);
+            let phase_at_zero = wanted - moved / mm;
+            prop_assert!(nearest(phase_at_zero, FULL_STEP).abs() < 1e-4, "{phase_at_zero}");
+        }
+    }
+}
