@@ -13,6 +13,7 @@ mod cycles;
 mod delta;
 mod delta_calibration;
 mod drivers;
+mod endstop_phase;
 mod every_setting;
 mod executor;
 mod faults;

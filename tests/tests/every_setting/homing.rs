@@ -5,6 +5,8 @@ use super::{Bench, Row, row};
 use scenarios::DELTA;
 
 const SAMPLES: &[&str] = &["[endstops] common.homing_samples = 4"];
+const PHASE: &[&str] = &["[endstops] minx.phase_check = true"];
+const TIGHT_PHASE: &[&str] = &["[endstops] minx.phase_check = true", "[endstops] minx.phase_tolerance = 0.1"];
 const HOME: &[&str] = &["G28"];
 const ROTARY: &[&str] = &["[motion control] arm_solution = rotary_delta"];
 const MORGAN: &[&str] = &["[motion control] arm_solution = morgan"];
@@ -23,6 +25,11 @@ pub const ROWS: &[Row] = &[
     row("[endstops] minx.retract", "5", "2", Edges(HOME)),
     row("[endstops] minx.limit_enable", "false", "true", Look(run_into_the_limit))
         .with(&["[soft endstop] enable = false"]),
+    row("[endstops] minx.phase_check", "false", "true", Say(&["G28 X", "M875"])),
+    row("[endstops] minx.phase", "", "400", Say(&["G28 X", "M875"])).with(PHASE),
+    row("[endstops] minx.phase_tolerance", "0.1", "0.2", Look(homes_after_a_slip)).with(PHASE),
+    row("[endstops] minx.phase_align_zero", "false", "true", Say(&["M206 X0.07", "G28 X", "M114"])).with(PHASE),
+    row("[endstops] minx.phase_fault", "warn", "halt", Look(homes_after_a_slip)).with(TIGHT_PHASE),
     row("[endstops] common.debounce_ms", "0", "20", Edges(HOME)),
     row("[endstops] common.homing_order", "", "ZXY", Edges(HOME)),
     row("[endstops] common.home_z_first", "false", "true", Edges(HOME)),
@@ -59,6 +66,14 @@ fn run_into_the_limit(bench: &mut Bench) -> String {
     bench.run(&["G28", "G1 X10 F3000", "M400", "G92 X50"]);
     bench.type_in("G1 X38 F3000\n");
     bench.hear(2.0) + &bench.status()
+}
+
+/// A pulley has slipped by 0.15 mm since the first homing.
+fn homes_after_a_slip(bench: &mut Bench) -> String {
+    bench.say("G28 X");
+    let (at_ns, place) = ((bench.now_s() * 1e9) as u64, bench.carriage(units::Actuator::Alpha));
+    bench.world(|world| world.place_carriage(at_ns, units::Actuator::Alpha, place + 0.15));
+    bench.say("G28 X") + &bench.status()
 }
 
 /// A carriage that slips a little all the time: approaches do not agree.
