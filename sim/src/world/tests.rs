@@ -62,6 +62,46 @@ fn losing_the_motor_supply_loses_the_registers() {
     assert!(!world.driver(0).drives() && world.driver(0).microsteps() == 256, "registers are as at power-on");
 }
 
+/// The rotor stays in its pole: at power up it goes to where counter zero holds it, two full steps at most.
+#[test]
+fn a_rotor_goes_to_the_nearest_place_of_counter_zero_at_power_up() {
+    for (steps, way_mm) in [(0, 0.0), (16, -0.2), (31, -0.3875), (33, 0.3875), (64, 0.0), (1_000, 0.3)] {
+        let mut world = energised();
+        world.turn(0, Actuator::Alpha, Direction::Forward);
+        (1..=steps).for_each(|n| world.step(n * 1_000, Actuator::Alpha));
+        let here = world.carriage_mm(Actuator::Alpha).expect("a motor");
+        let there = world.carriage_after_power_up_mm(Actuator::Alpha).expect("a motor");
+        assert!((there - here - way_mm).abs() < 1e-9, "{steps} steps: {} mm", there - here);
+        let cycles = (there - 30.0) / 0.8;
+        assert!((cycles - cycles.round()).abs() < 1e-9, "whole cycles from where counter zero held it: {cycles}");
+    }
+}
+
+#[test]
+fn a_noisy_switch_closes_at_another_place_each_time() {
+    let mut world = energised();
+    world.make_switch_noisy("minx", 0.05).expect("a switch");
+    assert!(world.make_switch_noisy("max", 0.05).is_err());
+    let mut at_ns = 0;
+    let mut closings: Vec<f64> = Vec::new();
+    for _ in 0..5 {
+        for (direction, closed) in [(Direction::Backward, true), (Direction::Forward, false)] {
+            world.turn(at_ns, Actuator::Alpha, direction);
+            while world.switch_high(0) != closed {
+                at_ns += 1_000;
+                world.step(at_ns, Actuator::Alpha);
+            }
+            if closed {
+                closings.push(world.carriage_mm(Actuator::Alpha).expect("a motor"));
+            }
+        }
+    }
+    // The noise is of the time behind an opening.
+    assert!(closings[0].abs() < 1e-9 && closings[1..].windows(2).any(|two| two[0] != two[1]), "{closings:?}");
+    assert!(closings.iter().all(|place| place.abs() < 0.3), "{closings:?}");
+    world.move_switch("minx", 1.5).expect("a switch");
+}
+
 #[test]
 fn the_driver_shows_its_faults_in_its_status() {
     let status = |fault: Fault| {
