@@ -51,3 +51,24 @@ fn fast_axes_stop_at_switches_that_bounce() {
     velvet.ask("G28", 20 * SECOND);
     assert_home(&mut velvet);
 }
+
+/// The microstep counter of the driver, read over SPI while the motor stands, and brought back by the steps
+/// made since the switch closed: a switch that is 20 um worse each time homes to the same step.
+#[test]
+fn the_phase_read_from_the_driver_homes_a_noisy_switch_to_the_same_step() {
+    let mut velvet = Plan::new().set("[endstops] minx.phase_check = true").start();
+    velvet.ask("G28 X", 20 * SECOND);
+    velvet.world(|world| world.make_switch_noisy("minx", 0.02)).expect("a switch");
+    let mut rests = || {
+        velvet.ask("G1 X7 F6000", 5 * SECOND);
+        velvet.ask("G28 X", 20 * SECOND);
+        velvet.world(|world| (world.carriage_mm(Alpha).expect("a motor"), world.driver(0).microstep_counter()))
+    };
+    let homed = [rests(), rests(), rests()];
+    println!("{homed:?}");
+    assert!(homed.iter().all(|(place, _)| (place - homed[0].0).abs() < 1e-4), "{homed:?}");
+    let said = velvet.ask("M875", SECOND);
+    // The sample's X counts up with DIR low, as the driver's counter does.
+    let phase = format!("phase {}.00 of 1024", homed[0].1);
+    assert!(said.contains(&phase) && said.contains("4 homings") && !velvet.said().contains("WARNING"), "{phase}: {said}");
+}
