@@ -4,7 +4,7 @@ use crate::ledger::{Ledger, Path};
 use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
 use crate::pin::OutputPin;
-use units::{Actuator, Amps, Duty, Mm, MmPerSecond};
+use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
 const LAST_FREE_TOOL: ToolId = ToolId(252);
@@ -74,6 +74,11 @@ fn kinematics(config: &mut MachineConfig, written: Written) {
     }
 }
 
+/// In so long at full output a bed warms by two degrees.
+const BED_GAIN_TIME: Micros = Micros::from_seconds(60);
+/// The same for a hot end.
+const HOT_END_GAIN_TIME: Micros = Micros::from_seconds(20);
+
 fn temperatures(config: &mut MachineConfig, written: Written) {
     const SECTION: &str = "temperature control";
     let has_own_number = |place: usize, name: &str| {
@@ -92,6 +97,9 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
             heater.runaway.cooling_timeout = heater.runaway.heating_timeout;
         }
         let is_bed = heater.tool_id >= FIRST_BED_TOOL;
+        if !written(SECTION, place, "verify_gain_time") {
+            heater.verify.gain_time = Some(if is_bed { BED_GAIN_TIME } else { HOT_END_GAIN_TIME });
+        }
         if !written(SECTION, place, "set_m_code") {
             heater.set_m_code = if is_bed { 140 } else { 104 };
         }

@@ -59,7 +59,7 @@ impl Heat {
     /// A run between two others: see [`bsp_prime::time::pend_heat_tick`].
     pub fn run_early(&mut self) {
         let Self { control, io, task } = self;
-        task.run_early(bsp_prime::time::now(), &crate::REACHED, control, io);
+        task.run_early(&crate::REACHED, control, io);
     }
 }
 

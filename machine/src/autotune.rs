@@ -6,7 +6,7 @@ use units::{Celsius, Micros};
 
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::heat::{Heater, LawSettings, Relay};
+use crate::heat::{HeatControl, LawSettings, Relay};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
 use crate::needs::needs;
 use crate::ports::Ports;
@@ -52,19 +52,15 @@ pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
         hands.say(format_args!("Target: {:5.1}\n", target.0));
         hands.say(format_args!("{label}: Starting PID Autotune, {swings} max cycles, control X aborts\n"));
     }
-    let now = hands.now();
-    let tuned = match hands.heat(|heat| change_target(heat, config, heater, target, now)) {
+    let tuned = match hands.heat(|heat| change_target(heat, config, heater, target)) {
         Ok(()) => watch_tuning(hands, heater).await,
         Err(refused) => Err(refused),
     };
-    let now = hands.now();
     // Whatever happened, the heater gets a law that holds a temperature; a failure leaves the old gains.
     hands.heat(|heat| {
         // Off is never refused.
-        let _ = heat.set_target(heater, Celsius(0.0), now);
-        if let Some(heater) = heat.heater_mut(heater) {
-            adopt(heater);
-        }
+        let _ = heat.set_target(heater, Celsius(0.0));
+        adopt(heat, heater);
     });
     tuned
 }
@@ -122,11 +118,12 @@ async fn watch_tuning<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) 
 }
 
 /// Puts found gains into force, or the old ones back.
-fn adopt(heater: &mut Heater) {
+fn adopt(heat: &mut HeatControl, id: HeaterId) {
+    let Some(heater) = heat.heater(id) else { return };
     let found = heater.tuning().and_then(Relay::gains);
-    let mut law = heater.settings.law;
+    let (mut law, max_duty) = (heater.settings.law, heater.settings.max_duty);
     if let (LawSettings::Pid(gains), Some(found)) = (&mut law, found) {
         (gains.p, gains.i, gains.d) = (found.p, found.i, found.d);
     }
-    heater.set_law(law, heater.settings.max_duty);
+    heat.set_law(id, law, max_duty);
 }

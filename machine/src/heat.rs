@@ -10,12 +10,10 @@
 //! message follows later.
 
 mod effects;
-mod guard;
 mod law;
 mod modulator;
 mod sensor;
 mod settings;
-mod stuck_on;
 mod tuning;
 
 use config::HeaterId;
@@ -24,58 +22,21 @@ use motion::Mark;
 use units::{Celsius, Duty, Micros};
 
 pub use effects::{Effects, Full, Output};
-pub use guard::{Guard, GuardSettings};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use modulator::{MODULATION_HZ, Modulators};
 pub use sensor::Sensor;
 pub use settings::{HeaterSettings, LawSettings};
-pub use stuck_on::StuckOnWatch;
 pub use tuning::{Gains, Relay};
 
+use crate::heat_safety::HeatSafety;
+pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 use crate::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings};
-use stuck_on::Look;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
 /// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
 /// command.
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
-/// Targets up to this are "off": 1 and 2 are preset numbers in Smoothieware configurations.
-pub const OFF_BELOW: Celsius = Celsius(2.0);
-/// Unbelievable readings in a row before the machine halts. The heater is off from the first one.
-const BAD_READINGS: u8 = 4;
-
-/// Why heating was stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum HeatCause {
-    /// The sensor gives no usable reading: open, shorted or silent.
-    NoReading,
-    /// Reading below `min_temp` while heating.
-    BelowMinimum(Celsius),
-    /// Reading above `max_temp` while heating.
-    AboveMaximum(Celsius),
-    /// The target was not reached within the heating timeout.
-    HeatingTooSlow,
-    /// A lower target was not reached within the cooling timeout.
-    CoolingTooSlow,
-    /// The temperature left the target by more than `runaway_range`; the difference.
-    Runaway(Celsius),
-    /// It warms although it is switched off: its MOSFET, or what stands for one, conducts. The rise since it
-    /// was off.
-    StuckOn(Celsius),
-    /// The dispatcher stopped reporting.
-    DispatcherSilent,
-}
-
-/// A heating fault: which controller, and why.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeatFault {
-    /// Which temperature control.
-    pub heater: HeaterId,
-    /// What happened.
-    pub cause: HeatCause,
-}
-
 /// Why a target was not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TargetRefused {
@@ -91,22 +52,17 @@ pub struct Heater {
     /// Its settings. M-codes may change gains and limits at run time.
     pub settings: HeaterSettings,
     law: Law,
-    guard: Guard,
-    stuck_on: StuckOnWatch,
     reading: Option<Celsius>,
     target: Celsius,
     duty: Duty,
     due: Micros,
-    bad_readings: u8,
 }
 
 impl Heater {
     fn new(settings: HeaterSettings) -> Self {
         let law = Law::new(&settings.law, settings.max_duty);
-        let guard = Guard::new(settings.guard);
-        let stuck_on = StuckOnWatch::new();
         let (reading, target, duty) = (None, Celsius(0.0), Duty::OFF);
-        Self { settings, law, guard, stuck_on, reading, target, duty, due: Micros(0), bad_readings: 0 }
+        Self { settings, law, reading, target, duty, due: Micros(0) }
     }
 
     /// Latest temperature; `None` when the sensor gives none.
@@ -134,13 +90,13 @@ impl Heater {
     }
 
     /// Exchanges the control law's settings; the integral starts afresh.
-    pub fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
+    fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
         self.settings.law = law;
         self.settings.max_duty = max_duty;
         self.law = Law::new(&law, max_duty);
     }
 
-    /// Swings around the target to find gains, until [`Self::set_law`].
+    /// Swings around the target to find gains, until [`HeatControl::set_law`].
     pub fn start_tuning(&mut self, swings: u8) {
         self.law = Law::Tuning(Relay::new(self.settings.max_duty, swings));
     }
@@ -154,7 +110,7 @@ impl Heater {
         }
     }
 
-    fn set_target(&mut self, target: Celsius, now: Micros) -> Result<(), TargetRefused> {
+    fn set_target(&mut self, target: Celsius) -> Result<(), TargetRefused> {
         let wanted = if target.0.is_finite() && target > OFF_BELOW { target } else { Celsius(0.0) };
         if wanted > Celsius(0.0) && !self.settings.heats {
             return Err(TargetRefused::HasNoHeater);
@@ -166,58 +122,21 @@ impl Heater {
             self.law.start(self.reading.unwrap_or_default(), self.duty);
         }
         self.target = wanted;
-        self.bad_readings = 0;
-        self.guard.new_target(self.reading, self.target, now);
         if !self.is_on() {
             self.duty = Duty::OFF;
         }
         Ok(())
     }
 
-    /// One sample: reading in, duty out. The error is a fault that must halt the machine.
-    fn sample(&mut self, now: Micros, raw: SensorReading, another_on: bool) -> Result<(), HeatCause> {
-        let was_driven = self.duty > Duty::OFF;
+    /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
+    /// fault is for [`HeatSafety`] to say.
+    fn sample(&mut self, raw: SensorReading) {
         self.reading = self.settings.sensor.celsius(raw);
-        let controlled = self.control(now);
-        if !self.settings.heats {
-            return controlled;
-        }
-        let driven = was_driven || self.duty > Duty::OFF;
-        let look = Look { now, reading: self.reading, max: self.settings.max, driven, another_on };
-        let rise = self.stuck_on.check(look);
-        controlled?;
-        rise.map_or(Ok(()), |rise| Err(HeatCause::StuckOn(rise)))
-    }
-
-    /// The duty that follows from the reading.
-    fn control(&mut self, now: Micros) -> Result<(), HeatCause> {
-        if !self.is_on() {
-            self.duty = Duty::OFF;
-            return Ok(());
-        }
-        let reading = match self.believable() {
-            Ok(reading) => reading,
-            Err(cause) => {
-                self.duty = Duty::OFF;
-                self.bad_readings = self.bad_readings.saturating_add(1);
-                return if self.bad_readings >= BAD_READINGS { Err(cause) } else { Ok(()) };
-            }
+        let allowed = self.settings.min..=self.settings.max;
+        self.duty = match self.reading.filter(|reading| self.is_on() && allowed.contains(reading)) {
+            Some(reading) => self.law.update(self.target, reading, self.settings.period),
+            None => Duty::OFF,
         };
-        self.bad_readings = 0;
-        self.guard.check(reading, self.target, now)?;
-        self.duty = self.law.update(self.target, reading, self.settings.period);
-        Ok(())
-    }
-
-    fn believable(&self) -> Result<Celsius, HeatCause> {
-        let reading = self.reading.ok_or(HeatCause::NoReading)?;
-        if reading < self.settings.min {
-            Err(HeatCause::BelowMinimum(reading))
-        } else if reading > self.settings.max {
-            Err(HeatCause::AboveMaximum(reading))
-        } else {
-            Ok(reading)
-        }
     }
 }
 
@@ -225,6 +144,7 @@ impl Heater {
 #[derive(Debug)]
 pub struct HeatControl {
     heaters: Vec<Heater, MAX_HEATERS>,
+    safety: HeatSafety,
     modulators: Modulators,
     fets_enabled: bool,
     halted: bool,
@@ -253,6 +173,7 @@ impl HeatControl {
     pub const fn new() -> Self {
         Self {
             heaters: Vec::new(),
+            safety: HeatSafety::new(),
             modulators: Modulators::new(),
             fets_enabled: false,
             halted: false,
@@ -272,8 +193,25 @@ impl HeatControl {
     #[must_use]
     pub fn add(&mut self, settings: HeaterSettings) -> Option<HeaterId> {
         let id = HeaterId::all().nth(self.heaters.len())?;
+        let watched = self.safety.add(settings.sensor, settings.safety_limits());
         self.heaters.push(Heater::new(settings)).ok()?;
-        Some(id)
+        watched.then_some(id)
+    }
+
+    /// Another sensor measures it. False, and nothing changes, while it is on.
+    pub fn set_sensor(&mut self, id: HeaterId, sensor: Sensor) -> bool {
+        let Some(heater) = self.heaters.get_mut(id.index()).filter(|heater| !heater.is_on()) else { return false };
+        heater.settings.sensor = sensor;
+        self.safety.set_sensor(id, sensor);
+        true
+    }
+
+    /// Its highest target and highest believable reading are another. False when there is no such controller.
+    pub fn set_maximum(&mut self, id: HeaterId, max: Celsius) -> bool {
+        let Some(heater) = self.heaters.get_mut(id.index()) else { return false };
+        heater.settings.max = max;
+        self.safety.set_maximum(id, max);
+        true
     }
 
     /// Opens the output stage. Called once wiring is done.
@@ -297,15 +235,24 @@ impl HeatControl {
         self.heaters.get_mut(id.index())
     }
 
+    /// Exchanges the control law's settings and its output's ceiling; the integral starts afresh. False when
+    /// there is no such controller.
+    pub fn set_law(&mut self, id: HeaterId, law: LawSettings, max_duty: Duty) -> bool {
+        let Some(heater) = self.heaters.get_mut(id.index()) else { return false };
+        heater.set_law(law, max_duty);
+        self.safety.set_full_share(id, heater.settings.safety_limits().full_share);
+        true
+    }
+
     /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted,
     /// but for off.
     ///
     /// # Errors
     /// When the controller does not allow that temperature, or has nothing to heat with.
-    pub fn set_target(&mut self, id: HeaterId, target: Celsius, now: Micros) -> Result<(), TargetRefused> {
+    pub fn set_target(&mut self, id: HeaterId, target: Celsius) -> Result<(), TargetRefused> {
         let target = if self.halted { Celsius(0.0) } else { target };
         let heater = self.heaters.get_mut(id.index()).ok_or(TargetRefused::HasNoHeater)?;
-        heater.set_target(target, now)?;
+        heater.set_target(target)?;
         self.drive_heater(id.index());
         Ok(())
     }
@@ -344,9 +291,9 @@ impl HeatControl {
     ///
     /// # Errors
     /// When a target is refused; see [`Self::set_target`].
-    pub fn apply(&mut self, output: Output, now: Micros) -> Result<(), TargetRefused> {
+    pub fn apply(&mut self, output: Output) -> Result<(), TargetRefused> {
         match output {
-            Output::Target(heater, target) => self.set_target(heater, target, now)?,
+            Output::Target(heater, target) => self.set_target(heater, target)?,
             Output::Switch(switch, duty) => self.set_switch(usize::from(switch), duty),
             Output::Pwm(switch, duty) => self.set_pwm(usize::from(switch), duty),
         }
@@ -363,9 +310,9 @@ impl HeatControl {
 
     /// The motors have reached this mark: outputs that wait for it change.
     #[inline]
-    pub fn reach(&mut self, mark: Mark, now: Micros) {
+    pub fn reach(&mut self, mark: Mark) {
         while let Some(output) = self.effects.reached(mark) {
-            if let (Err(why), Output::Target(heater, target)) = (self.apply(output, now), output) {
+            if let (Err(why), Output::Target(heater, target)) = (self.apply(output), output) {
                 self.refused = Some((heater, target, why));
             }
         }
@@ -404,6 +351,7 @@ impl HeatControl {
     pub fn release(&mut self) {
         self.halted = false;
         self.fets_enabled = true;
+        self.safety.release();
         self.fault = None;
     }
 
@@ -443,18 +391,19 @@ impl HeatControl {
                 self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
             }
         }
-        let on = self.heaters.iter().filter(|heater| heater.is_on()).count();
         for (id, raw) in HeaterId::all().zip(readings) {
             let Some(heater) = self.heaters.get_mut(id.index()) else { break };
             if now < heater.due {
                 continue;
             }
             heater.due = now.plus(heater.settings.period);
-            let another_on = on > usize::from(heater.is_on());
-            if let Err(cause) = heater.sample(now, *raw, another_on) {
-                self.fail(HeatFault { heater: id, cause });
-            }
+            heater.sample(*raw);
             self.drive_heater(id.index());
+        }
+        let heaters = &self.heaters;
+        let target = |index: usize| heaters.get(index).map_or(Celsius(0.0), Heater::target);
+        if let Some(fault) = self.safety.look(now, readings, target) {
+            self.fail(fault);
         }
     }
 
@@ -465,7 +414,7 @@ impl HeatControl {
         if self.modulation_ticks_since_control > STALE_MODULATION_TICKS {
             self.modulators.heaters_off();
         }
-        OutputLevels { on: self.modulators.tick(), fets_enabled: self.fets_enabled }
+        self.safety.pass(OutputLevels { on: self.modulators.tick(), fets_enabled: self.fets_enabled })
     }
 
     fn drive_heater(&mut self, index: usize) {
@@ -474,6 +423,7 @@ impl HeatControl {
     }
 
     fn fail(&mut self, fault: HeatFault) {
+        self.safety.trip();
         self.halt();
         self.fault.get_or_insert(fault);
     }

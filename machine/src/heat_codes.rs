@@ -46,8 +46,7 @@ pub(crate) async fn heat_and_wait<P: Ports>(
     hands.standstill().await?;
     // The way to standstill may have taken minutes.
     check_supply(hands, target)?;
-    let now = hands.now();
-    hands.heat(|heat| change_target(heat, config, heater, target, now))?;
+    hands.heat(|heat| change_target(heat, config, heater, target))?;
     wait_for_temperature(hands, heater).await
 }
 
@@ -168,9 +167,8 @@ pub(crate) fn set_target(
     config: &MachineConfig,
     heater: HeaterId,
     target: Celsius,
-    now: Micros,
 ) -> Result<(), Failure> {
-    ports.heat(|heat| change_target(heat, config, heater, target, now))
+    ports.heat(|heat| change_target(heat, config, heater, target))
 }
 
 /// [`check_target`] for whoever has heat control in hand.
@@ -193,9 +191,8 @@ pub(crate) fn change_target(
     config: &MachineConfig,
     heater: HeaterId,
     target: Celsius,
-    now: Micros,
 ) -> Result<(), Failure> {
-    heat.set_target(heater, target, now).map_err(|why| target_refused(config, heater, target, why))
+    heat.set_target(heater, target).map_err(|why| target_refused(config, heater, target, why))
 }
 
 /// That a target was refused.
@@ -270,6 +267,45 @@ pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Messa
             "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",
             celsius.0
         )),
+        HeatCause::RisesTooFast(by) => message(format_args!(
+            "{name} reads {:.0} C more than a second before: no heater warms so fast. Check its sensor's plug and wire",
+            by.0
+        )),
+        HeatCause::FallsTooFast(by) => message(format_args!(
+            "{name} reads {:.0} C less than a second before: its sensor has come off or is shorting. TURN POWER OFF",
+            by.0
+        )),
+        HeatCause::FallsWhileDriven(by) => message(format_args!(
+            "{name} cools by {:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF",
+            by.0
+        )),
+        HeatCause::Erratic => {
+            message(format_args!("{name}: the reading jumps up and down: a loose contact, or noise on its wire"))
+        }
+        HeatCause::NoResponse(within, gain) => message(format_args!(
+            "{name} was given full output for {} s and did not warm by {} C: check heater, supply, and that the sensor \
+             is on it",
+            within.seconds(),
+            gain.0
+        )),
+        HeatCause::Sinking(by) => message(format_args!(
+            "{name} has sunk {:.0} C below its target: heater failing, sensor loose, or cooled too much",
+            by.0
+        )),
+        HeatCause::Swapped(other) => {
+            let other = config.heater(other).map_or("?", |heater| heater.designator.as_str());
+            message(format_args!("{name} warms the sensor of {other}, not its own: swap their heater or sensor plugs"))
+        }
+        HeatCause::FullTooLong(limit) => message(format_args!(
+            "{name} was at full output for {} s, its full_power_timeout: it is too weak for its target",
+            limit.seconds()
+        )),
+        HeatCause::HeldTooLong(limit) => {
+            message(format_args!("{name} was on at one target for {} s, its hold_timeout", limit.seconds()))
+        }
+        HeatCause::DrivenWithoutTarget => message(format_args!(
+            "the output of {name} was on without a target: a mistake of the firmware, please report it"
+        )),
         HeatCause::HeatingTooSlow | HeatCause::CoolingTooSlow => message(format_args!(
             "Temperature took too long to be reached on {name}, HALT asserted, TURN POWER OFF IMMEDIATELY"
         )),
@@ -343,8 +379,8 @@ mod tests {
         let mut control = control(&config);
         let bed = HeaterId::all().next().unwrap();
         let refused = Failure::refused("bed is a sensor without a heater");
-        assert_eq!(change_target(&mut control, &config, bed, Celsius(50.0), Micros(0)), Err(refused));
-        assert_eq!(change_target(&mut control, &config, bed, Celsius(0.0), Micros(0)), Ok(()));
+        assert_eq!(change_target(&mut control, &config, bed, Celsius(50.0)), Err(refused));
+        assert_eq!(change_target(&mut control, &config, bed, Celsius(0.0)), Ok(()));
     }
 
     #[test]

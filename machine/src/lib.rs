@@ -26,6 +26,7 @@ mod gpio;
 mod grbl;
 pub mod heat;
 mod heat_codes;
+mod heat_safety;
 mod homing;
 mod jobs;
 mod jog;

@@ -91,7 +91,7 @@ impl HeatTask {
     /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the
     /// modulators.
     pub fn run(&mut self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) -> Due {
-        heat.reach(reached.get(), now);
+        heat.reach(reached.get());
         self.ticks += 1;
         let mut due = Due::default();
         if self.ticks >= TICKS_PER_CONTROL {
@@ -111,8 +111,8 @@ impl HeatTask {
     }
 
     /// A run between two others, because a change must not wait for the next one: no time has passed.
-    pub fn run_early(&self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) {
-        heat.reach(reached.get(), now);
+    pub fn run_early(&self, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) {
+        heat.reach(reached.get());
         write(heat, io);
     }
 }

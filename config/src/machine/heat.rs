@@ -98,6 +98,27 @@ pub struct Runaway {
     pub error_range: Celsius,
 }
 
+/// How a heater must answer to being driven.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Verify {
+    /// Below its target by more than this it must warm.
+    pub band: Celsius,
+    /// By this much...
+    pub gain: Celsius,
+    /// ...with full output for so long; none: not checked.
+    pub gain_time: Option<Micros>,
+    /// Degrees below the band times seconds that are allowed once it was at its target; 0: any.
+    pub max_error: f32,
+    /// Largest rise of the reading in a second; 0: any.
+    pub max_rise: Celsius,
+    /// Largest fall of the reading in a second; 0: any.
+    pub max_fall: Celsius,
+    /// Longest time at full output; none: for ever.
+    pub full_power_timeout: Option<Micros>,
+    /// Longest time at one target; none: for ever.
+    pub hold_timeout: Option<Micros>,
+}
+
 /// One temperature controller, or a sensor when it has no heater.
 #[derive(Clone, Debug, Default)]
 pub struct TemperatureConfig {
@@ -127,6 +148,8 @@ pub struct TemperatureConfig {
     pub max_temp: Celsius,
     /// Runaway detection.
     pub runaway: Runaway,
+    /// How it must answer.
+    pub verify: Verify,
     /// M-code that sets the target.
     pub set_m_code: u16,
     /// M-code that sets the target and waits.

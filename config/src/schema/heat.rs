@@ -286,7 +286,6 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             heater!(|h, v| h.runaway.heating_timeout = positive_seconds(v)),
             "Longer than this to the target halts; 0 switches that off.",
         )
-        .klipper("[verify_heater] check_gain_time")
         .unit("s")
         .v1("temperature_control.<name>.runaway_heating_timeout"),
         integer(
@@ -307,6 +306,79 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "This close to the target counts as reached.",
         )
         .unit("C"),
+        number(
+            "verify_band",
+            "5",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.verify.band = Celsius(v as f32)),
+            "Further than this below its target a heater must warm by verify_gain, and may sink by verify_max_error.",
+        )
+        .klipper("[verify_heater] hysteresis")
+        .unit("C"),
+        number(
+            "verify_gain",
+            "2",
+            POSITIVE,
+            heater!(|h, v| h.verify.gain = Celsius(v as f32)),
+            "What a heater must warm by within verify_gain_time of full output.",
+        )
+        .klipper("[verify_heater] heating_gain")
+        .unit("C"),
+        integer(
+            "verify_gain_time",
+            "20",
+            (0, 86_400),
+            heater!(|h, v| h.verify.gain_time = positive_seconds(v)),
+            "A heater that was given full output for so long (half output counts half) and has not warmed by \
+             verify_gain halts: no heater, no supply, or the sensor is not on it. 0 switches that off.",
+        )
+        .derived("20, or 60 when tool_id is 100 or more")
+        .klipper("[verify_heater] check_gain_time")
+        .unit("s"),
+        number(
+            "verify_max_error",
+            "120",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.verify.max_error = v as f32),
+            "Once at the target: degrees below verify_band times seconds until it halts, 10 C for 12 s as well as 2 C \
+             for a minute. 0 switches that off.",
+        )
+        .klipper("[verify_heater] max_error")
+        .unit("C s"),
+        number(
+            "max_rise",
+            "30",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.verify.max_rise = Celsius(v as f32)),
+            "A reading that rises by more than this in a second while heating is no temperature: halt. 0 switches \
+             that off.",
+        )
+        .unit("C/s"),
+        number(
+            "max_fall",
+            "15",
+            NOT_NEGATIVE,
+            heater!(|h, v| h.verify.max_fall = Celsius(v as f32)),
+            "A reading that falls by more than this in a second while heating means that the sensor has come off: \
+             halt. 0 switches that off.",
+        )
+        .unit("C/s"),
+        integer(
+            "full_power_timeout",
+            "0",
+            (0, 604_800),
+            heater!(|h, v| h.verify.full_power_timeout = positive_seconds(v)),
+            "At full output for longer than this without a pause halts; 0: no limit.",
+        )
+        .unit("s"),
+        integer(
+            "hold_timeout",
+            "0",
+            (0, 604_800),
+            heater!(|h, v| h.verify.hold_timeout = positive_seconds(v)),
+            "On at one target for longer than this halts; 0: no limit. Longer than the longest job.",
+        )
+        .unit("s"),
         integer(
             "readings_per_second",
             "20",

@@ -265,11 +265,10 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
 /// nothing waits.
 async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
     loop {
-        let now = machine.ports.now();
         let is_idle = machine.ports.motion(|motion| motion.is_idle());
         // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
         if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
-            let applied = machine.ports.heat(|heat| heat.apply(output, now));
+            let applied = machine.ports.heat(|heat| heat.apply(output));
             return applied.map_err(|why| match output {
                 Output::Target(heater, target) => heat_codes::target_refused(machine.config, heater, target, why),
                 _ => Failure::Halted,

@@ -163,7 +163,7 @@ async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
         // A switch takes anything.
-        let _ = machine.ports.heat(|heat| heat.apply(output, now));
+        let _ = machine.ports.heat(|heat| heat.apply(output));
     }
     machine.ports.heat(HeatControl::enable_outputs);
     machine.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));

@@ -435,9 +435,8 @@ async fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Rec
     let Machine { outputs, sessions, config, ports, .. } = machine;
     let change = outputs.switch_command(config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
-        let now = ports.now();
         // A switch takes anything.
-        let _ = ports.heat(|heat| heat.apply(output, now));
+        let _ = ports.heat(|heat| heat.apply(output));
     }
     Ok(Answer::Ok)
 }

@@ -72,10 +72,9 @@ impl<P: Ports> Machine<'_, P> {
         self.ports.heat(HeatControl::halt);
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
         self.ports.motion(motion::Motion::stop);
-        let now = self.ports.now();
         for output in self.outputs.halt(self.config) {
             // A switch takes anything.
-            let _ = self.ports.heat(|heat| heat.apply(output, now));
+            let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.run_heat_now();
         self.program.halt();
@@ -87,10 +86,9 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.ports.heat(HeatControl::halt);
-        let now = self.ports.now();
         for output in self.outputs.halt(self.config) {
             // A switch takes anything.
-            let _ = self.ports.heat(|heat| heat.apply(output, now));
+            let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.heat(HeatControl::release);
     }

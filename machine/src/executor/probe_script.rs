@@ -102,8 +102,7 @@ async fn switch<P: Ports>(
     Outputs::check(machine.config, switch, on, value, machine.jobs.is_playing())?;
     machine.standstill().await?;
     if let Some(output) = machine.outputs.turn(machine.config, switch, on, value) {
-        let now = machine.ports.now();
-        machine.ports.heat(|heat| heat.apply(output, now)).map_err(|_| Failure::Halted)?;
+        machine.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::Halted)?;
     }
     Ok(())
 }

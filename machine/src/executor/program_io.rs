@@ -146,9 +146,8 @@ pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Changes an output at once.
 pub(super) fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
-    let now = machine.ports.now();
     if let Some(output) = change {
         // A switch takes anything.
-        let _ = machine.ports.heat(|heat| heat.apply(output, now));
+        let _ = machine.ports.heat(|heat| heat.apply(output));
     }
 }

@@ -36,21 +36,19 @@ pub(super) async fn heat<P: Ports>(
 
 /// Every heater is off.
 pub(super) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
-    let now = machine.ports.now();
     for id in HeaterId::all() {
         // Off is never refused.
-        let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0), now));
+        let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
     }
 }
 
 /// Fans and other outputs as the file has set them.
 pub(super) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
-    let now = machine.ports.now();
     for (index, told) in switches.iter().enumerate() {
         let Some((on, value)) = *told else { continue };
         if let Some(output) = machine.outputs.turn(machine.config, SwitchId(index as u8), on, value) {
             // A switch takes anything.
-            let _ = machine.ports.heat(|heat| heat.apply(output, now));
+            let _ = machine.ports.heat(|heat| heat.apply(output));
         }
     }
 }

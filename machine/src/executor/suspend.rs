@@ -64,10 +64,9 @@ pub(super) async fn suspend<P: Ports>(
     }
     let player = &machine.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
-        let now = machine.ports.now();
         // Off is never refused.
         for id in HeaterId::all() {
-            let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0), now));
+            let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
         }
     }
     start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
@@ -94,10 +93,9 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.filament.must_be_there(machine.config)?;
     machine.announce(format_args!("// resuming print...\n"));
-    let now = machine.ports.now();
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
     for (id, target) in heated() {
-        heat_codes::set_target(&mut machine.ports, machine.config, id, target, now)?;
+        heat_codes::set_target(&mut machine.ports, machine.config, id, target)?;
     }
     if heated().next().is_some() {
         machine.announce(format_args!("// Waiting for heaters...\n"));

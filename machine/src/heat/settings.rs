@@ -3,9 +3,9 @@
 use config::{ControlLaw, TemperatureConfig};
 use units::{Celsius, Duty, Micros};
 
-use super::guard::GuardSettings;
 use super::law::PidGains;
 use super::sensor::Sensor;
+use crate::heat_safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimits, TimeLimits};
 
 /// Settings of a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +34,14 @@ pub struct HeaterSettings {
     pub min: Celsius,
     /// Highest target and highest believable reading while heating.
     pub max: Celsius,
+    /// Largest rise and fall of its reading in a second while heating; 0: any.
+    pub change_per_s: [f32; 2],
+    /// How it must answer to being driven.
+    pub response: ResponseLimits,
     /// Limits on the course of the temperature.
-    pub guard: GuardSettings,
+    pub course: CourseLimits,
+    /// How long it may be driven.
+    pub time: TimeLimits,
     /// Time between samples.
     pub period: Micros,
 }
@@ -49,13 +55,40 @@ impl From<&TemperatureConfig> for HeaterSettings {
             max_duty: config.max_pwm,
             min: config.min_temp,
             max: config.max_temp,
-            guard: GuardSettings {
+            change_per_s: [config.verify.max_rise, config.verify.max_fall].map(|celsius| celsius.0),
+            response: ResponseLimits {
+                band: config.verify.band,
+                gain: config.verify.gain,
+                within: config.verify.gain_time.unwrap_or_default(),
+                sinking: config.verify.max_error,
+            },
+            time: TimeLimits {
+                full: config.verify.full_power_timeout.unwrap_or_default(),
+                hold: config.verify.hold_timeout.unwrap_or_default(),
+            },
+            course: CourseLimits {
                 range: config.runaway.range.unwrap_or_default(),
                 heating_timeout: config.runaway.heating_timeout.unwrap_or_default(),
                 cooling_timeout: config.runaway.cooling_timeout.unwrap_or_default(),
                 reached_within: config.runaway.error_range,
             },
             period: Micros(1_000_000 / u64::from(config.sensor.readings_per_second.max(1))),
+        }
+    }
+}
+
+impl HeaterSettings {
+    /// What heat safety allows it.
+    #[must_use]
+    pub fn safety_limits(&self) -> SafetyLimits {
+        let [rise_per_s, fall_per_s] = self.change_per_s;
+        SafetyLimits {
+            heats: self.heats,
+            full_share: f32::from(self.max_duty.0) / f32::from(Duty::FULL.0),
+            reading: ReadingLimits { min: self.min, max: self.max, rise_per_s, fall_per_s },
+            response: self.response,
+            course: self.course,
+            time: self.time,
         }
     }
 }

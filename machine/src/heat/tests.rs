@@ -1,8 +1,8 @@
 //! A small oven with a thermistor that tests can break.
 
-use super::guard::GuardSettings;
 use super::law::PidGains;
 use super::*;
+use crate::heat_safety::{CourseLimits, ResponseLimits, TimeLimits};
 use crate::ports::{heater_bit, switch_bit};
 use drivers::thermistor::{Curve, Divider, Thermistor};
 use units::Ohms;
@@ -22,7 +22,15 @@ fn settings() -> HeaterSettings {
         max_duty: Duty::FULL,
         min: Celsius(0.0),
         max: Celsius(260.0),
-        guard: GuardSettings {
+        change_per_s: [30.0, 15.0],
+        response: ResponseLimits {
+            band: Celsius(5.0),
+            gain: Celsius(2.0),
+            within: Micros::from_seconds(20),
+            sinking: 120.0,
+        },
+        time: TimeLimits::default(),
+        course: CourseLimits {
             range: Celsius(20.0),
             heating_timeout: Micros::from_seconds(120),
             cooling_timeout: Micros::from_seconds(120),
@@ -86,7 +94,7 @@ impl Oven {
 #[test]
 fn a_sound_heater_reaches_and_holds_its_target() {
     let mut oven = Oven::new();
-    assert_eq!(oven.control.set_target(oven.block, Celsius(200.0), oven.now), Ok(()));
+    assert_eq!(oven.control.set_target(oven.block, Celsius(200.0)), Ok(()));
     oven.run(900.0, counts);
     assert_eq!(oven.control.take_fault(), None);
     assert!((oven.celsius - 200.0).abs() < 1.5, "{}", oven.celsius);
@@ -96,7 +104,7 @@ fn a_sound_heater_reaches_and_holds_its_target() {
 fn an_unbelievable_reading_turns_the_heater_off_with_that_very_sample() {
     for broken in [SensorReading::Counts(65_535), SensorReading::Counts(0), SensorReading::Missing, counts(300.0)] {
         let mut oven = Oven::new();
-        oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+        oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
         oven.run(5.0, counts);
         assert!(oven.step(counts) > 0);
         oven.run(0.05, |_| broken);
@@ -110,7 +118,7 @@ fn an_unbelievable_reading_turns_the_heater_off_with_that_very_sample() {
 #[test]
 fn one_disturbed_sample_costs_a_sample_of_heat_but_no_halt() {
     let mut oven = Oven::new();
-    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     oven.run(5.0, counts);
     oven.run(0.05, |_| SensorReading::Missing);
     oven.run(300.0, counts);
@@ -120,7 +128,7 @@ fn one_disturbed_sample_costs_a_sample_of_heat_but_no_halt() {
 #[test]
 fn a_dead_dispatcher_cools_the_machine() {
     let mut oven = Oven::new();
-    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     oven.run(20.0, counts);
     oven.dispatcher_lives = false;
     oven.run(9.0, counts);
@@ -134,7 +142,7 @@ fn a_dead_dispatcher_cools_the_machine() {
 #[test]
 fn a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning() {
     let mut oven = Oven::new();
-    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     oven.control.set_switch(2, Duty::FULL);
     oven.run(5.0, counts);
     for _ in 0..=STALE_MODULATION_TICKS {
@@ -147,11 +155,11 @@ fn a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning() {
 #[test]
 fn a_halt_closes_the_output_stage_and_refuses_targets_until_released() {
     let mut oven = Oven::new();
-    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     oven.run(5.0, counts);
     oven.control.halt();
     assert_eq!(oven.control.modulation_tick(), OutputLevels { on: 0, fets_enabled: false });
-    oven.control.set_target(oven.block, Celsius(100.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(100.0)).unwrap();
     assert!(!oven.control.any_on());
     oven.control.release();
     oven.run(5.0, counts);
@@ -163,12 +171,12 @@ fn a_halt_closes_the_output_stage_and_refuses_targets_until_released() {
 fn a_target_above_the_maximum_is_refused_and_changes_nothing() {
     let mut oven = Oven::new();
     let target = |oven: &Oven| oven.control.heater(oven.block).map(Heater::target);
-    oven.control.set_target(oven.block, Celsius(200.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     let refused = Err(TargetRefused::AboveMaximum(Celsius(260.0)));
-    assert_eq!(oven.control.set_target(oven.block, Celsius(261.0), oven.now), refused);
+    assert_eq!(oven.control.set_target(oven.block, Celsius(261.0)), refused);
     assert_eq!(target(&oven), Some(Celsius(200.0)));
     for nothing in [f32::NAN, -5.0, 2.0] {
-        assert_eq!(oven.control.set_target(oven.block, Celsius(nothing), oven.now), Ok(()));
+        assert_eq!(oven.control.set_target(oven.block, Celsius(nothing)), Ok(()));
         assert_eq!(target(&oven), Some(Celsius(0.0)));
     }
 }
@@ -177,8 +185,8 @@ fn a_target_above_the_maximum_is_refused_and_changes_nothing() {
 fn a_sensor_without_a_heater_cannot_be_asked_to_heat() {
     let mut oven = Oven::new();
     let sensor = oven.control.add(HeaterSettings { heats: false, ..settings() }).unwrap();
-    assert_eq!(oven.control.set_target(sensor, Celsius(50.0), oven.now), Err(TargetRefused::HasNoHeater));
-    assert_eq!(oven.control.set_target(sensor, Celsius(0.0), oven.now), Ok(()));
+    assert_eq!(oven.control.set_target(sensor, Celsius(50.0)), Err(TargetRefused::HasNoHeater));
+    assert_eq!(oven.control.set_target(sensor, Celsius(0.0)), Ok(()));
 }
 
 /// A shorted MOSFET: the oven is heated whatever the output says, as long as the supply is on.
@@ -196,9 +204,9 @@ fn a_heater_that_is_stuck_on_is_cut_off_idle_and_after_use() {
     // Never used; and switched off at its target.
     for target in [0.0, 150.0] {
         let mut oven = Oven::new();
-        oven.control.set_target(oven.block, Celsius(target), oven.now).unwrap();
+        oven.control.set_target(oven.block, Celsius(target)).unwrap();
         oven.run(400.0, counts);
-        oven.control.set_target(oven.block, Celsius(0.0), oven.now).unwrap();
+        oven.control.set_target(oven.block, Celsius(0.0)).unwrap();
         let (second, fault) = short_circuited(&mut oven, 120).expect("it must be seen");
         assert!(
             matches!(fault, HeatFault { heater, cause: HeatCause::StuckOn(_) } if heater == oven.block),
@@ -212,7 +220,7 @@ fn a_heater_that_is_stuck_on_is_cut_off_idle_and_after_use() {
 #[test]
 fn a_heater_that_is_stuck_on_while_it_holds_a_target_is_cut_off() {
     let mut oven = Oven::new();
-    oven.control.set_target(oven.block, Celsius(150.0), oven.now).unwrap();
+    oven.control.set_target(oven.block, Celsius(150.0)).unwrap();
     oven.run(400.0, counts);
     let (second, fault) = short_circuited(&mut oven, 120).expect("it must be seen");
     assert!(matches!(fault.cause, HeatCause::StuckOn(_) | HeatCause::Runaway(_)), "{fault:?}");

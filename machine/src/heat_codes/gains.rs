@@ -1,12 +1,12 @@
 //! M143 and M301: the highest temperature of a heater, and its gains.
 
-use config::{MachineConfig, ToolId};
+use config::{HeaterId, MachineConfig, ToolId};
 use program::Words;
 use units::{Celsius, Duty};
 
 use super::heater_named;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::heat::{Heater, HeaterSettings, LawSettings};
+use crate::heat::{HeatControl, HeaterSettings, LawSettings};
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
 
@@ -61,13 +61,13 @@ fn change_or_report(
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
-    change: fn(&mut Heater, &Words<'_>) -> bool,
+    change: fn(&mut HeatControl, HeaterId, &Words<'_>) -> bool,
     report: fn(&HeaterSettings, &str, ToolId, &mut Reply<'_>),
 ) -> Outcome {
     let number = words.code().number;
     let named = words.get('S').map(|word| heater_named(config, number, 'S', word)).transpose()?;
     if let Some(id) = named.filter(|_| words.count() > 1) {
-        let changed = ports.heat(|heat| heat.heater_mut(id).is_some_and(|heater| change(heater, words)));
+        let changed = ports.heat(|heat| change(heat, id, words));
         return if changed {
             Ok(Answer::Ok)
         } else {
@@ -84,24 +84,19 @@ fn change_or_report(
     Ok(Answer::Ok)
 }
 
-fn set_maximum(heater: &mut Heater, words: &Words<'_>) -> bool {
-    match words.get('P') {
-        Some(celsius) if celsius > 0.0 => {
-            heater.settings.max = Celsius(celsius as f32);
-            true
-        }
-        _ => false,
-    }
+fn set_maximum(heat: &mut HeatControl, id: HeaterId, words: &Words<'_>) -> bool {
+    let celsius = words.get('P').filter(|celsius| *celsius > 0.0);
+    celsius.is_some_and(|celsius| heat.set_maximum(id, Celsius(celsius as f32)))
 }
 
-fn set_gains(heater: &mut Heater, words: &Words<'_>) -> bool {
-    let LawSettings::Pid(mut gains) = heater.settings.law else { return false };
+fn set_gains(heat: &mut HeatControl, id: HeaterId, words: &Words<'_>) -> bool {
+    let Some(settings) = heat.heater(id).map(|heater| &heater.settings) else { return false };
+    let LawSettings::Pid(mut gains) = settings.law else { return false };
     let places = [('P', &mut gains.p), ('I', &mut gains.i), ('D', &mut gains.d), ('X', &mut gains.i_max)];
     for (letter, place) in places {
         *place = words.get(letter).map_or(*place, |value| value as f32);
     }
     gains.on_measurement = words.get('Z').map_or(gains.on_measurement, |value| value == 1.0);
-    let max_duty = words.get('Y').map_or(heater.settings.max_duty, |value| Duty(value.clamp(0.0, 255.0) as u8));
-    heater.set_law(LawSettings::Pid(gains), max_duty);
-    true
+    let max_duty = words.get('Y').map_or(settings.max_duty, |value| Duty(value.clamp(0.0, 255.0) as u8));
+    heat.set_law(id, LawSettings::Pid(gains), max_duty)
 }

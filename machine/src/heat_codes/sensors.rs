@@ -43,14 +43,7 @@ pub(crate) fn sensors(
     if let Some(flaw) = sensor.flaw() {
         return Err(Failure::refused(flaw));
     }
-    let set = ports.heat(|heat| match heat.heater_mut(id) {
-        Some(heater) if !heater.is_on() => {
-            heater.settings.sensor = sensor;
-            true
-        }
-        _ => false,
-    });
-    if !set {
+    if !ports.heat(|heat| heat.set_sensor(id, sensor)) {
         return Err(Failure::refused("M305: the heater is on: switch it off first"));
     }
     if let Some(place) = tuning.thermistors.get_mut(id.index()) {

@@ -5,16 +5,16 @@
 
 use units::{Celsius, Micros};
 
-use super::HeatCause;
+use super::look::{HeatCause, Look};
 
 /// How often the course is judged.
 const CHECK_PERIOD: Micros = Micros::from_seconds(1);
 /// Checks in a row outside the range before it counts as a runaway.
 const RUNAWAY_CHECKS: u8 = 6;
 
-/// What the guard allows.
+/// What the course may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuardSettings {
+pub struct CourseLimits {
     /// Allowed deviation once the target was reached; 0 disables that check.
     pub range: Celsius,
     /// Time allowed to heat up; 0 disables.
@@ -25,71 +25,74 @@ pub struct GuardSettings {
     pub reached_within: Celsius,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Phase {
+    #[default]
     Idle,
-    HeatingUp { since: Micros },
-    CoolingDown { since: Micros },
-    Reached { outside: u8 },
+    HeatingUp {
+        since: Micros,
+    },
+    CoolingDown {
+        since: Micros,
+    },
+    Reached {
+        outside: u8,
+    },
 }
 
-/// The guard of one heater.
-#[derive(Clone, Copy, Debug)]
-pub struct Guard {
-    settings: GuardSettings,
+/// The course of one heater.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Course {
+    target: f32,
     phase: Phase,
     due: Micros,
 }
 
-impl Guard {
-    /// A guard at rest.
-    #[must_use]
-    pub const fn new(settings: GuardSettings) -> Self {
-        Self { settings, phase: Phase::Idle, due: Micros(0) }
-    }
-
-    /// The target changed; watching starts anew.
-    pub fn new_target(&mut self, reading: Option<Celsius>, target: Celsius, now: Micros) {
-        let heats = self.settings.cooling_timeout == Micros(0) || reading.is_none_or(|reading| target >= reading);
-        self.phase = match (target > super::OFF_BELOW, heats) {
-            (false, _) => Phase::Idle,
-            (true, true) => Phase::HeatingUp { since: now },
-            (true, false) => Phase::CoolingDown { since: now },
-        };
-        self.due = now.plus(CHECK_PERIOD);
-    }
-
-    /// Judges one reading, at most once a second.
-    pub fn check(&mut self, reading: Celsius, target: Celsius, now: Micros) -> Result<(), HeatCause> {
-        if now < self.due {
-            return Ok(());
+impl Course {
+    /// Judges one look, at most once a second. A new target begins a new course.
+    pub(super) fn check(&mut self, limits: &CourseLimits, look: &Look) -> Result<(), HeatCause> {
+        if self.target != look.target.0 {
+            self.begin(limits, look);
         }
-        self.due = now.plus(CHECK_PERIOD);
-        let settings = &self.settings;
+        let Some(reading) = look.reading.filter(|_| look.now >= self.due) else { return Ok(()) };
+        self.due = look.now.plus(CHECK_PERIOD);
+        let (target, now) = (look.target, look.now);
         self.phase = match self.phase {
             Phase::Idle => Phase::Idle,
-            Phase::HeatingUp { .. } if reading >= target - settings.reached_within => Phase::Reached { outside: 0 },
-            Phase::HeatingUp { since } if ran_out(settings.heating_timeout, since, now) => {
+            Phase::HeatingUp { .. } if reading >= target - limits.reached_within => Phase::Reached { outside: 0 },
+            Phase::HeatingUp { since } if ran_out(limits.heating_timeout, since, now) => {
                 return Err(HeatCause::HeatingTooSlow);
             }
-            Phase::CoolingDown { .. } if reading <= target + settings.reached_within => Phase::Reached { outside: 0 },
-            Phase::CoolingDown { since } if ran_out(settings.cooling_timeout, since, now) => {
+            Phase::CoolingDown { .. } if reading <= target + limits.reached_within => Phase::Reached { outside: 0 },
+            Phase::CoolingDown { since } if ran_out(limits.cooling_timeout, since, now) => {
                 return Err(HeatCause::CoolingTooSlow);
             }
-            Phase::Reached { outside } => Phase::Reached { outside: self.outside(reading, target, outside)? },
+            Phase::Reached { outside } => Phase::Reached { outside: judge(limits, reading, target, outside)? },
             waiting => waiting,
         };
         Ok(())
     }
 
-    fn outside(&self, reading: Celsius, target: Celsius, so_far: u8) -> Result<u8, HeatCause> {
-        let deviation = reading - target;
-        let range = self.settings.range.0;
-        if range <= 0.0 || deviation.0 <= range && deviation.0 >= -range {
-            return Ok(0);
-        }
-        if so_far + 1 >= RUNAWAY_CHECKS { Err(HeatCause::Runaway(deviation)) } else { Ok(so_far + 1) }
+    fn begin(&mut self, limits: &CourseLimits, look: &Look) {
+        let heats = limits.cooling_timeout == Micros(0) || look.reading.is_none_or(|reading| look.target >= reading);
+        self.target = look.target.0;
+        self.phase = match (look.is_on(), heats) {
+            (false, _) => Phase::Idle,
+            (true, true) => Phase::HeatingUp { since: look.now },
+            (true, false) => Phase::CoolingDown { since: look.now },
+        };
+        self.due = look.now.plus(CHECK_PERIOD);
     }
+}
+
+/// How many checks in a row, this one included, were outside the range.
+fn judge(limits: &CourseLimits, reading: Celsius, target: Celsius, so_far: u8) -> Result<u8, HeatCause> {
+    let deviation = reading - target;
+    let range = limits.range.0;
+    if range <= 0.0 || deviation.0 <= range && deviation.0 >= -range {
+        return Ok(0);
+    }
+    if so_far + 1 >= RUNAWAY_CHECKS { Err(HeatCause::Runaway(deviation)) } else { Ok(so_far + 1) }
 }
 
 fn ran_out(timeout: Micros, since: Micros, now: Micros) -> bool {
@@ -100,7 +103,7 @@ fn ran_out(timeout: Micros, since: Micros, now: Micros) -> bool {
 mod tests {
     use super::*;
 
-    const SETTINGS: GuardSettings = GuardSettings {
+    const LIMITS: CourseLimits = CourseLimits {
         range: Celsius(20.0),
         heating_timeout: Micros::from_seconds(60),
         cooling_timeout: Micros::from_seconds(100),
@@ -109,11 +112,12 @@ mod tests {
 
     /// Runs one check a second over a course of readings; the second of the first fault.
     fn first_fault(start: f32, target: f32, course: impl Fn(u64) -> f32) -> Option<(u64, HeatCause)> {
-        let mut guard = Guard::new(SETTINGS);
-        guard.new_target(Some(Celsius(start)), Celsius(target), Micros(0));
-        (1..400).find_map(|second| {
-            let checked = guard.check(Celsius(course(second)), Celsius(target), Micros::from_seconds(second));
-            checked.err().map(|cause| (second, cause))
+        let mut watch = Course::default();
+        (0..400).find_map(|second| {
+            let reading = Some(Celsius(if second == 0 { start } else { course(second) }));
+            let (now, target) = (Micros::from_seconds(second), Celsius(target));
+            let look = Look { now, reading, target, driven: 0.0, another_on: false };
+            watch.check(&LIMITS, &look).err().map(|cause| (second, cause))
         })
     }
 

@@ -7,6 +7,8 @@
 
 use units::{Celsius, Micros};
 
+use super::look::{HeatCause, Look};
+
 /// How often the reading is compared.
 const CHECK_PERIOD: Micros = Micros::from_seconds(1);
 /// Comparisons in a row above the margin before it counts: a loose plug makes jumps, not a course.
@@ -40,40 +42,23 @@ struct Rest {
 
 /// The watch over one heater.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StuckOnWatch {
+pub(super) struct StuckOnWatch {
     driven: bool,
     rest: Option<Rest>,
 }
 
-/// What a heater is doing when it is looked at.
-#[derive(Clone, Copy, Debug)]
-pub struct Look {
-    /// Time of the reading.
-    pub now: Micros,
-    /// The reading, when the sensor gives one.
-    pub reading: Option<Celsius>,
-    /// Highest allowed temperature.
-    pub max: Celsius,
-    /// Its output is driven, or was since the last look.
-    pub driven: bool,
-    /// Another heater of the machine is on.
-    pub another_on: bool,
-}
-
 impl StuckOnWatch {
-    /// A watch that has seen nothing.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { driven: false, rest: None }
+    /// One look; an error when it has risen as only a heater makes it rise, told again after the next such
+    /// rise.
+    pub(super) fn check(&mut self, max: Celsius, look: &Look) -> Result<(), HeatCause> {
+        self.rise(max, look).map_or(Ok(()), |rise| Err(HeatCause::StuckOn(rise)))
     }
 
-    /// One look. The rise in degrees, when it is one that only a heater makes; told again after the next such
-    /// rise.
-    pub fn check(&mut self, look: Look) -> Option<Celsius> {
-        let Look { now, max, .. } = look;
-        self.driven |= look.driven;
+    fn rise(&mut self, max: Celsius, look: &Look) -> Option<Celsius> {
+        let (now, driven) = (look.now, look.driven > 0.0);
+        self.driven |= driven;
         // Without a reading there is nothing to compare with; what comes after it begins anew.
-        let Some(Celsius(reading)) = look.reading.filter(|_| !look.driven) else {
+        let Some(Celsius(reading)) = look.reading.filter(|_| !driven) else {
             self.rest = None;
             return None;
         };
@@ -124,9 +109,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const MAX: Celsius = Celsius(300.0);
+
     /// Looks ten times a second at a course of temperatures for some seconds; when the first rise was told.
     fn first_report(seconds: u32, another_on: bool, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
-        told_by(StuckOnWatch::new(), seconds, another_on, course)
+        told_by(StuckOnWatch::default(), seconds, another_on, course)
     }
 
     /// The same for a heater that was just switched off.
@@ -143,8 +130,8 @@ mod tests {
         (0..seconds * 10).map(|tenth| tenth as f32 / 10.0).find(|second| {
             let now = Micros((f64::from(*second) * 1e6) as u64);
             let reading = course(*second).map(Celsius);
-            let look = Look { now, reading, max: Celsius(300.0), driven: false, another_on };
-            watch.check(look).is_some()
+            let look = Look { now, reading, target: Celsius(0.0), driven: 0.0, another_on };
+            watch.check(MAX, &look).is_err()
         })
     }
 
@@ -186,11 +173,11 @@ mod tests {
 
     #[test]
     fn a_heater_that_goes_on_warming_is_told_again_and_again() {
-        let mut watch = StuckOnWatch::new();
+        let mut watch = StuckOnWatch::default();
         let reported = (0..200_u64).filter(|second| {
             let (now, reading) = (Micros::from_seconds(*second), Some(Celsius(22.0 + *second as f32)));
-            let look = Look { now, reading, max: Celsius(300.0), driven: false, another_on: false };
-            watch.check(look).is_some()
+            let look = Look { now, reading, target: Celsius(0.0), driven: 0.0, another_on: false };
+            watch.check(MAX, &look).is_err()
         });
         let reported: std::vec::Vec<u64> = reported.collect();
         assert!(reported.len() >= 7, "{reported:?}");
@@ -206,12 +193,12 @@ mod tests {
             let reported = first_report_after_use(240, |second| Some(start + rate * second))
                 .filter(|_| first_report(240, another_on, |second| Some(start + rate * second)).is_some());
             prop_assert!(reported.is_some_and(|second| second <= 62.0 + 22.0 / (rate - CREEP_BESIDE_ANOTHER)), "{reported:?}");
-            let mut watch = StuckOnWatch::new();
+            let mut watch = StuckOnWatch::default();
             for second in 0..240_u64 {
                 let reading = Some(Celsius(start + rate * second as f32));
                 let now = Micros::from_seconds(second);
-                let look = Look { now, reading, max: Celsius(300.0), driven: true, another_on };
-                prop_assert_eq!(watch.check(look), None);
+                let look = Look { now, reading, target: Celsius(0.0), driven: 1.0, another_on };
+                prop_assert_eq!(watch.check(MAX, &look), Ok(()));
             }
         }
     }

@@ -1,0 +1,222 @@
+//! Heat safety: whether heating may go on, decided from raw readings and from what the pins were told alone.
+//!
+//! It stands apart from control. It has its own copies of the sensors' laws, reads the same raw inputs
+//! itself, and counts at every modulation tick which heater pins were on, so that a mistake in a control law,
+//! a wrong duty or a forgotten target cannot hide anything from it. What it finds closes the outputs here
+//! ([`HeatSafety::pass`]), whatever control goes on asking for, until a person releases the machine.
+//!
+//! | law | what it notices | file |
+//! |---|---|---|
+//! | reading | open, shorted, outside `min_temp` to `max_temp`, changing faster than heat can, jumping about | `reading.rs` |
+//! | response | driven, and does not warm; held, and sinks away from its target | `response.rs` |
+//! | course | the target is not reached in time, or left by more than `runaway_range` | `course.rs` |
+//! | rest | warms although it is switched off | `at_rest.rs` |
+//! | wiring | a heater warms another heater's sensor and not its own | `swapped.rs` |
+//! | time | fully driven for too long, at one target for too long, driven without a target | `time.rs` |
+//!
+//! Every law is told one [`Look`] at a time and answers with a cause or not; none of them knows another.
+
+mod at_rest;
+mod course;
+mod look;
+mod reading;
+mod response;
+mod swapped;
+mod time;
+
+use config::HeaterId;
+use heapless::Vec;
+use units::{Celsius, Micros};
+
+use crate::heat::Sensor;
+use crate::ports::{MAX_HEATERS, OutputLevels, SensorReadings, heater_bit};
+use at_rest::StuckOnWatch;
+use course::Course;
+use look::Look;
+use reading::ReadingLaw;
+use response::Response;
+use swapped::Warmed;
+use time::Time;
+
+pub use course::CourseLimits;
+pub use look::{HeatCause, HeatFault, LOOK_PERIOD, OFF_BELOW};
+pub use reading::ReadingLimits;
+pub use response::ResponseLimits;
+pub use time::TimeLimits;
+
+/// The bits of all heaters.
+const HEATERS: u32 = heater_bit(MAX_HEATERS) - 1;
+
+/// What one heater is allowed. Zero switches off what says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyLimits {
+    /// It has an output; a sensor alone is not judged.
+    pub heats: bool,
+    /// Largest share of full output it is ever given, above 0 to 1.
+    pub full_share: f32,
+    /// What readings may be.
+    pub reading: ReadingLimits,
+    /// How it must answer to being driven.
+    pub response: ResponseLimits,
+    /// When it must be at its target, and how near.
+    pub course: CourseLimits,
+    /// How long it may be driven.
+    pub time: TimeLimits,
+}
+
+/// The watch over one heater.
+#[derive(Clone, Debug)]
+struct Watch {
+    sensor: Sensor,
+    limits: SafetyLimits,
+    on_ticks: u32,
+    reading: ReadingLaw,
+    response: Response,
+    course: Course,
+    rest: StuckOnWatch,
+    time: Time,
+    warmed: Warmed,
+}
+
+impl Watch {
+    fn new(sensor: Sensor, limits: SafetyLimits) -> Self {
+        Self {
+            sensor,
+            limits,
+            on_ticks: 0,
+            reading: ReadingLaw::default(),
+            response: Response::default(),
+            course: Course::default(),
+            rest: StuckOnWatch::default(),
+            time: Time::default(),
+            warmed: Warmed::default(),
+        }
+    }
+
+    /// All laws are told, also after one has answered: none loses its memory of the course.
+    fn check(&mut self, look: &Look) -> Result<(), HeatCause> {
+        let limits = &self.limits;
+        let reading = self.reading.check(&limits.reading, look);
+        let response = self.response.check(&limits.response, limits.full_share, look);
+        let course = self.course.check(&limits.course, look);
+        let rest = self.rest.check(limits.reading.max, look);
+        let time = self.time.check(&limits.time, limits.full_share, look);
+        reading.and(rest).and(response).and(course).and(time)
+    }
+}
+
+/// The watch over all heaters of the machine.
+#[derive(Debug, Default)]
+pub struct HeatSafety {
+    watches: Vec<Watch, MAX_HEATERS>,
+    ticks: u32,
+    due: Micros,
+    tripped: bool,
+}
+
+impl HeatSafety {
+    /// Watches nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { watches: Vec::new(), ticks: 0, due: Micros(0), tripped: false }
+    }
+
+    /// Watches the next temperature control, in the configuration's order. False when there is no room.
+    #[must_use]
+    pub fn add(&mut self, sensor: Sensor, limits: SafetyLimits) -> bool {
+        self.watches.push(Watch::new(sensor, limits)).is_ok()
+    }
+
+    /// It is measured by another sensor from now on (M305).
+    pub fn set_sensor(&mut self, heater: HeaterId, sensor: Sensor) {
+        if let Some(watch) = self.watches.get_mut(heater.index()) {
+            let limits = watch.limits;
+            *watch = Watch::new(sensor, limits);
+        }
+    }
+
+    /// Its highest temperature is another from now on (M143).
+    pub fn set_maximum(&mut self, heater: HeaterId, max: Celsius) {
+        if let Some(watch) = self.watches.get_mut(heater.index()) {
+            watch.limits.reading.max = max;
+        }
+    }
+
+    /// Its output has another ceiling from now on, as a share of full output (M301 Y).
+    pub fn set_full_share(&mut self, heater: HeaterId, full_share: f32) {
+        if let Some(watch) = self.watches.get_mut(heater.index()) {
+            watch.limits.full_share = full_share;
+        }
+    }
+
+    /// Counts which pins are on, and lets through what may be driven: no heater, and no supply, once
+    /// something was found. Call at every modulation tick with what control asks for.
+    #[inline]
+    pub fn pass(&mut self, asked: OutputLevels) -> OutputLevels {
+        let passed = if self.tripped { OutputLevels { on: asked.on & !HEATERS, fets_enabled: false } } else { asked };
+        self.ticks += 1;
+        for (index, watch) in self.watches.iter_mut().enumerate() {
+            watch.on_ticks += u32::from(passed.on & heater_bit(index) != 0);
+        }
+        passed
+    }
+
+    /// Looks at every heater when that is due; the first fault found. What is found closes the outputs until
+    /// [`Self::release`].
+    pub fn look(
+        &mut self,
+        now: Micros,
+        readings: &SensorReadings,
+        target: impl Fn(usize) -> Celsius,
+    ) -> Option<HeatFault> {
+        if now < self.due {
+            return None;
+        }
+        self.due = now.plus(LOOK_PERIOD);
+        let ticks = core::mem::take(&mut self.ticks).max(1) as f32;
+        let on = (0..self.watches.len()).filter(|index| target(*index) > OFF_BELOW).count();
+        let mut found = None;
+        for ((id, watch), raw) in HeaterId::all().zip(&mut self.watches).zip(readings) {
+            let driven = core::mem::take(&mut watch.on_ticks) as f32 / ticks;
+            let (target, reading) = (target(id.index()), watch.sensor.celsius(*raw));
+            let another_on = on > usize::from(target > OFF_BELOW);
+            let look = Look { now, reading, target, driven, another_on };
+            watch.warmed.note(&look, on == 0, watch.limits.full_share);
+            if watch.limits.heats
+                && let Err(cause) = watch.check(&look)
+            {
+                found.get_or_insert(HeatFault { heater: id, cause });
+            }
+        }
+        // What heats the wrong sensor also does not warm its own, and seems stuck on there: wiring explains
+        // both.
+        let found = self.swapped().or(found);
+        self.tripped |= found.is_some();
+        found
+    }
+
+    fn swapped(&self) -> Option<HeatFault> {
+        let heating = || HeaterId::all().zip(&self.watches).filter(|(_, watch)| watch.limits.heats);
+        heating().find_map(|(heater, watch)| {
+            let warms =
+                |(other, watched): &(HeaterId, &Watch)| *other != heater && watch.warmed.instead(&watched.warmed);
+            heating().find(warms).map(|(other, _)| HeatFault { heater, cause: HeatCause::Swapped(other) })
+        })
+    }
+
+    /// Closes the outputs for a reason that lies elsewhere.
+    pub const fn trip(&mut self) {
+        self.tripped = true;
+    }
+
+    /// A person has seen what was found: the outputs follow control again.
+    pub fn release(&mut self) {
+        self.tripped = false;
+        for watch in &mut self.watches {
+            watch.warmed = Warmed::default();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

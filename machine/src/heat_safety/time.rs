@@ -1,0 +1,52 @@
+//! How long a heater may be driven.
+
+use units::Micros;
+
+use super::look::{HeatCause, Look};
+
+/// Share of its most that counts as full output.
+const FULL: f32 = 0.98;
+/// Looks in a row with a pin that is on for nobody before it counts: a target may end between two ticks.
+const FOR_NOBODY: u8 = 2;
+
+/// How long a heater may be driven; 0: for ever.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeLimits {
+    /// At full output without a pause.
+    pub full: Micros,
+    /// On at one target.
+    pub hold: Micros,
+}
+
+/// How long it has been.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Time {
+    full_since: Option<Micros>,
+    held_since: Option<Micros>,
+    target: f32,
+    for_nobody: u8,
+}
+
+impl Time {
+    pub(super) fn check(&mut self, limits: &TimeLimits, full_share: f32, look: &Look) -> Result<(), HeatCause> {
+        let is_full = look.driven >= FULL * full_share;
+        self.full_since = is_full.then(|| self.full_since.unwrap_or(look.now));
+        let is_same = look.is_on() && look.target.0 == self.target;
+        self.held_since = look.is_on().then(|| self.held_since.filter(|_| is_same).unwrap_or(look.now));
+        self.target = look.target.0;
+        let for_nobody = !look.is_on() && look.driven > 0.0;
+        self.for_nobody = if for_nobody { self.for_nobody.saturating_add(1) } else { 0 };
+        let ran_out = |limit: Micros, since: Option<Micros>| {
+            limit > Micros(0) && since.is_some_and(|since| look.now.since(since) > limit)
+        };
+        if self.for_nobody >= FOR_NOBODY {
+            Err(HeatCause::DrivenWithoutTarget)
+        } else if ran_out(limits.full, self.full_since) {
+            Err(HeatCause::FullTooLong(limits.full))
+        } else if ran_out(limits.hold, self.held_since) {
+            Err(HeatCause::HeldTooLong(limits.hold))
+        } else {
+            Ok(())
+        }
+    }
+}
