@@ -76,6 +76,8 @@ pub struct World {
     fet_buffer_on: bool,
     fet_power_on: bool,
     fet_switch_stuck_on: bool,
+    /// Two heaters whose sensors are in each other's plugs.
+    swapped: Option<[usize; 2]>,
     pending_faults: Vec<TimedFault>,
     trace: Trace,
     timing_faults: u64,
@@ -110,6 +112,7 @@ impl World {
             fet_buffer_on: false,
             fet_power_on: false,
             fet_switch_stuck_on: false,
+            swapped: None,
             pending_faults: Vec::new(),
             trace: Trace::default(),
             timing_faults: 0,
@@ -175,6 +178,12 @@ impl World {
             Fault::ThermistorOpen(name) => self.heater_named(name)?.wiring = Wiring::Open,
             Fault::ThermistorShort(name) => self.heater_named(name)?.wiring = Wiring::Shorted,
             Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
+            Fault::ThermistorSlips(name) => self.heater_named(name)?.seat.slips = true,
+            Fault::ThermistorLoose(name) => self.heater_named(name)?.seat.loose = true,
+            Fault::ThermistorsSwapped(one, other) => {
+                let place = |name: &str| self.heater_index(name).ok_or_else(|| format!("no heater `{name}`"));
+                self.swapped = Some([place(one)?, place(other)?]);
+            }
             Fault::HeaterDead(name) => self.heater_named(name)?.stuck = Some(false),
             Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
@@ -196,6 +205,7 @@ impl World {
         for heater in &mut self.heaters {
             heater.wiring = crate::models::thermistor::Wiring::Sound;
             heater.stuck = None;
+            heater.seat = heat::Seat::default();
         }
         for (switch, _) in &mut self.switches {
             switch.fault = switch::Fault::Sound;
@@ -206,6 +216,7 @@ impl World {
         self.set_motor_supply(self.config.vmotor_v);
         self.vfet_v = self.config.vfet_v;
         self.fet_switch_stuck_on = false;
+        self.swapped = None;
         self.operate_switches(self.now_ns);
     }
 

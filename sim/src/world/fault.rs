@@ -9,6 +9,12 @@ pub enum Fault {
     ThermistorOpen(String),
     /// The sensor of this heater is shorted to ground.
     ThermistorShort(String),
+    /// The sensor of this heater slides half out: it comes to feel as much of the air as of the heater.
+    ThermistorSlips(String),
+    /// The plug of this heater's sensor is loose: the reading jumps.
+    ThermistorLoose(String),
+    /// The sensors of these two heaters are in each other's plugs.
+    ThermistorsSwapped(String, String),
     /// The heater's switch conducts whatever its input.
     HeaterStuckOn(String),
     /// The heater gives no heat.
@@ -49,7 +55,7 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER heater-stuck-on:HEATER heater-dead:HEATER \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER heater-stuck-on:HEATER heater-dead:HEATER \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
@@ -83,6 +89,13 @@ impl TimedFault {
             "thermistor-open" => Fault::ThermistorOpen(named()?),
             "thermistor-short" => Fault::ThermistorShort(named()?),
             "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
+            "thermistor-slip" => Fault::ThermistorSlips(named()?),
+            "thermistor-loose" => Fault::ThermistorLoose(named()?),
+            "thermistors-swapped" => {
+                let two = object.split_once(',');
+                let (one, other) = two.ok_or_else(|| format!("fault `{text}`: which two? write {kind}:NAME,NAME"))?;
+                Fault::ThermistorsSwapped(one.to_owned(), other.to_owned())
+            }
             "heater-dead" => Fault::HeaterDead(named()?),
             "switch-never" => Fault::SwitchNeverOperates(named()?),
             "switch-always" => Fault::SwitchAlwaysOperated(named()?),

@@ -48,6 +48,24 @@ impl FanState {
     }
 }
 
+/// How a sensor sits in its heater, and its plug.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seat {
+    /// It slides out.
+    pub(super) slips: bool,
+    /// Share of it that feels the air.
+    out: f64,
+    /// Its plug is loose.
+    pub(super) loose: bool,
+}
+
+/// How far a sensor slides out, and within what time it comes to feel that.
+const HALF_OUT: f64 = 0.5;
+const SLIPS_WITHIN_S: f64 = 3.0;
+/// What a loose plug adds in the half of every period in which it has contact through dirt only.
+const LOOSE_C: f64 = -15.0;
+const LOOSE_PERIOD_NS: u64 = 1_200_000_000;
+
 #[derive(Clone, Debug)]
 pub(super) struct HeaterState {
     load: Load,
@@ -56,6 +74,7 @@ pub(super) struct HeaterState {
     pub(super) wiring: Wiring,
     /// A switch that conducts always or never.
     pub(super) stuck: Option<bool>,
+    pub(super) seat: Seat,
     max_c: f64,
     /// Mean drive over about the last second, for reports.
     smooth_duty: f64,
@@ -69,6 +88,7 @@ impl HeaterState {
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
             stuck: None,
+            seat: Seat::default(),
             max_c: air_c,
             smooth_duty: 0.0,
         }
@@ -97,6 +117,9 @@ impl World {
                 |(fan, &duty): (usize, &f64)| if self.config.fans[fan].cools == Some(index) { duty } else { 0.0 };
             let blown: f64 = fans.iter().enumerate().map(wind).sum();
             state.heater.pass(seconds, duty * power, blown, self.config.air_c);
+            if state.seat.slips {
+                state.seat.out += (HALF_OUT - state.seat.out) * seconds / SLIPS_WITHIN_S;
+            }
             state.max_c = state.max_c.max(state.heater.body_c());
             state.smooth_duty += (commanded - state.smooth_duty) * seconds;
         }
@@ -181,7 +204,18 @@ impl World {
     /// Voltage a heater's sensor puts on its analog input.
     #[must_use]
     pub fn sensor_volts(&self, index: usize) -> f64 {
+        // Of two plugs in each other's places each brings its own sensor along.
+        let index = match self.swapped {
+            Some([one, other]) if index == one => other,
+            Some([one, other]) if index == other => one,
+            _ => index,
+        };
         let state = &self.heaters[index];
-        divider_volts(&self.config.heaters[index].curve, state.heater.sensor_c(), state.wiring)
+        let air_c = self.config.air_c;
+        let mut felt_c = state.heater.sensor_c() + (air_c - state.heater.sensor_c()) * state.seat.out;
+        if state.seat.loose && self.now_ns % LOOSE_PERIOD_NS < LOOSE_PERIOD_NS / 2 {
+            felt_c += LOOSE_C;
+        }
+        divider_volts(&self.config.heaters[index].curve, felt_c, state.wiring)
     }
 }
