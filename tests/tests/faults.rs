@@ -31,20 +31,48 @@ fn a_shorted_thermistor_stops_heating() {
 
 #[test]
 fn a_heater_that_does_not_heat_is_given_up() {
-    let plan = Plan::new(CARTESIAN).with("hotend.runaway_heating_timeout = 240", "hotend.runaway_heating_timeout = 20");
-    let bench = plan.fault("heater-dead:hotend").start();
-    ends_safely(bench, &["M104 S200"], "ERROR: Temperature took too long to be reached on T", 25.0);
+    let bench = Plan::new(CARTESIAN).fault("heater-dead:hotend").start();
+    ends_safely(bench, &["M104 S200"], "ERROR: T was given full output for 20 s and did not warm by 2 C", 25.0);
 }
 
 #[test]
-fn a_heater_that_fails_later_is_a_runaway() {
+fn a_heater_that_is_too_slow_is_given_up_when_its_time_is_over() {
+    let plan = Plan::new(CARTESIAN).with("hotend.runaway_heating_timeout = 240", "hotend.runaway_heating_timeout = 20");
+    ends_safely(plan.start(), &["M104 S200"], "ERROR: Temperature took too long to be reached on T", 25.0);
+}
+
+#[test]
+fn a_heater_that_fails_later_is_told_by_its_cooling() {
     let mut bench = Plan::new(CARTESIAN).start();
     bench.say("M109 S200");
     bench.hear(20.0);
     bench
         .world(|world| world.inject(&sim::world::Fault::HeaterDead("hotend".into())))
         .expect("a heater of this machine");
-    ends_safely(bench, &[], "ERROR: Temperature runaway on T", 120.0);
+    ends_safely(bench, &[], "at full output: its heater has failed, or its sensor slides out", 30.0);
+}
+
+#[test]
+fn a_sensor_that_slides_out_is_told_cold_and_hot() {
+    // While it warms up; and at its target.
+    for (at_s, within_s) in [(20.0, 30.0), (100.0, 106.0)] {
+        let bench = Plan::new(CARTESIAN).fault(&format!("thermistor-slip:hotend@{at_s}")).start();
+        ends_safely(bench, &["M104 S200"], "its sensor", within_s);
+    }
+}
+
+#[test]
+fn a_loose_sensor_is_told() {
+    let bench = Plan::new(CARTESIAN).fault("thermistor-loose:hotend@100").start();
+    ends_safely(bench, &["M104 S200"], "ERROR: T: the reading jumps up and down", 115.0);
+}
+
+#[test]
+fn swapped_sensors_are_told_before_anything_is_hot() {
+    for (line, words) in [("M104 S200", "T warms the sensor of B"), ("M140 S60", "B warms the sensor of T")] {
+        let bench = Plan::new(CARTESIAN).fault("thermistors-swapped:hotend,bed").start();
+        ends_safely(bench, &[line], words, 60.0);
+    }
 }
 
 #[test]

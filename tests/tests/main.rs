@@ -22,6 +22,7 @@ mod filament_width;
 mod filters;
 mod grbl;
 mod halt_walk;
+mod heat_plants;
 mod homing_overtravel;
 mod homing_ways;
 mod job_control;

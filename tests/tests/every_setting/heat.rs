@@ -2,10 +2,14 @@
 
 use super::See::{Board, Boot, Look, Say};
 use super::{Bench, Row, row};
+use sim::world::Fault;
 
 const READ: &[&str] = &["get temp hotend"];
 const BY_BETA: &[&str] = &["[temperature control] hotend.thermistor"];
 const BANG: &[&str] = &["[temperature control] hotend.bang_bang = true"];
+const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
+const ANY_ERROR: &str = "[temperature control] hotend.verify_max_error = 0";
+const ANY_RANGE: &str = "[temperature control] hotend.runaway_range = 0";
 /// A part whose beta is known besides its curve.
 const TWICE: &[&str] = &["[temperature control] hotend.thermistor = EPCOS100K"];
 
@@ -37,7 +41,16 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.hysteresis", "1", "6", Look(warmed)).with(BANG),
     row("[temperature control] hotend.min_temp", "5", "60", Look(heated)),
     row("[temperature control] hotend.max_temp", "290", "50", Say(&["M104 S100", "get temp hotend"])),
-    row("[temperature control] hotend.runaway_range", "20", "0", Look(blown_at)),
+    row("[temperature control] hotend.runaway_range", "20", "0", Look(blown_at)).with(&[ANY_FALL, ANY_ERROR]),
+    row("[temperature control] hotend.verify_max_error", "120", "0", Look(blown_at)).with(&[ANY_FALL, ANY_RANGE]),
+    row("[temperature control] hotend.verify_band", "5", "50", Look(blown_at)).with(&[ANY_FALL, ANY_RANGE]),
+    row("[temperature control] hotend.verify_gain_time", "20", "2", Look(dead)),
+    row("[temperature control] hotend.verify_gain", "2", "50", Look(heated))
+        .with(&["[temperature control] hotend.verify_gain_time = 4"]),
+    row("[temperature control] hotend.max_rise", "30", "1", Look(heated)),
+    row("[temperature control] hotend.max_fall", "15", "0", Look(blown_at)),
+    row("[temperature control] hotend.full_power_timeout", "0", "3", Look(heated)),
+    row("[temperature control] hotend.hold_timeout", "0", "3", Look(heated)),
     row("[temperature control] hotend.runaway_heating_timeout", "240", "2", Look(heated)),
     row("[temperature control] hotend.runaway_cooling_timeout", "300", "2", Look(cooled)),
     row("[temperature control] hotend.runaway_error_range", "1", "200", Look(heated)).with(&[
@@ -84,6 +97,12 @@ fn blown_at(bench: &mut Bench) -> String {
     let said = bench.say("M109 S98") + &course(bench, 2);
     soak(bench, 60.0);
     said + &course(bench, 8)
+}
+
+/// On, and no heat comes.
+fn dead(bench: &mut Bench) -> String {
+    bench.world(|world| world.inject(&Fault::HeaterDead("hotend".into()))).expect("a heater of this machine");
+    heated(bench)
 }
 
 fn cooled(bench: &mut Bench) -> String {
