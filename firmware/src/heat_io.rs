@@ -77,6 +77,10 @@ impl tasks::HeatIo for HeatIo {
         self.sensors.map(|input| reading(&self.thermistors, input))
     }
 
+    fn scan_position(&mut self) -> u32 {
+        self.thermistors.samples_to_wrap()
+    }
+
     fn filament_width(&mut self) -> [SensorReading; 2] {
         self.filament_width.map(|input| reading(&self.thermistors, input))
     }

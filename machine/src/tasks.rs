@@ -23,6 +23,8 @@ pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;
 pub const FEED_PERIOD_US: u32 = 500;
 /// Modulation ticks between two control ticks: 100 Hz.
 pub const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
+/// Control ticks in a row at which the scan stood: 50 ms, in which it makes over three hundred conversions.
+const SCAN_STANDS: u8 = 5;
 /// Control ticks between two runs of the slow watch: 10 Hz.
 pub const CONTROLS_PER_SLOW: u32 = 10;
 
@@ -55,6 +57,10 @@ pub trait HeatIo {
     /// The latest readings.
     fn readings(&mut self) -> SensorReadings;
 
+    /// A number that changes with every conversion of the scan: the same for long means that the converter
+    /// stands, and readings are old.
+    fn scan_position(&mut self) -> u32;
+
     /// The latest readings of the filament width sensor.
     fn filament_width(&mut self) -> [SensorReading; 2];
 
@@ -79,13 +85,37 @@ pub struct Due {
 pub struct HeatTask {
     ticks: u32,
     controls: u32,
+    scan: Scan,
+}
+
+/// Whether the converter of the thermistors goes on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Scan {
+    position: u32,
+    same: u8,
+}
+
+impl Scan {
+    /// One look; true once it has stood for [`SCAN_STANDS`].
+    fn stands(&mut self, position: u32) -> bool {
+        self.same = if position == self.position { self.same.saturating_add(1) } else { 0 };
+        self.position = position;
+        self.same >= SCAN_STANDS
+    }
+}
+
+/// What was scanned before the converter stood is no reading.
+fn forget_old(reading: &mut SensorReading) {
+    if matches!(reading, SensorReading::Counts(_)) {
+        *reading = SensorReading::Missing;
+    }
 }
 
 impl HeatTask {
     /// Before the first run.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ticks: 0, controls: 0 }
+        Self { ticks: 0, controls: 0, scan: Scan { position: 0, same: 0 } }
     }
 
     /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the
@@ -97,7 +127,10 @@ impl HeatTask {
         if self.ticks >= TICKS_PER_CONTROL {
             self.ticks = 0;
             due.controlled = true;
-            let readings = io.readings();
+            let mut readings = io.readings();
+            if self.scan.stands(io.scan_position()) {
+                readings.iter_mut().for_each(forget_old);
+            }
             heat.tick(now, &readings);
             heat.set_filament_width(io.filament_width());
             self.controls += 1;

@@ -78,6 +78,8 @@ pub struct World {
     fet_switch_stuck_on: bool,
     /// Two heaters whose sensors are in each other's plugs.
     swapped: Option<[usize; 2]>,
+    /// When the converter came to stand, and the voltages that it holds.
+    adc_stands: Option<(u64, Vec<f64>)>,
     pending_faults: Vec<TimedFault>,
     trace: Trace,
     timing_faults: u64,
@@ -113,6 +115,7 @@ impl World {
             fet_power_on: false,
             fet_switch_stuck_on: false,
             swapped: None,
+            adc_stands: None,
             pending_faults: Vec::new(),
             trace: Trace::default(),
             timing_faults: 0,
@@ -184,6 +187,10 @@ impl World {
                 let place = |name: &str| self.heater_index(name).ok_or_else(|| format!("no heater `{name}`"));
                 self.swapped = Some([place(one)?, place(other)?]);
             }
+            Fault::AdcStands => {
+                let volts = (0..self.heaters.len()).map(|heater| self.sensor_volts(heater)).collect();
+                self.adc_stands = Some((self.now_ns, volts));
+            }
             Fault::HeaterDead(name) => self.heater_named(name)?.stuck = Some(false),
             Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
@@ -217,6 +224,7 @@ impl World {
         self.vfet_v = self.config.vfet_v;
         self.fet_switch_stuck_on = false;
         self.swapped = None;
+        self.adc_stands = None;
         self.operate_switches(self.now_ns);
     }
 

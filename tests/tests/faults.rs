@@ -68,6 +68,14 @@ fn a_loose_sensor_is_told() {
 }
 
 #[test]
+fn a_converter_that_stands_is_told_while_heating_and_holding() {
+    for at_s in [20.0, 100.0] {
+        let bench = Plan::new(CARTESIAN).fault(&format!("adc-stands@{at_s}")).start();
+        ends_safely(bench, &["M104 S200"], "ERROR: MINTEMP or MAXTEMP triggered on T", at_s + 0.5);
+    }
+}
+
+#[test]
 fn swapped_sensors_are_told_before_anything_is_hot() {
     for (line, words) in [("M104 S200", "T warms the sensor of B"), ("M140 S60", "B warms the sensor of T")] {
         let bench = Plan::new(CARTESIAN).fault("thermistors-swapped:hotend,bed").start();

@@ -351,6 +351,10 @@ impl HeatIo for HeatPins<'_> {
         readings(self.shared)
     }
 
+    fn scan_position(&mut self) -> u32 {
+        self.shared.world.borrow().conversions()
+    }
+
     fn filament_width(&mut self) -> [SensorReading; 2] {
         let world = self.shared.world.borrow();
         let inputs = world.config().filament_sensor.as_ref().map(|sensor| sensor.inputs).unwrap_or_default();

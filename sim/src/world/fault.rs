@@ -15,6 +15,8 @@ pub enum Fault {
     ThermistorLoose(String),
     /// The sensors of these two heaters are in each other's plugs.
     ThermistorsSwapped(String, String),
+    /// The converter of the thermistors stands: what it converted last stays.
+    AdcStands,
     /// The heater's switch conducts whatever its input.
     HeaterStuckOn(String),
     /// The heater gives no heat.
@@ -55,7 +57,7 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER heater-stuck-on:HEATER heater-dead:HEATER \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
@@ -96,6 +98,7 @@ impl TimedFault {
                 let (one, other) = two.ok_or_else(|| format!("fault `{text}`: which two? write {kind}:NAME,NAME"))?;
                 Fault::ThermistorsSwapped(one.to_owned(), other.to_owned())
             }
+            "adc-stands" => Fault::AdcStands,
             "heater-dead" => Fault::HeaterDead(named()?),
             "switch-never" => Fault::SwitchNeverOperates(named()?),
             "switch-always" => Fault::SwitchAlwaysOperated(named()?),

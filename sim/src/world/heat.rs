@@ -8,6 +8,9 @@ use crate::models::thermistor::{Wiring, divider_volts};
 /// Heater power is stated for this supply.
 pub(super) const NOMINAL_VOLTS: f64 = 24.0;
 
+/// Time of one conversion of a thermistor's input (`bsp_prime::adc`).
+const CONVERSION_NS: u64 = 154_000;
+
 /// A switched output and the share of the current grid step it has been on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Load {
@@ -201,9 +204,19 @@ impl World {
         self.heaters[index].heater.soak(celsius);
     }
 
+    /// How many conversions the converter of the thermistors has made; it takes 154 us for one.
+    #[must_use]
+    pub fn conversions(&self) -> u32 {
+        let until_ns = self.adc_stands.as_ref().map_or(self.now_ns, |(since_ns, _)| *since_ns);
+        (until_ns / CONVERSION_NS) as u32
+    }
+
     /// Voltage a heater's sensor puts on its analog input.
     #[must_use]
     pub fn sensor_volts(&self, index: usize) -> f64 {
+        if let Some(volts) = self.adc_stands.as_ref().and_then(|(_, volts)| volts.get(index)) {
+            return *volts;
+        }
         // Of two plugs in each other's places each brings its own sensor along.
         let index = match self.swapped {
             Some([one, other]) if index == one => other,
