@@ -407,6 +407,10 @@ impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
 }
 
 impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
+    fn between_steps(&mut self) {
+        REPORTS.report(Reporter::Dispatcher);
+    }
+
     fn mount(&mut self) -> Result<(), StorageError> {
         self.storage.mount()
     }

@@ -338,6 +338,12 @@ impl Bench {
         self.greeting = self.hear(0.5);
     }
 
+    /// The most block writes that a card would have made between two times that the machine said it was alive.
+    #[must_use]
+    pub fn most_unseen_writes(&self) -> u32 {
+        self.runner.most_unseen_writes()
+    }
+
     /// Something is wrong with the card from now on, or nothing any more.
     pub fn set_card(&self, state: CardState) {
         self.runner.set_card_state(state);

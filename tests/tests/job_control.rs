@@ -142,6 +142,17 @@ fn what_jobs_took_outlives_a_reset() {
     assert!(broken.say("M78").contains("jobs: 5 done"));
 }
 
+/// A card may take a quarter of a second for a block; the watchdog waits four seconds.
+#[test]
+fn statistics_are_saved_in_steps_that_the_watchdog_outlives() {
+    let mut bench = Plan::new(CARTESIAN).file("statistics.txt", "jobs_done = 5\n").file("a.g", "G28\n").start();
+    bench.type_in("play a.g -t\n");
+    bench.hear_until("Done printing file", 60.0);
+    bench.hear(0.5);
+    assert!(bench.read_card("previous-statistics.txt").is_some(), "saved");
+    assert!(bench.most_unseen_writes() <= 12, "{} writes without a word", bench.most_unseen_writes());
+}
+
 #[test]
 fn a_setting_follows_the_height() {
     let mut bench = Plan::new(CARTESIAN).file("part.gcode", &layers(";x")).start();

@@ -276,9 +276,9 @@ fn a_journal_that_m413_asks_for_is_made_while_everybody_is_served() {
     }
     let made = machine.runner.block_writes().0 - before;
     assert!(made >= 12, "it was made: {made}");
-    // Each of the file's is some five of the card's, with tables and folder.
+    // At most 12 of a quarter of a second: three seconds.
     let in_a_row = machine.runner.most_unseen_writes();
-    assert!(in_a_row < 5, "{in_a_row} writes without a word to the watchdog");
+    assert!(in_a_row <= 12, "{in_a_row} writes without a word to the watchdog");
     assert!(machine.until("Done printing file"));
 }
 

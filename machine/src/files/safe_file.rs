@@ -87,8 +87,10 @@ impl<S: Storage> Draft<S> {
 
     /// The content is complete: it becomes the file's. When that is refused, the file is as it was.
     pub fn finish(self, storage: &mut S) -> Result<(), StorageError> {
+        storage.between_steps();
         let written = storage.write(self.file, &self.block);
         let closed = storage.close(self.file);
+        storage.between_steps();
         let replaced = written.and(closed).and_then(|()| replace(storage, &self.path));
         if replaced.is_err() {
             discard(storage, &self.path);
@@ -109,9 +111,12 @@ fn replace<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> 
     if can_open(storage, path, OpenMode::Read)? {
         // Not if it is marked read-only, nor if somebody has it open.
         can_open(storage, path, OpenMode::Append)?;
+        storage.between_steps();
         remove_if_there(storage, &beside(path, PREVIOUS)?)?;
+        storage.between_steps();
     }
     storage.rename(&beside(path, DRAFT)?, &beside(path, NEW)?)?;
+    storage.between_steps();
     settle(storage, path)
 }
 
@@ -134,9 +139,13 @@ pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageErro
     if can_open(storage, path, OpenMode::Read)? {
         let previous = beside(path, PREVIOUS)?;
         remove_if_there(storage, &previous)?;
+        storage.between_steps();
         storage.rename(path, &previous)?;
+        storage.between_steps();
     }
-    storage.rename(&new, path)
+    storage.rename(&new, path)?;
+    storage.between_steps();
+    Ok(())
 }
 
 /// Removes what the file was before its last change.

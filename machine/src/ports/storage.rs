@@ -178,4 +178,8 @@ pub trait Storage {
     /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power
     /// cut, once mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
+
+    /// Between the steps of a change that takes several, each some block writes of up to a quarter of a
+    /// second: whoever makes it is alive. A board tells its watchdog.
+    fn between_steps(&mut self) {}
 }

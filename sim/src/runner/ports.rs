@@ -312,6 +312,10 @@ fn later(date: DateTime, seconds: u64) -> DateTime {
 }
 
 impl Storage for HostPorts {
+    fn between_steps(&mut self) {
+        self.shared.card.borrow_mut().seen();
+    }
+
     fn mount(&mut self) -> Result<(), StorageError> {
         self.shared.card.borrow_mut().mount()
     }

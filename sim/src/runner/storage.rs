@@ -13,6 +13,9 @@ use machine::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_
 const OPEN_FILES: usize = 5;
 /// How many more can be read beside.
 const BESIDE: usize = 4;
+/// Block writes that making, closing, renaming or removing a file takes at most on a FAT32 card: tables and
+/// folder (`tests/power_cuts.rs` counts them).
+const FOLDER_WRITES: u32 = 6;
 
 /// What is wrong with the card.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,6 +93,13 @@ impl Card {
     /// a quarter of a second.
     pub const fn most_unseen_writes(&self) -> u32 {
         self.most_unseen
+    }
+
+    const fn goes_unseen(&mut self, writes: u32) {
+        self.unseen += writes;
+        if self.unseen > self.most_unseen {
+            self.most_unseen = self.unseen;
+        }
     }
 
     /// It is pulled out, or put in again.
@@ -204,6 +214,9 @@ impl Card {
         if place.is_dir() {
             return Err(StorageError::WrongKind);
         }
+        if mode == OpenMode::Write {
+            self.goes_unseen(FOLDER_WRITES);
+        }
         let mut options = File::options();
         options.read(true).write(!reads);
         options.create(!reads).truncate(mode == OpenMode::Write);
@@ -243,8 +256,7 @@ impl Card {
                 return Err(StorageError::NotResponding);
             }
             self.writes += bytes.len().div_ceil(512) as u32;
-            self.unseen += bytes.len().div_ceil(512) as u32;
-            self.most_unseen = self.most_unseen.max(self.unseen);
+            self.goes_unseen(bytes.len().div_ceil(512) as u32);
         }
         self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
     }
@@ -264,7 +276,11 @@ impl Card {
 
     pub fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
         let slot = self.open.get_mut(usize::from(file.0)).ok_or(StorageError::NotFound)?;
-        slot.take().map(drop).ok_or(StorageError::NotFound)
+        let closed = slot.take().ok_or(StorageError::NotFound)?;
+        if closed.mode == OpenMode::Write {
+            self.goes_unseen(FOLDER_WRITES);
+        }
+        Ok(())
     }
 
     pub fn list(
@@ -300,6 +316,7 @@ impl Card {
 
     pub fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         let place = self.closed(path)?;
+        self.goes_unseen(FOLDER_WRITES);
         self.forget_beside(&place);
         let removed = if place.is_dir() { fs::remove_dir(place) } else { fs::remove_file(place) };
         removed.map_err(|error| translate(&error))
@@ -311,6 +328,7 @@ impl Card {
 
     pub fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         let from = self.closed(from)?;
+        self.goes_unseen(FOLDER_WRITES);
         self.forget_beside(&from);
         let to = self.new_place(to, Some(&from))?;
         fs::rename(&from, &to).map_err(|error| translate(&error))?;
