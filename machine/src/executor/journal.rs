@@ -3,12 +3,12 @@
 
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
-use units::{Axis, Micros, PerAxis, Volts};
+use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
 use super::Machine;
 use crate::failure::Failure;
 use crate::grbl::numbers::Alarm;
-use crate::journal::{Blank, Doing, Entry, Look, PlayedFile};
+use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
 use crate::ports::{Ports, StorageError};
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
@@ -32,7 +32,11 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
     // The file of every boot is no job, and what goes on after a power cut is noted already.
     let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
-    if !machine.journal.is_on || !is_job || machine.jobs.is_boot_file(machine.config) {
+    if !is_job || machine.jobs.is_boot_file(machine.config) {
+        return;
+    }
+    give_up_offer(machine);
+    if !machine.journal.is_on {
         return;
     }
     let Some(beginning) = program::beginning(&mut machine.program) else {
@@ -80,6 +84,48 @@ async fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     made.and(blank.close(&mut machine.ports).map_err(failed))
 }
 
+/// Whoever plays a file goes on with no other one, whether a journal of this one is kept or not.
+pub(super) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !core::mem::take(&mut machine.journal.has_offer) {
+        return;
+    }
+    if let Ok(Found::Offer(offer)) = find(&mut machine.ports)
+        && forget(&offer, &mut machine.ports).is_ok()
+    {
+        machine.announce(format_args!("// NOTE {} is not gone on with any more\n", offer.file.path));
+    }
+}
+
+/// A look at a machine whose card has a job to go on with: what something else moves is not where that job
+/// has left it, which is to be known after another power cut too.
+fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.journal.has_offer || machine.journal.is_noting() || machine.recovery.is_some() {
+        return;
+    }
+    let (here, stood) = (machine.ports.motion(|motion| motion.live_position()), machine.journal.stood_at);
+    let is_away = |axis: &Axis| libm::fabs(here[*axis] - stood[*axis]) > UNNOTED;
+    let strayed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(is_away));
+    if machine.journal.strayed.has_all(strayed) {
+        return;
+    }
+    machine.journal.strayed = machine.journal.strayed.or(strayed);
+    let Ok(Found::Offer(offer)) = find(&mut machine.ports) else { return };
+    let noted = offer.entry.strayed | bits(machine.journal.strayed);
+    if noted != offer.entry.strayed
+        && let Err(error) = stray(&offer, noted, &mut machine.ports)
+    {
+        machine.announce(format_args!(
+            "// WARNING the journal does not know that the machine was moved: {}\n",
+            error.text()
+        ));
+    }
+}
+
+/// A bit for each axis.
+fn bits(axes: AxisSet) -> u8 {
+    axes.axes().fold(0, |bits, axis| bits | 1 << axis as u8)
+}
+
 /// The job is over.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.end(&mut machine.ports);
@@ -108,6 +154,7 @@ pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Opti
 
 /// A look at the job.
 pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    watch_offer(machine);
     if !machine.journal.is_noting() || machine.journal.halts || machine.recovery.is_some() {
         return;
     }
@@ -180,7 +227,7 @@ pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, sta
     let entry = entry(machine, heights, stands);
     let Machine { journal, ports, .. } = machine;
     match journal.note(entry, ports) {
-        Ok(()) => journal.stood_at = PerAxis(entry.position),
+        Ok(()) => (journal.stood_at, journal.strayed) = (PerAxis(entry.position), AxisSet::NONE),
         Err(error) => {
             machine.announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text()))
         }
@@ -232,7 +279,7 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
             Doing::Passes => Doing::Passes,
             _ => Doing::Waits,
         };
-        return Entry { position: position.0, z, stands, doing, ..last };
+        return Entry { position: position.0, z, stands, doing, strayed: 0, ..last };
     }
     let (made, doing) = match tag {
         Some(tag) => match machine.jobs.made(tag) {
@@ -247,7 +294,6 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
     let targets = targets(machine, &last);
     let mut flow = [1.0; 3];
     flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
-    let homed = Axis::ALL.into_iter().filter(|axis| machine.axes.homed().has(*axis));
     Entry {
         made,
         line: machine.jobs.line_now(),
@@ -257,9 +303,10 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         targets,
         feed_factor: machine.feed_waits.unwrap_or(factors.feed),
         flow,
-        homed: homed.fold(0, |bits, axis| bits | 1 << axis as u8),
+        homed: bits(machine.axes.homed()),
         has_mesh: u8::from(bed != Bed::Flat),
         left_out: machine.jobs.objects.left_out(),
+        strayed: 0,
         stands,
         doing,
         ..last

@@ -43,7 +43,10 @@ pub(super) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     machine.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
     match find(&mut machine.ports) {
-        Ok(Found::Offer(offer)) => say(machine, &offer, Recipient::All),
+        Ok(Found::Offer(offer)) => {
+            machine.journal.has_offer = true;
+            say(machine, &offer, Recipient::All);
+        }
         Ok(Found::Broken) => machine.announce(format_args!(
             "// NOTE a job was interrupted, but its journal is damaged: it cannot be gone on with\n"
         )),
@@ -86,6 +89,7 @@ pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
     };
     if words.has('C') {
         forget(&offer, &mut machine.ports).map_err(failed)?;
+        machine.journal.has_offer = false;
         machine.say(to, format_args!("{} is not gone on with\n", offer.file.path));
         return Ok(Answer::Ok);
     }
@@ -241,11 +245,23 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let up = homes_upwards(machine);
     let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
     let entry = &recovery.offer.entry;
+    // What was moved since it was switched on is known.
+    let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.journal.strayed.has(axis);
+    let known = machine.axes.homed().or(machine.can_home);
+    if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {
+        return Err(Failure::Refused(message(format_args!(
+            "{} was moved after the job and has no switch: M1000 C forgets the job",
+            axis.letter()
+        ))));
+    }
     let [mut least, mut most] = entry.z;
     if !entry.stands && !entry.doing.waits() {
         (least, most) = (least.min(passed.z[0]), most.max(passed.z[1]));
     }
     let is_told = recovery.z_is_told || machine.axes.homed().has(Axis::Z);
+    if is_lost(Axis::Z) && !is_told && !up {
+        return Err(Failure::refused("Z was moved after the job: measure it, then M1000 Z with where the tool stands"));
+    }
     if entry.doing == Doing::WaitsAnywhere && !is_told {
         return Err(Failure::refused(
             "power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",

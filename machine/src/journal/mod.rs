@@ -11,7 +11,7 @@ mod record;
 
 use config::MAX_SWITCHES;
 use program::Kept;
-use units::{Micros, PerAxis};
+use units::{AxisSet, Micros, PerAxis};
 
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
@@ -111,6 +111,11 @@ pub(crate) struct Journal {
     /// Filament has been laid: there is something to go on with.
     pub has_laid: bool,
     pub look: Look,
+    /// The card has a job that can be gone on with, and nobody does.
+    pub has_offer: bool,
+    /// Axes that have been moved away from it since the last entry: where they are is known by `stood_at`,
+    /// and not any more when the power goes.
+    pub strayed: AxisSet,
 }
 
 /// What was seen at the last look.
@@ -146,6 +151,7 @@ impl Journal {
         self.open(storage)?;
         // Whoever plays a file goes on with no other one.
         self.put_entry(Kind::Ended, storage)?;
+        self.has_offer = false;
         let (mut block, place) = ([0; BLOCK], self.next % 2 * 2);
         self.job = self.next;
         let mut fields = Fields::write(&mut block, Kind::File, self.job);
@@ -208,8 +214,9 @@ impl Journal {
         if self.file.is_some() {
             // Of a card that is gone there is nothing to say.
             let _ = self.put_entry(Kind::Ended, storage);
+            self.close(storage);
+            self.has_offer = false;
         }
-        self.close(storage);
     }
 
     /// Nothing more is noted; what was stays.
@@ -217,6 +224,7 @@ impl Journal {
         if let Some(file) = self.file.take() {
             // Its blocks have been written.
             let _ = storage.close(file);
+            self.has_offer = self.has_laid;
         }
     }
 
@@ -372,6 +380,18 @@ pub(crate) fn find(storage: &mut impl Storage) -> Result<Found, StorageError> {
         (Some(file), Some(beginning)) => Found::Offer(Offer { file, beginning, entry }),
         _ => Found::Broken,
     })
+}
+
+/// Notes that something else has moved these axes, a bit each, away from the job that was found.
+///
+/// # Errors
+/// Those of the card.
+pub(crate) fn stray(offer: &Offer, strayed: u8, storage: &mut impl Storage) -> Result<(), StorageError> {
+    let mut journal = Journal::default();
+    journal.go_on(offer, storage)?;
+    journal.note(Entry { strayed, ..offer.entry }, storage)?;
+    journal.close(storage);
+    Ok(())
 }
 
 /// Forgets the job that was found.

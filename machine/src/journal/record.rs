@@ -221,6 +221,8 @@ pub struct Entry {
     pub doing: Doing,
     /// Objects that are left out, a bit each.
     pub left_out: u64,
+    /// Axes that something else has moved since, a bit each.
+    pub strayed: u8,
     /// The motors stand there, and nothing newer will come.
     pub stands: bool,
 }
@@ -241,6 +243,7 @@ impl Entry {
         let all = [Doing::Job, Doing::Waits, Doing::WaitsAnywhere, Doing::Passes];
         self.doing = all.get(usize::from(doing)).copied().unwrap_or(Doing::WaitsAnywhere);
         fields.long(&mut self.left_out);
+        fields.byte(&mut self.strayed);
     }
 }
 
