@@ -550,3 +550,20 @@ fn z_that_was_moved_after_a_halt_is_asked_for_after_a_power_cut() {
     second.send("M1000");
     assert!(second.until("Z was moved after the job: measure it, then M1000 Z"), "{}", second.said);
 }
+
+#[test]
+fn a_job_that_begins_in_the_middle_gives_the_one_before_up() {
+    let card = Card::new(&part(false));
+    let (mut second, carriages) = interrupted(&card);
+    // Z homes onto the bed: somebody has cleared it.
+    second.send("G28");
+    second.run(60 * SECOND);
+    second.send("play /sd/job.g -t --from line 900");
+    assert!(second.until("the file ends before this place"), "{}", second.said);
+    second.send("M1000 S");
+    assert!(second.until("M1000 goes on with it"), "a refused one gives nothing up: {}", second.said);
+    second.send("play /sd/job.g -t --from line 20");
+    assert!(second.until("/sd/job.g is not gone on with any more"), "{}", second.said);
+    let third = Machine::start(&card, &carriages, None);
+    assert!(!third.said.contains("interrupted"), "{}", third.said);
+}

@@ -9,7 +9,7 @@ use units::{Axis, MmPerSecond};
 
 use super::frames::{Frame, Then};
 use super::passed::Until;
-use super::{Hands, Machine, fast_forward, restore};
+use super::{Hands, Machine, fast_forward, journal, restore};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::jobs::Scripts;
 use crate::ports::Ports;
@@ -116,6 +116,7 @@ async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_hea
     ));
     // Whatever can be refused is, before anything heats.
     Hands::new(machine, to).enable_motors()?;
+    journal::give_up_offer(machine);
     *has_heated = true;
     restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to).await?;
     let rate = machine.program.modal().seek_rate;
