@@ -1,6 +1,6 @@
 //! Where jobs pause by themselves, files that wait for their turn, and what is counted.
 
-use scenarios::{Bench, CARTESIAN, Plan};
+use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use sim::runner::CardState;
 use units::Actuator::{Alpha, Beta, Delta, Gamma};
 
@@ -246,6 +246,18 @@ fn what_is_printed_from_the_middle_is_where_it_belongs() {
     let is_near = |one: &[i64; 3], other: &[i64; 3]| one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 6);
     for place in some {
         assert!(all.iter().any(|other| is_near(&place, other)), "{place:?}");
+    }
+}
+
+/// At its highest, where it is after homing, a delta goes nowhere else.
+#[test]
+fn a_delta_begins_in_the_middle_without_leaving_its_towers() {
+    let mut bench = Plan::new(DELTA).file("part.gcode", &layers(";LAYER_CHANGE")).start();
+    bench.run(&["G28"]);
+    bench.type_in("play part.gcode -t --from layer 2\n");
+    bench.hear_until("Done printing file", 200.0);
+    for tower in [Alpha, Beta, Gamma] {
+        assert!(bench.world(|world| world.lost_mm(tower)) < 1e-9, "not beyond the tower's end");
     }
 }
 

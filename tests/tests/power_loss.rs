@@ -23,15 +23,21 @@ impl Card {
     }
 
     fn with_journal(job: &str, journal: bool) -> Self {
+        let journal = if journal { "player.power_loss = true" } else { "player.power_loss = false" };
+        Self::of(CONFIG, &[journal], job)
+    }
+
+    /// Of a machine whose configuration is this, with `section.key = value` beside.
+    fn of(machine: &str, settings: &[&str], job: &str) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let place = std::env::temp_dir().join(format!("velvet-power-loss-{}-{number}", std::process::id()));
         fs::create_dir_all(&place).unwrap();
-        let journal = if journal { "power_loss = true" } else { "power_loss = false" };
-        let config = [journal, "power_loss_period = 2", "power_loss_lift = 3"];
-        let config = config.iter().fold(CONFIG.to_owned(), |text, line| {
-            let (key, value) = line.split_once(" = ").unwrap();
-            config::edit::apply(&text, config::edit::Edit { section: "player", key, value: Some(value) })
+        let usual = ["player.power_loss = true", "player.power_loss_period = 2", "player.power_loss_lift = 3"];
+        let config = usual.iter().chain(settings).fold(machine.to_owned(), |text, line| {
+            let (name, value) = line.split_once(" = ").unwrap();
+            let (section, key) = name.split_once('.').unwrap();
+            config::edit::apply(&text, config::edit::Edit { section, key, value: Some(value) })
         });
         fs::write(place.join("config.ini"), config).unwrap();
         fs::write(place.join("job.g"), job).unwrap();
@@ -46,7 +52,7 @@ impl Drop for Card {
     }
 }
 
-/// Where filament was laid: X, Y and Z of the carriages, mm.
+/// Where filament was laid: X, Y and Z of the tool, mm.
 type Laid = Vec<[f64; 3]>;
 
 /// A machine that is on.
@@ -75,8 +81,10 @@ impl Machine {
     /// False when the power went.
     fn step(&mut self) -> bool {
         self.runner.step();
-        let [x, y, z, filament] = MOTORS.map(|motor| self.runner.world(|world| world.carriage_mm(motor)).unwrap());
-        let moved = self.laid.last().is_none_or(|last| (last[0] - x).hypot(last[1] - y) > 0.05 || last[2] != z);
+        let [x, y, z] = self.runner.world(|world| world.tool_mm());
+        let filament = self.runner.world(|world| world.carriage_mm(Actuator::Delta)).unwrap();
+        let moved =
+            self.laid.last().is_none_or(|last| (last[0] - x).hypot(last[1] - y) > 0.05 || (last[2] - z).abs() > 0.02);
         if filament > self.filament && moved {
             self.laid.push([x, y, z]);
         }
@@ -122,6 +130,11 @@ impl Machine {
 
 /// Three layers of two squares each.
 fn part(relative: bool) -> String {
+    part_at(0.0, relative)
+}
+
+/// The same, so far to the side, mm.
+fn part_at(aside: f64, relative: bool) -> String {
     let mut text = String::from("; a part\nM190 S50\nM109 S180\nG28\nG90\nG21\n");
     text += if relative { "M83\n" } else { "M82\nG92 E0\n" };
     let mut e = 0.0;
@@ -131,7 +144,7 @@ fn part(relative: bool) -> String {
     };
     for layer in 1..=3 {
         text += &format!("G1 Z{:.2} F600\nM106 S{}\n", 0.3 * f64::from(layer), 80 * layer);
-        for (x, y) in [(20.0, 20.0), (60.0, 30.0)] {
+        for (x, y) in [(20.0 + aside, 20.0), (60.0 + aside, 30.0)] {
             text += &format!("G0 X{x} Y{y} F9000\n");
             for (to_x, to_y) in [(15.0, 0.0), (15.0, 15.0), (0.0, 15.0), (0.0, 0.0)] {
                 line(&mut text, &format!("G1 X{} Y{} F1200", x + to_x, y + to_y), 0.6);
@@ -566,4 +579,58 @@ fn a_job_that_begins_in_the_middle_gives_the_one_before_up() {
     assert!(second.until("/sd/job.g is not gone on with any more"), "{}", second.said);
     let third = Machine::start(&card, &carriages, None);
     assert!(!third.said.contains("interrupted"), "{}", third.said);
+}
+
+/// Z homes upwards, and the power goes again on the way there or at the end of it: it does not go up beyond
+/// its switch then.
+#[test]
+fn a_cut_while_z_homes_upwards_is_gone_on_with() {
+    let upwards = ["endstops.minz.homing_direction = home_to_max", "endstops.minz.homing_position = 150"];
+    for cut_at in [20.0, 149.7] {
+        let card = Card::of(CONFIG, &upwards, &part(false));
+        let (mut second, _) = interrupted(&card);
+        second.send("M1000");
+        assert!(second.until("// homing Z, upwards"), "{}", second.said);
+        while second.carriages()[2] < cut_at {
+            assert!(second.step() && !second.said.contains("error"), "{}", second.said);
+        }
+        let mut third = Machine::start(&card, &second.carriages(), None);
+        third.send("M1000");
+        let mut highest = 0.0_f64;
+        while !third.said.contains("the job goes on") {
+            assert!(third.step() && !third.said.contains("error"), "{cut_at}: {}", third.said);
+            highest = highest.max(third.carriages()[2]);
+        }
+        assert!(highest < 150.5, "{cut_at}: up to {highest}");
+        assert!(third.until("Done printing file"), "{cut_at}: {}", third.said);
+        let heights: std::collections::BTreeSet<i64> =
+            third.laid.iter().map(|[_, _, z]| (z * 100.0).round() as i64).collect();
+        assert_eq!(heights, [60, 90].into(), "{cut_at}: {}", third.said);
+    }
+}
+
+/// On a delta all three towers home upwards at once, and no Z is asked for.
+#[test]
+fn a_delta_goes_on_with_its_part() {
+    let job = part_at(-45.0, false).replace("M107\n", "M107\nG4 S1\n");
+    let card = Card::of(scenarios::DELTA, &[], &job);
+    let mut whole = Machine::start(&card, &[], None);
+    assert!(whole.print());
+    let (mut second, carriages) = interrupted(&card);
+    let again = Card::of(scenarios::DELTA, &[], &job);
+    let mut first = Machine::start(&again, &[], None);
+    first.send("play /sd/job.g");
+    while !first.laid.last().is_some_and(|[_, _, z]| (0.59..0.61).contains(z)) {
+        first.step();
+    }
+    first.run(5 * SECOND);
+    assert_eq!(first.carriages(), carriages, "the same part, as far as it was made");
+    second.send("M1000");
+    assert!(second.until("the job goes on") && second.until("Done printing file"), "{}", second.said);
+    for tower in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma] {
+        assert!(second.runner.world(|world| world.lost_mm(tower)) < 1e-9, "not beyond the tower's end");
+    }
+    let all: Laid = first.laid.iter().chain(&second.laid).copied().collect();
+    covers("missing", &whole.laid, &all);
+    covers("too much", &all, &whole.laid);
 }

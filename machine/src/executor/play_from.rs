@@ -103,9 +103,11 @@ async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_hea
     }
     let homed = machine.axes.homed();
     let (mut up, mut over) = (here, place);
-    up[Axis::Z] = here[Axis::Z].max(place[Axis::Z]) + LIFT;
+    // Above all that was made before; not higher, for at its highest a delta goes nowhere else.
+    up[Axis::Z] = passed.z[1].max(place[Axis::Z]) + LIFT;
     let up = machine.travel().cut(&here, &up, homed);
     over[Axis::Z] = up[Axis::Z].max(place[Axis::Z]);
+    machine.stays_within(&here, &up)?;
     machine.stays_within(&up, &over)?;
     machine.stays_within(&over, &place)?;
     machine.announce(format_args!(

@@ -10,7 +10,7 @@ use config::HomingDirection;
 use motion::Mode;
 use motion::compensation::Bed;
 use program::{Dialect, Words};
-use units::{Axis, AxisSet, Celsius, MmPerSecond};
+use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
 use super::frames::{Frame, Then};
 use super::journal::Heights;
@@ -135,6 +135,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     machine.recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
         z_is_told: z.is_some(),
+        goes_up_blind: false,
         highest: f64::NEG_INFINITY,
         is_placed: false,
         has_heated: false,
@@ -262,7 +263,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if is_lost(Axis::Z) && !is_told && !up {
         return Err(Failure::refused("Z was moved after the job: measure it, then M1000 Z with where the tool stands"));
     }
-    if entry.doing == Doing::WaitsAnywhere && !is_told {
+    if entry.doing == Doing::WaitsAnywhere && !is_told && !up {
         return Err(Failure::refused(
             "power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",
         ));
@@ -272,6 +273,8 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
         ))));
     }
+    let is_anywhere = entry.doing == Doing::WaitsAnywhere || is_lost(Axis::Z) || most - least >= SAME_Z;
+    recovery.goes_up_blind = is_anywhere && !is_told;
     recovery.highest = recovery.highest.max(most);
     let made = recovery.offer.entry.made;
     read_up_to(machine, made, Step::Prepare, to)
@@ -297,9 +300,9 @@ async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     recovery.has_heated = true;
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
     journal.go_on(&recovery.offer, ports).map_err(|error| Failure::refused(error.text()))?;
-    let (entry, highest, z) = (recovery.offer.entry, recovery.highest, (recovery.z, recovery.z_is_told));
+    let entry = recovery.offer.entry;
     restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to).await?;
-    lift(machine, &entry.position, z, highest, to).await?;
+    lift(machine, &entry.position, to).await?;
     // The script goes from where the tool is, not from where the file is.
     machine.standstill().await?;
     machine.resynchronise();
@@ -312,14 +315,10 @@ async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
 
 /// Up, clear of everything that stands on the bed; then X and Y to their switches, and Z where that is
 /// upwards.
-async fn lift<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    was: &[f64],
-    (z, z_is_told): (f64, bool),
-    highest: f64,
-    to: Recipient,
-) -> Result<(), Failure> {
-    let settings = &machine.config.player.power_loss;
+async fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
+    let sag = machine.config.player.power_loss.sag;
+    let Some(recovery) = &machine.recovery else { return Err(Failure::Halted) };
+    let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
     let mut here = machine.ports.motion(|motion| motion.commanded_position());
     let homed = machine.axes.homed();
     for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
@@ -328,15 +327,45 @@ async fn lift<P: Ports>(
     }
     if !homed.has(Axis::Z) {
         let has_moved = here[Axis::Z] - was.get(Axis::Z as usize).copied().unwrap_or(0.0);
-        here[Axis::Z] = if z_is_told { z } else { z + has_moved - settings.sag };
+        here[Axis::Z] = if z_is_told { z } else { z + has_moved - sag };
     }
-    let mut up = here;
-    up[Axis::Z] = above(machine, here[Axis::Z].max(highest)).max(here[Axis::Z]);
-    machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
     Hands::new(machine, to).set_position(here)?;
     if let Some(recovery) = &mut machine.recovery {
         recovery.is_placed = true;
     }
+    if !is_blind {
+        go_up(machine, here, highest, to).await?;
+    }
+    let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
+    if homes_upwards(machine) {
+        // Until it is there it may be anywhere between.
+        journal::note(machine, Heights::Any, false);
+        machine.announce(format_args!("// homing Z, upwards\n"));
+        machine.axes.mark_homed(AxisSet::PRIMARY);
+        homing::home(&mut Hands::new(machine, to), AxisSet::of(Axis::Z)).await?;
+        journal::note(machine, Heights::Planned, false);
+        // Towers and arms have homed together.
+        homes = if crate::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
+    } else if homes.is_empty() {
+        machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
+    }
+    if homes.is_empty() {
+        return Ok(());
+    }
+    machine.announce(format_args!("// homing X and Y\n"));
+    homing::home(&mut Hands::new(machine, to), homes).await
+}
+
+/// So high that X and Y can go to their switches.
+async fn go_up<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    here: PerAxis<f64>,
+    highest: f64,
+    to: Recipient,
+) -> Result<(), Failure> {
+    let mut up = here;
+    up[Axis::Z] = above(machine, here[Axis::Z].max(highest)).max(here[Axis::Z]);
+    machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
     // Until it is there it may be anywhere between.
     journal::note(machine, Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
     machine.axes.mark_homed(AxisSet::PRIMARY);
@@ -344,16 +373,7 @@ async fn lift<P: Ports>(
     hands.enable_motors()?;
     hands.go_there(up, SLOWLY).await?;
     journal::note(machine, Heights::Planned, false);
-    let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
-    if homes_upwards(machine) {
-        homes = homes.with(Axis::Z);
-    }
-    if homes.is_empty() {
-        machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
-        return Ok(());
-    }
-    machine.announce(format_args!("// homing {}\n", if homes_upwards(machine) { "X, Y and Z" } else { "X and Y" }));
-    homing::home(&mut Hands::new(machine, to), homes).await
+    Ok(())
 }
 
 /// So high that nothing is run into over what goes up to this height, mm.
@@ -370,10 +390,12 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     // Filament counts from here as the file does; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
     Hands::new(machine, to).set_position(over)?;
-    // The script may have left the tool low.
-    over[Axis::Z] = above(machine, recovery.highest).max(over[Axis::Z]);
+    // The script may have left the tool low, and homing at its highest: there a delta goes nowhere else.
+    let from = over;
+    over[Axis::Z] = above(machine, recovery.highest);
     let up = over;
     (over[Axis::X], over[Axis::Y]) = (place[Axis::X], place[Axis::Y]);
+    machine.stays_within(&from, &up)?;
     machine.stays_within(&up, &over)?;
     machine.stays_within(&over, &place)?;
     machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));

@@ -57,6 +57,8 @@ pub(crate) struct Recovery {
     pub z: f64,
     /// Somebody has said it.
     pub z_is_told: bool,
+    /// Where Z is nobody knows: it homes upwards before anything else moves.
+    pub goes_up_blind: bool,
     /// The highest Z that the job has been to, mm.
     pub highest: f64,
     /// Motion knows where the machine is.
