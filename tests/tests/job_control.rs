@@ -285,6 +285,22 @@ fn a_job_that_cannot_begin_there_is_closed() {
     bench.run(&["M26 S0"]);
 }
 
+/// What a file sets of limits is in force for its job, and for no other one.
+#[test]
+fn limits_of_a_job_that_cannot_begin_there_are_put_back() {
+    let file = format!("M204 S1234\nM205 X0.31\nM203 X77\nM201 X1111\nM900 K0.3\n{}", layers(";x"));
+    let mut bench = Plan::new(CARTESIAN).file("part.gcode", &file).start();
+    bench.run(&["G28"]);
+    let before = bench.say("M503");
+    bench.type_in("play part.gcode --from line 900\n");
+    bench.hear_until("the file ends before this place", 5.0);
+    assert_eq!(bench.say("M503"), before);
+    bench.type_in("play part.gcode -t --from line 30\n");
+    bench.hear_until("Done printing file", 60.0);
+    let said = bench.say("M503");
+    assert!(said.contains("1234") && said.contains("0.31"), "{said}");
+}
+
 #[test]
 fn nothing_is_left_heating_by_a_job_that_cannot_begin_there() {
     let file = format!("M140 S60\n{}", layers(";LAYER_CHANGE"));

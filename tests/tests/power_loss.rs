@@ -634,3 +634,35 @@ fn a_delta_goes_on_with_its_part() {
     covers("missing", &whole.laid, &all);
     covers("too much", &all, &whole.laid);
 }
+
+#[test]
+fn a_refused_recovery_leaves_limits_as_they_were() {
+    let job = part(false).replace("; a part\n", "; a part\nM204 S1234\nM205 X0.31\n");
+    let card = Card::new(&job);
+    let (mut second, carriages) = interrupted(&card);
+    // The offer is refused once the file has been read over.
+    second.send("G91");
+    second.send("G1 Z5 F600");
+    second.send("G90");
+    second.run(4 * SECOND);
+    let mut third = Machine::start(&card, &second.carriages(), None);
+    let settings = |machine: &mut Machine| {
+        machine.said.clear();
+        machine.send("M503");
+        machine.run(SECOND);
+        machine.said.clone()
+    };
+    let before = settings(&mut third);
+    assert!(before.contains("M204 S"), "{before}");
+    third.send("M1000");
+    assert!(third.until("measure it, then M1000 Z"), "{}", third.said);
+    assert_eq!(settings(&mut third), before);
+    // And by a halt on the way.
+    third.send(&format!("M1000 Z{:.3}", carriages[2] + 5.0));
+    assert!(third.until(" heats to "));
+    third.send("M112");
+    third.run(3 * SECOND);
+    third.send("M999");
+    third.run(SECOND);
+    assert_eq!(settings(&mut third), before);
+}

@@ -35,6 +35,22 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Res
     Ok(())
 }
 
+/// Keeps what a file may set of motion while it is read over, in case the job does not go on.
+pub(super) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.set_before = machine.ports.motion(|motion| motion.config().copied());
+}
+
+/// The job does not go on: limits, steps and filters are as before the file was read over.
+pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
+    if let Some(before) = machine.set_before.take() {
+        // They were in force, so neither is refused. What every step means is none of a halted machine's.
+        let _ = machine.ports.motion(|motion| motion.set_limits(before.limits));
+        if !machine.safety.is_halted() {
+            let _ = machine.ports.motion(|motion| motion.configure(before));
+        }
+    }
+}
+
 /// What came of it. The program stands where the file does, the machine anywhere.
 pub(super) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
     machine.passed.take()

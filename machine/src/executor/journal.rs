@@ -355,4 +355,5 @@ pub(super) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.journal.close(&mut machine.ports);
     }
     (machine.journal.halts, machine.recovery) = (false, None);
+    super::fast_forward::put_back(machine);
 }

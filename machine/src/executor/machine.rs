@@ -73,6 +73,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) frames: Frames<'c>,
     /// What was read over of the job by a fast-forward, while that goes on and until somebody takes it.
     pub(super) passed: Option<Passed>,
+    /// Limits, steps and filters as they were before a file was read over, until its job goes on.
+    pub(super) set_before: Option<motion::MotionConfig>,
     /// What is kept on the card of the job that is played.
     pub(super) journal: Journal,
     /// A job that is gone on with after a power cut, on its way there.
@@ -134,6 +136,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             tuning: Tuning::new(config),
             frames: Frames::default(),
             passed: None,
+            set_before: None,
             journal: Journal::new(config.player.power_loss.enable),
             recovery: None,
             foresight,

@@ -44,6 +44,7 @@ pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
     let begun = start(machine, until, to);
     if begun.is_err() {
+        fast_forward::put_back(machine);
         machine.jobs.close(&mut machine.ports);
     }
     begun
@@ -53,6 +54,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
     if !machine.facts().all_homed() {
         return Err(Failure::refused("home first: a job that begins in the middle goes straight to its place"));
     }
+    fast_forward::keep(machine);
     // It would move from where the job is to go on.
     machine.jobs.scripts().map(Scripts::take_before);
     if !machine.frames.push(Frame::Then(Then::PlayFrom(to))) {
@@ -74,6 +76,7 @@ pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient)
     if !machine.jobs.is_open() {
         // It was refused, or aborted, and that was said.
         machine.passed = None;
+        fast_forward::put_back(machine);
         machine.resynchronise_if_still();
         return Ok(());
     }
@@ -81,6 +84,7 @@ pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient)
     let done = go_there(machine, to, &mut has_heated).await;
     if matches!(done, Err(Failure::Refused(_))) {
         machine.jobs.close(&mut machine.ports);
+        fast_forward::put_back(machine);
         if has_heated {
             restore::cool(machine);
         }
@@ -129,6 +133,7 @@ async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_hea
     restore::switch(machine, &passed.switches);
     let hands = &mut Hands::new(machine, to);
     hands.go_there(place, DOWN).await?;
+    machine.set_before = None;
     machine.program.come_back_to(kept);
     machine.program.resynchronise(place);
     Ok(())

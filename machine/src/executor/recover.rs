@@ -132,6 +132,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     let here = machine.ports.motion(|motion| motion.commanded_position());
     let before = program::beginning(&mut machine.program);
     let before = before.ok_or_else(|| Failure::refused(OTHER_MODES))?;
+    fast_forward::keep(machine);
     machine.recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
         z_is_told: z.is_some(),
@@ -181,6 +182,7 @@ pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
     machine.jobs.close(&mut machine.ports);
     if let Some(mut recovery) = machine.recovery.take() {
+        fast_forward::put_back(machine);
         // These are its own.
         let _ = program::begin_again(&mut machine.program, &mut recovery.before);
         // What somebody else has heated before stays so.
@@ -415,7 +417,7 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     machine.ports.motion(|motion| motion.set_overrides(entry.feed_factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
     restore::switch(machine, &recovery.switches);
-    machine.recovery = None;
+    (machine.recovery, machine.set_before) = (None, None);
     journal::note(machine, Heights::Planned, false);
     machine
         .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));
