@@ -261,6 +261,22 @@ fn a_delta_begins_in_the_middle_without_leaving_its_towers() {
     }
 }
 
+/// A pause that the file asks for is one where its place is still to come, and nothing where it is not.
+#[test]
+fn pauses_of_the_part_that_is_read_over_come_where_they_belong() {
+    let mark = ";LAYER_CHANGE\nSET_PAUSE_NEXT_LAYER";
+    let file = layers(";LAYER_CHANGE").replacen(";LAYER_CHANGE", mark, 2);
+    let mut bench = Plan::new(CARTESIAN).file("part.gcode", &file).start();
+    bench.run(&["G28", "G92 E0"]);
+    // The first layer asks for the second, where the job begins; the second asks for the third.
+    let line = file.lines().position(|line| line == "G1 Z0.4").expect("a second layer") + 3;
+    bench.type_in(&format!("play part.gcode -t --from line {line}\n"));
+    let said = suspended(&mut bench);
+    assert!(said.contains("the job pauses at layer 3") && !said.contains("at layer 2"), "{said}");
+    bench.type_in("resume\n");
+    bench.hear_until("Done printing file", 60.0);
+}
+
 #[test]
 fn a_job_that_cannot_begin_there_is_closed() {
     let probing = "G28\nG38.2 Z-5 F60\nG1 X5\nG1 X6\n";

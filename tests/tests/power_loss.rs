@@ -666,3 +666,36 @@ fn a_refused_recovery_leaves_limits_as_they_were() {
     third.run(SECOND);
     assert_eq!(settings(&mut third), before);
 }
+
+/// A pause that the file has asked for is one after a power cut too, once.
+#[test]
+fn a_pause_that_the_file_asks_for_outlives_a_cut() {
+    let mut layers = 0;
+    let job: String = part(false)
+        .lines()
+        .map(|line| match line {
+            _ if line.starts_with("G1 Z") && line != "G1 Z20 F600" => {
+                layers += 1;
+                let asks = if layers < 3 { "SET_PAUSE_NEXT_LAYER\n" } else { "" };
+                format!(";LAYER_CHANGE\n{asks}{line}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let card = Card::new(&job);
+    let mut first = Machine::start(&card, &[], None);
+    first.send("play /sd/job.g");
+    assert!(first.until("the job pauses at layer 2: suspend h") && first.until("Print Suspended"), "{}", first.said);
+    first.send("resume");
+    while !first.laid.last().is_some_and(|[_, _, z]| (0.59..0.61).contains(z)) {
+        first.step();
+    }
+    first.run(3 * SECOND);
+    let mut second = Machine::start(&card, &first.carriages(), None);
+    second.send("M1000");
+    assert!(second.until("Print Suspended"), "{}", second.said);
+    assert!(second.said.contains("pauses at layer 3") && !second.said.contains("pauses at layer 2"), "{}", second.said);
+    second.send("resume");
+    assert!(second.until("Done printing file"), "{}", second.said);
+    assert_eq!(second.said.matches("the job pauses at").count(), 1, "{}", second.said);
+}

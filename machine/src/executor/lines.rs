@@ -234,6 +234,8 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
             fast_forward::at_line(machine);
+            let height = machine.program.modal().work(machine.program.position())[units::Axis::Z];
+            let _passed = machine.jobs.pass_pause(&line, height);
             machine.tag = machine.jobs.begin_line();
             machine.program.at_line(machine.jobs.line());
             if machine.program.flow().passes_over() {

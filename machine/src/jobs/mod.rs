@@ -387,14 +387,20 @@ impl Jobs {
         height: f64,
         storage: &mut impl Storage,
     ) -> Option<(PausePlace, Command)> {
+        let due = self.pass_pause(text, height)?;
         let job = self.job.as_mut()?;
+        job.lines.go_to(job.here, storage).is_ok().then_some(due)
+    }
+
+    /// The same where the line is only read over: nobody pauses there, and not later either.
+    pub fn pass_pause(&mut self, text: &[u8], height: f64) -> Option<(PausePlace, Command)> {
+        let job = self.job.as_ref()?;
         // Lines are counted in the job's own file.
-        if job.in_comment || !job.callers.is_empty() {
+        if self.pauses.is_empty() || job.in_comment || !job.callers.is_empty() {
             return None;
         }
         let reached = Reached { layer: job.layers.current, line: job.lines.number(), height, text };
-        let due = self.pauses.take(&reached)?;
-        job.lines.go_to(job.here, storage).is_ok().then_some(due)
+        self.pauses.take(&reached)
     }
 
     /// The line just read is carried out: what its moves are made for.

@@ -210,6 +210,8 @@ impl Jobs {
         self.forget_places();
         let Some(job) = &mut self.job else { return Ok(()) };
         job.has_begun = false;
+        // Marks without a number count on from here.
+        job.layers.current = 0;
         job.lines.restart(storage)
     }
 
