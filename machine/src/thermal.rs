@@ -68,6 +68,23 @@ impl Thermal {
         self.offset = 0.0;
     }
 
+    /// At which temperature of the frame Z is right, degrees Celsius.
+    pub const fn reference(&self) -> Option<f64> {
+        self.reference
+    }
+
+    /// Z is right at this temperature, as it was before the power went. Gives what is made up for now, mm.
+    pub fn refer_to(&mut self, reference: Option<f64>) -> f64 {
+        self.reference = reference.or(self.reference);
+        self.offset = self.wanted();
+        self.offset
+    }
+
+    /// What is made up for, mm.
+    pub const fn offset(&self) -> f64 {
+        self.offset
+    }
+
     /// A reading, so long after the one before, s; none where the sensor does not say. Gives the offset where
     /// it has changed, mm.
     pub fn read(&mut self, celsius: Option<f64>, seconds: f64, is_homed: bool) -> Option<f64> {

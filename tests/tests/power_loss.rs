@@ -699,3 +699,33 @@ fn a_pause_that_the_file_asks_for_outlives_a_cut() {
     assert!(second.until("Done printing file"), "{}", second.said);
     assert_eq!(second.said.matches("the job pauses at").count(), 1, "{}", second.said);
 }
+
+/// What is made up for of a frame that has grown counts from where Z was homed, before the cut: a bed that
+/// has cooled down and is hot again is as far from the tool as before.
+#[test]
+fn z_by_temperature_goes_on_from_where_it_was() {
+    // Here the bed's sensor is taken for one on the frame.
+    let settings = ["z thermal adjust.sensor = bed", "z thermal adjust.coefficient = 0.004"];
+    // Homed cold.
+    let job = part(false).replacen("M190 S50\nM109 S180\nG28\n", "G28\nM190 S60\nM109 S180\n", 1);
+    let card = Card::of(CONFIG, &settings, &job);
+    let mut first = Machine::start(&card, &[], None);
+    first.send("play /sd/job.g");
+    while !first.laid.last().is_some_and(|[_, _, z]| (0.42..0.46).contains(z)) {
+        assert!(first.step() && !first.said.contains("Done"), "{}", first.said);
+    }
+    first.run(3 * SECOND);
+    let made = first.carriages()[2];
+    assert!((0.42..0.46).contains(&made), "0.16 below the 0.6 of the file: {made}");
+    let mut second = Machine::start(&card, &first.carriages(), None);
+    second.send("M1000");
+    assert!(second.until("the job goes on"), "{}", second.said);
+    second.run(SECOND);
+    assert!((second.carriages()[2] - made).abs() < 0.015, "{made} {}", second.carriages()[2]);
+    let mut highest = 0.0_f64;
+    while !second.said.contains("Done printing file") {
+        assert!(second.step());
+        highest = second.laid.last().map_or(0.0, |[_, _, z]| highest.max(*z));
+    }
+    assert!((highest - (made + 0.3)).abs() < 0.015, "the next layer: {made} {highest}");
+}

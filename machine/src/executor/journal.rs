@@ -306,6 +306,8 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         homed: bits(machine.axes.homed()),
         has_mesh: u8::from(bed != Bed::Flat),
         left_out: machine.jobs.objects.left_out(),
+        frame: machine.thermal.reference().unwrap_or(0.0),
+        thermal_z: machine.thermal.offset(),
         strayed: 0,
         stands,
         doing,

@@ -122,7 +122,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
         ));
     }
     let bed = machine.ports.motion(|motion| motion.compensation().bed());
-    let made = offer.entry.made;
+    let (made, frame) = (offer.entry.made, offer.entry.frame);
     let has_mesh = offer.entry.has_mesh != 0;
     if has_mesh && bed == Bed::Flat {
         return Err(Failure::refused(
@@ -146,6 +146,10 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
         switches: Default::default(),
         offer,
     });
+    if z.is_none() && !machine.axes.homed().has(Axis::Z) {
+        // Z is as it was there, and so is the temperature at which it is right.
+        machine.thermal.refer_to(Some(frame).filter(|frame| *frame != 0.0));
+    }
     machine.say(to, format_args!("// the file is read up to where the job was\n"));
     read_up_to(machine, made + 1, Step::Compare, to)
 }
@@ -157,6 +161,8 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
     if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
         return Err(Failure::refused("the journal is damaged: the job cannot be gone on with"));
     }
+    // As it was at the entry: what was made up for where the job began is another temperature's.
+    machine.program.set_thermal_z(recovery.offer.entry.thermal_z);
     machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
         machine.jobs.read_as(*dialect);
@@ -185,6 +191,7 @@ pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
         fast_forward::put_back(machine);
         // These are its own.
         let _ = program::begin_again(&mut machine.program, &mut recovery.before);
+        machine.program.set_thermal_z(machine.thermal.offset());
         // What somebody else has heated before stays so.
         if recovery.has_heated {
             restore::cool(machine);
@@ -387,7 +394,9 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
 async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     machine.standstill().await?;
     let Some(recovery) = machine.recovery.clone() else { return Err(Failure::Halted) };
-    let (entry, place) = (recovery.offer.entry, recovery.place);
+    let (entry, mut place) = (recovery.offer.entry, recovery.place);
+    // The frame is not as warm as it was there.
+    place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;
     let mut over = machine.ports.motion(|motion| motion.commanded_position());
     // Filament counts from here as the file does; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
@@ -408,6 +417,7 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     let [low, high] = [place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])];
     journal::note(machine, Heights::Between([low, high]), false);
     Hands::new(machine, to).go_there(place, SLOWLY).await?;
+    machine.program.set_thermal_z(place[Axis::Z] - recovery.place[Axis::Z] + entry.thermal_z);
     if let Some(kept) = recovery.kept {
         machine.program.come_back_to(kept);
     }

@@ -270,7 +270,9 @@ impl<P: Ports> Machine<'_, P> {
         let is_homed = self.axes.homed().has(Axis::Z);
         let reading = self.ports.heat(|heat| heat.heater(sensor).and_then(|heater| heater.reading()));
         let celsius = reading.map(|celsius| f64::from(celsius.0));
-        if let Some(offset) = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed) {
+        let offset = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed);
+        // On the way back to a job it is as it was there.
+        if let Some(offset) = offset.filter(|_| self.recovery.is_none()) {
             self.program.set_thermal_z(offset);
         }
     }

@@ -221,6 +221,10 @@ pub struct Entry {
     pub doing: Doing,
     /// Objects that are left out, a bit each.
     pub left_out: u64,
+    /// The frame's temperature at which Z is right, degrees Celsius; 0: not known.
+    pub frame: f64,
+    /// What is made up for in Z for the frame's temperature, mm.
+    pub thermal_z: f64,
     /// Axes that something else has moved since, a bit each.
     pub strayed: u8,
     /// The motors stand there, and nothing newer will come.
@@ -244,6 +248,8 @@ impl Entry {
         self.doing = all.get(usize::from(doing)).copied().unwrap_or(Doing::WaitsAnywhere);
         fields.long(&mut self.left_out);
         fields.byte(&mut self.strayed);
+        fields.number(&mut self.frame);
+        fields.number(&mut self.thermal_z);
     }
 }
 
