@@ -729,3 +729,33 @@ fn z_by_temperature_goes_on_from_where_it_was() {
     }
     assert!((highest - (made + 0.3)).abs() < 0.015, "the next layer: {made} {highest}");
 }
+
+/// A vase rises all the time: Z is known to a fiftieth of a millimetre all the same.
+#[test]
+fn a_vase_is_gone_on_with_without_asking_for_z() {
+    let mut job = String::from("M109 S180\nG28\nG90\nM83\nG1 X50 Y50 Z0.2 F6000\n");
+    // Ten seconds and 0.2 mm a turn.
+    for step in 1..=400 {
+        let angle = f64::from(step) * std::f64::consts::TAU / 40.0;
+        let (x, y, z) = (40.0 + 10.0 * angle.cos(), 50.0 + 10.0 * angle.sin(), 0.2 + 0.005 * f64::from(step));
+        job += &format!("G1 X{x:.3} Y{y:.3} Z{z:.3} E0.05 F377\n");
+    }
+    for cut_s in [11, 13, 17, 22] {
+        let card = Card::new(&job);
+        let mut first = Machine::start(&card, &[], None);
+        first.send("play /sd/job.g");
+        while first.laid.is_empty() {
+            first.step();
+        }
+        first.run(cut_s * SECOND);
+        let z = first.carriages()[2];
+        assert!(z > 0.3, "{z}");
+        let mut second = Machine::start(&card, &first.carriages(), None);
+        second.send("M1000");
+        assert!(second.until("// homing X and Y"), "{cut_s}: {}", second.said);
+        let believed = second.runner.motion(|motion| motion.live_position())[units::Axis::Z];
+        let off = believed - second.carriages()[2];
+        assert!(off.abs() < 0.022, "{cut_s}: {off}");
+        assert!(second.until("the job goes on"), "{cut_s}: {}", second.said);
+    }
+}

@@ -25,6 +25,8 @@ use crate::sessions::Recipient;
 
 /// Heights that differ by less than this are the same, mm.
 const SAME_Z: f64 = 0.02;
+/// Where Z may be anywhere within less than this, its middle is near enough: a vase rises all the time, mm.
+const NEAR_Z: f64 = 2.0 * SAME_Z;
 /// Another height of Z is noted so soon, s: half a second after the entry before, and as long as a card
 /// takes.
 const UNNOTICED_S: f64 = 1.0;
@@ -277,13 +279,16 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
             "power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",
         ));
     }
-    if most - least >= SAME_Z && !is_told && !up {
+    if most - least >= NEAR_Z && !is_told && !up {
         return Err(Failure::Refused(message(format_args!(
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
         ))));
     }
-    let is_anywhere = entry.doing == Doing::WaitsAnywhere || is_lost(Axis::Z) || most - least >= SAME_Z;
+    let is_anywhere = entry.doing == Doing::WaitsAnywhere || is_lost(Axis::Z) || most - least >= NEAR_Z;
     recovery.goes_up_blind = is_anywhere && !is_told;
+    if !recovery.z_is_told && !is_anywhere {
+        recovery.z = (least + most) / 2.0;
+    }
     recovery.highest = recovery.highest.max(most);
     let made = recovery.offer.entry.made;
     read_up_to(machine, made, Step::Prepare, to)
