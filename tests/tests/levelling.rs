@@ -54,16 +54,39 @@ fn a_work_offset_comes_before_levelling() {
 }
 
 #[test]
-fn when_levelling_changes_coordinates_stay_and_the_motors_follow() {
+fn when_a_levelling_comes_coordinates_stay_and_the_motors_follow() {
     let mut bench = with_a_hill(printer());
-    bench.run(&["G1 X50 Y40 Z1 F6000", "M400"]);
     bench.say("M370");
-    near(bench.carriage(Actuator::Gamma), 1.0);
-    assert!(bench.say("M114").starts_with("ok C: X:50.0000 Y:40.0000 Z:1.0000"));
-    bench.run(&["M561 A0 B-0.01 C1 D0"]);
+    bench.run(&["G1 X50 Y40 Z1 F6000", "M561 A0 B-0.01 C1 D0"]);
     near(bench.carriage(Actuator::Gamma), 1.4);
-    bench.say("M561");
-    near(bench.carriage(Actuator::Gamma), 1.0);
+    assert!(bench.say("M114").starts_with("ok C: X:50.0000 Y:40.0000 Z:1.0000"));
+}
+
+/// On a high spot the tool would go down into the bed, and from set aside to back again ever higher.
+#[test]
+fn when_levelling_is_taken_off_the_tool_stays_where_it_stands() {
+    for (off, on) in [("M370", ""), ("M420 S0", "M420 S1"), ("BED_MESH_CLEAR", ""), ("M561", "")] {
+        for dip in [1.0, -1.0] {
+            let mut bench = printer().start_homed();
+            bench.run(&[&format!("M421 I2 J2 Z{}", 0.4 * dip), "G1 X50 Y40 Z1 F6000", "M400"]);
+            let stands = 1.0 + 0.4 * dip;
+            let edges = bench.world(|world| world.trace().total());
+            bench.say(off);
+            assert_eq!(bench.world(|world| world.trace().total()), edges, "{off}");
+            assert!(bench.say("M114").contains(&format!("Z:{stands:.4}")), "{off}");
+            if !on.is_empty() {
+                bench.say(on);
+                assert_eq!(bench.world(|world| world.trace().total()), edges, "{on}");
+                assert!(bench.say("M114").contains("Z:1.0000"), "{on}");
+                continue;
+            }
+            // Along the bed it stays as high, and the next Z is that of the motors.
+            bench.run(&["G1 X60 F6000", "M400"]);
+            near(bench.carriage(Actuator::Gamma), stands);
+            bench.run(&["G1 Z2", "M400"]);
+            near(bench.carriage(Actuator::Gamma), 2.0);
+        }
+    }
 }
 
 #[test]
@@ -199,6 +222,7 @@ fn a_delta_is_levelled_and_another_radius_is_told() {
     let raised = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].map(|tower| bench.carriage(tower));
     bench.say("M370");
     bench.run(&["M400"]);
+    bench.run(&["G1 Z20", "M400"]);
     for (tower, before) in [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].into_iter().zip(raised) {
         assert!((before - bench.carriage(tower) - 0.4).abs() < 0.02, "each tower is lower by the hill");
     }

@@ -40,11 +40,32 @@ pub(crate) async fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(
     hands.motion(Motion::level_off).map_err(refuse)
 }
 
+/// Takes leveling off, or puts the same back: the tool stays where it stands, and what it reads changes. Over
+/// a high spot it would go down into the bed otherwise. Where the machine does not know where it is, it reads
+/// as before.
+async fn recompensate_in_place<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
+) -> Outcome {
+    hands.standstill().await?;
+    let before = hands.position();
+    hands.motion(change).map_err(refuse)?;
+    let changed = changed(&hands.position(), &before);
+    if !hands.axes().homed().has_all(changed) {
+        hands.set_position(before)?;
+    }
+    Ok(Answer::Ok)
+}
+
+/// Axes that read otherwise.
+fn changed(now: &PerAxis<f64>, before: &PerAxis<f64>) -> AxisSet {
+    let has_changed = |axis: &Axis| libm::fabs(now[*axis] - before[*axis]) > NOTHING;
+    AxisSet::collect(Axis::PRIMARY.into_iter().filter(has_changed))
+}
+
 /// The machine reads as before again: by moving where it is homed, else by taking its word for it.
 async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
-    let now = hands.position();
-    let has_changed = |axis: &Axis| libm::fabs(now[*axis] - before[*axis]) > NOTHING;
-    let changed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(has_changed));
+    let changed = changed(&hands.position(), &before);
     if !changed.is_empty() && hands.axes().homed().has_all(changed) {
         hands.go(before, FOLLOWING, Mode::Feed).await?;
         hands.standstill().await?;
@@ -56,7 +77,7 @@ async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>)
 
 /// M370: no leveling.
 pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    let off = recompensate(hands, Motion::level_off).await?;
+    let off = recompensate_in_place(hands, Motion::level_off).await?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     match hands.config().leveling.strategy {
         Some(Leveling::ThreePoint) => hands.say(format_args!("saved plane cleared\n")),
@@ -161,7 +182,7 @@ pub(super) async fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outco
     let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
     let waited = hands.bed().mesh_waits;
     let offset = hands.bed().mesh_offset;
-    recompensate(hands, Motion::level_off).await?;
+    recompensate_in_place(hands, Motion::level_off).await?;
     hands.bed().mesh_waits = if has_grid { Some(offset) } else { waited };
     hands.bed().mesh_name = name;
     Ok(Answer::Ok)
@@ -174,7 +195,7 @@ pub(super) async fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Resul
     let fade = fade(leveling, &bed);
     // M420.1 may have said another offset meanwhile.
     let by = [before[0] - bed.mesh_offset[0], before[1] - bed.mesh_offset[1]];
-    recompensate(hands, |motion| motion.level_by_last_grid(by, fade)).await?;
+    recompensate_in_place(hands, |motion| motion.level_by_last_grid(by, fade)).await?;
     hands.bed().mesh_waits = None;
     Ok(true)
 }

@@ -6,8 +6,8 @@
 //!
 //! Coordinates are those of the program throughout. When the compensation changes while the machine knows
 //! where it is, they stay and the motors follow: the tool moves by as much as the compensation changed there,
-//! slowly. When it does not know, nothing moves. Nor does it where a bed is about to be measured: leveling is
-//! taken off, and coordinates are those of the motors.
+//! slowly. When it does not know, nothing moves. Nor does it where leveling is taken off, by a person or
+//! because a bed is about to be measured: the tool stays where it stands, and reads what the motors do.
 
 pub(crate) mod area;
 mod compensation;
