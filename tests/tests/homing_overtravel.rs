@@ -249,3 +249,19 @@ fn limits_that_are_homed_to_are_left_again() {
     bench.run(&["G28"]);
     assert!(bench.say("M119").contains("X_max:0 Y_max:0 Z_max:0 "), "{}", bench.say("M119"));
 }
+
+/// The stop at once may lose steps, and the slow approach measures: between them nobody knows.
+#[test]
+fn a_halt_between_the_stop_and_the_slow_approach_leaves_the_axis_unknown() {
+    let mut bench = machine(500.0, (100.0, 10.0)).start();
+    bench.run(&["G28", "G1 X20 F6000", "M400"]);
+    bench.type_in("G28 X\n");
+    while past(&bench, Alpha) < 0.0 {
+        bench.hear(0.002);
+    }
+    bench.hear(0.05);
+    bench.type_in("\x18");
+    bench.hear(1.0);
+    bench.say("M999");
+    assert!(bench.say("G28.6").starts_with("X:0 Y:1 Z:1"), "X is not homed");
+}

@@ -206,6 +206,8 @@ impl Approach {
         if brakes_in_time(self.rate, &limits, missing.axes()) {
             hands.latch().arm(inputs);
         } else {
+            // What stops at once may lose steps: where these are is known when they have been measured.
+            hands.axes().forget_homed(missing);
             hands.latch().arm_hard(inputs);
         }
         Ok(())
