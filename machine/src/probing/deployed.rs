@@ -9,4 +9,6 @@ pub(crate) enum Deployment {
     BySearch,
     /// By M401.
     ByCommand,
+    /// The script that moves it did not come to its end.
+    Unknown,
 }

@@ -33,7 +33,7 @@ pub(super) fn is_moved<P: Ports>(hands: &Hands<'_, '_, P>) -> bool {
 }
 
 fn is_deployed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> bool {
-    sensed(hands).unwrap_or(*hands.deployment() != Deployment::Stowed)
+    sensed(hands).unwrap_or(matches!(hands.deployment(), Deployment::BySearch | Deployment::ByCommand))
 }
 
 /// Before a search: the probe is out, and the machine where it was.
@@ -47,7 +47,10 @@ pub(super) async fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(),
             _ => Ok(()),
         };
     }
-    if *hands.deployment() != Deployment::Stowed {
+    if *hands.deployment() == Deployment::Unknown {
+        // Where something tells, it is not.
+        sensed(hands).ok_or_else(|| Failure::refused(NOT_KNOWN))?;
+    } else if *hands.deployment() != Deployment::Stowed {
         *hands.deployment() = Deployment::Stowed;
         return Err(Failure::refused(
             "the probe was deployed and is not any more: has it come off? M401 deploys it again",
@@ -58,11 +61,24 @@ pub(super) async fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(),
     come_back(hands, here).await
 }
 
+const NOT_KNOWN: &str = "whether the probe is out is not known: look at it, then M401 or M402";
 const NOT_OUT: &str = "the probe is not deployed: look at it, and at deployed_pin; nothing was probed";
+
+/// Runs a script that moves the probe. Where it ends too early, the probe may be anywhere.
+async fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -> Result<(), Failure> {
+    let ran = hands.run_probe_script(key, script).await;
+    if ran.is_err() {
+        *hands.deployment() = Deployment::Unknown;
+        hands.announce(format_args!(
+            "// NOTE {key} has not come to its end: look whether the probe is out; M402 stows it\n"
+        ));
+    }
+    ran
+}
 
 async fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), Failure> {
     let [script, _] = &hands.config().probe_scripts;
-    hands.run_probe_script(DEPLOY, script).await?;
+    run_script(hands, DEPLOY, script).await?;
     if sensed(hands) == Some(false) {
         return Err(Failure::refused(NOT_OUT));
     }
@@ -90,7 +106,7 @@ async fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) 
 
 async fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let [_, script] = &hands.config().probe_scripts;
-    hands.run_probe_script(STOW, script).await?;
+    run_script(hands, STOW, script).await?;
     if sensed(hands) == Some(true) {
         return Err(Failure::refused("the probe is still deployed: look at it, and at stow_gcode; M402 tries again"));
     }
@@ -117,7 +133,7 @@ pub(crate) async fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Ou
         return ended;
     }
     let stowed = stow(hands).await;
-    if matches!(stowed, Err(Failure::Refused(_))) {
+    if matches!(stowed, Err(Failure::Refused(_))) && *hands.deployment() != Deployment::Unknown {
         *hands.deployment() = Deployment::ByCommand;
     }
     let answer = ended?;
