@@ -320,7 +320,7 @@ fn file_or_job<P: Ports>(
         _ => {}
     }
     let now = machine.ports.now();
-    let Machine { ports, sessions, files, jobs, journal, filament, config, program, .. } = machine;
+    let Machine { ports, sessions, files, jobs, journal, filament, config, program, bed, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
     Some(match function {
@@ -373,7 +373,7 @@ fn file_or_job<P: Ports>(
         },
         Function::EndUpload => Ok(Answer::Ok),
         Function::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
-        Function::DeleteGrid => leveling::delete(config, ports, words, reply),
+        Function::DeleteGrid => leveling::delete(config, ports, bed, words, reply),
         Function::ForgetSettings => {
             let removed = safe_file::remove(ports, OVERRIDE_PATH);
             match removed {

@@ -9,7 +9,7 @@ use program::Words;
 use super::compensation::{adopt_grid, level_again, level_aside, shape_in_force};
 use super::profile_file::{self, ProfileReader};
 use super::{fade_height, grid_file, show_map};
-use crate::bed::MeshName;
+use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::safe_file::{self, Draft};
@@ -83,12 +83,18 @@ async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridS
 pub(crate) fn delete(
     config: &MachineConfig,
     storage: &mut impl Storage,
+    bed: &mut Bed,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
     let Some(name) = name_in(words)? else { return grid_file::delete_grid(config, storage, reply) };
     let path = path_of(&name);
     safe_file::remove(storage, &path).map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
+    if bed.mesh_name == name {
+        // It stays in force; M500 has no file any more to load it from.
+        bed.mesh_name = MeshName::default();
+        reply.say(format_args!("// NOTE it is in force: M374 with a name keeps it\n"));
+    }
     reply.say(format_args!("{path} deleted\n"));
     Ok(Answer::Ok)
 }
