@@ -40,6 +40,16 @@ pub(crate) async fn prepare<P: Ports>(
     prepare_cartesian_grid(hands, words).await.map(Some)
 }
 
+/// G29 with a grid: the bed itself is measured, not what a mesh in force leaves of it.
+async fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
+    let is_round = hands.config().leveling.strategy == Some(Leveling::DeltaGrid);
+    hands.standstill().await?;
+    leveling::set_compensation_aside(hands)?;
+    let done = if is_round { scan_delta(hands, words, spiral).await } else { scan_cartesian(hands, words).await };
+    let put_back = leveling::put_compensation_back(hands).await;
+    done.and_then(|answer| put_back.map(|()| answer))
+}
+
 /// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the
 /// latter alone. `code` is the one that is meant, which in other firmwares' dialects is not the one that is
 /// written. The scripts around a cartesian grid are the caller's: see [`prepare`].
@@ -51,10 +61,11 @@ pub(crate) async fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
     let (number, subcode) = (code.number, code.subcode);
     match (strategy_of(config, words, code), number, subcode) {
         (Some(Leveling::ThreePoint), 29, 0) => return measure_three_points(hands).await,
+        (Some(Leveling::CartesianGrid), 29, 0) | (Some(Leveling::DeltaGrid), 29, 0 | 1) => {
+            return scan(hands, words, subcode == 1).await;
+        }
         (Some(Leveling::ThreePoint), 31, 0) => return Ok(show_plane(hands)),
         (Some(Leveling::ThreePoint), 32, 0) => return level_by_three_points(hands).await,
-        (Some(Leveling::CartesianGrid), 29, 0) => return scan_cartesian(hands, words).await,
-        (Some(Leveling::DeltaGrid), 29, 0 | 1) => return scan_delta(hands, words, subcode == 1).await,
         (Some(Leveling::DeltaGrid), 31, 0) => return level_by_delta_grid(hands, words).await,
         _ => {}
     }
