@@ -381,3 +381,47 @@ fn a_delta_has_its_mesh_by_name_too() {
     bench.say("M370");
     assert!(bench.say("M375 P\"round\"").starts_with("mesh round loaded, 5 x 5 points from X-60.0 Y-60.0"));
 }
+
+/// A scan says what the bed is, whatever mesh makes up for it.
+#[test]
+fn a_scan_measures_the_bed_and_not_what_a_mesh_leaves_of_it() {
+    let mut bench = plan().start_homed();
+    lay(&bench, DOMED, 0.0);
+    let delta = |bench: &mut Bench| {
+        bench.run(&["G1 X10 Y10 Z10 F6000", "M400"]);
+        let answer = bench.say("G29 X120 Y90 I5 J5");
+        let (_, rest) = answer.split_once("Maximum delta: ").expect("a scan");
+        rest.lines().next().and_then(|text| text.parse::<f64>().ok()).expect("a number")
+    };
+    let before = delta(&mut bench);
+    bench.say("G32");
+    near(delta(&mut bench), before, 0.01);
+    near(gap(&mut bench, &DOMED, [80.0, 60.0]), gap(&mut bench, &DOMED, [20.0, 100.0]), 0.02);
+}
+
+#[test]
+fn a_deleted_mesh_stays_in_force_without_its_name() {
+    let mut bench = plan().set("[cartesian grid leveling strategy] save = true").start_homed();
+    bench.run(&["M421 I3 J3 Z0.4"]);
+    bench.say("M374 P\"pei\"");
+    assert!(bench.say("M503").contains("pei"));
+    let said = bench.say("M374.1 P\"pei\"");
+    assert!(said.contains("// NOTE it is in force: M374 with a name keeps it") && said.contains("deleted"), "{said}");
+    assert!(!bench.say("M503").contains("pei"));
+    bench.run(&["G1 X80 Y60 Z5 F6000", "M400"]);
+    near(bench.carriage(Gamma), 5.4, Z_STEP);
+}
+
+/// One that fails in the middle of a grid is not pressed into the bed.
+#[test]
+fn a_probe_that_fails_in_a_grid_stops_a_little_below_its_neighbours() {
+    let mut bench = plan().start_homed();
+    lay(&bench, DOMED, 0.0);
+    bench.type_in("G32\n");
+    bench.hear_until("DEBUG: X26.667", 60.0);
+    lay(&bench, Bed::level(-50.0), 0.0);
+    let said = bench.hear_until("error:", 60.0) + &bench.hear(1.0);
+    assert!(said.contains("ZProbe not triggered") && said.contains("far below the point before"), "{said}");
+    let [lowest, _] = bench.world(|world| world.reached_mm(Gamma)).expect("a motor");
+    assert!(lowest > -3.0, "down to {lowest}");
+}

@@ -6,7 +6,7 @@ use units::Axis;
 
 use super::faulty;
 use super::plan::Plan;
-use super::points::{check_reach, clear_of, find_bed, nozzle_over, probe_at, probe_point};
+use super::points::{Neighbour, check_reach, clear_of, find_bed, nozzle_over, probe_at, probe_beside, probe_point};
 use super::samples::Scatter;
 use super::search::check_homed;
 use crate::executor::Hands;
@@ -196,12 +196,24 @@ pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, 
     }
     hands.standstill().await?;
     check_homed(hands)?;
-    let mut plan = round_plan(radius, settings.count, settings.initial_height.0);
+    let count = delta_count(words, settings.count)?;
+    let mut plan = round_plan(radius, count, settings.initial_height.0);
     let mesh = &hands.config().leveling.mesh;
     plan.reference = mesh.zero_reference.unwrap_or(plan.reference);
     check_regions(&plan, &mesh.faulty_regions)?;
     check_places(hands, &plan)?;
     level_by_grid(hands, &plan).await
+}
+
+/// Points along a side: as configured, or fewer.
+fn delta_count(words: &Words<'_>, configured: u8) -> Result<u8, Failure> {
+    let Some(count) = words.get('I') else { return Ok(configured) };
+    let odd = (3..=configured).step_by(2).find(|odd| f64::from(*odd) == count);
+    odd.ok_or_else(|| {
+        Failure::Refused(message(format_args!(
+            "I is the number of points along a side, odd, from 3 to grid_size, which is {configured}"
+        )))
+    })
 }
 
 /// The grid around the middle of which a probe reaches what is in the circle.
@@ -271,6 +283,7 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let bed = find_bed(hands, nozzle_over(&offsets, plan.reference), plan.from).await?[Axis::Z];
     let height = clear_of(&probe, bed);
+    let mut before = Neighbour { at: plan.reference, contact: bed };
     let [nx, ny] = plan.shape.count;
     for row in 0..ny {
         for step in 0..nx {
@@ -278,8 +291,12 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
             let column = if row % 2 == 0 { step } else { nx - 1 - step };
             let index = row * nx + column;
             let [x, y] = plan.shape.place(index);
-            let found =
-                if plan.touches([x, y]) { touch_point(hands, plan, [x, y], height).await? - bed } else { f64::NAN };
+            let mut found = f64::NAN;
+            if plan.touches([x, y]) {
+                let contact = touch_point(hands, plan, [x, y], height, &before).await?;
+                before = Neighbour { at: [x, y], contact };
+                found = contact - bed;
+            }
             if found.is_finite() {
                 hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{found:.3}\n"));
                 hands.drain().await;
@@ -301,16 +318,17 @@ async fn touch_point<P: Ports>(
     plan: &Plan,
     place: [f64; 2],
     height: f64,
+    before: &Neighbour,
 ) -> Result<f64, Failure> {
-    let (offsets, corners) = (*hands.bed(), &hands.config().leveling.mesh.faulty_regions);
+    let corners = &hands.config().leveling.mesh.faulty_regions;
     let Some(region) = faulty::region_of(place, corners) else {
-        return Ok(probe_point(hands, nozzle_over(&offsets, place), height).await?[Axis::Z]);
+        return Ok(probe_beside(hands, place, height, before).await?[Axis::Z]);
     };
     let ends = faulty::ends(place, &region, &area_of(&plan.shape), corners);
     let mut heights = [None; 4];
     for (end, found) in ends.iter().zip(&mut heights) {
         if let Some([x, y]) = *end {
-            let contact = probe_point(hands, nozzle_over(&offsets, [x, y]), height).await?[Axis::Z];
+            let contact = probe_beside(hands, [x, y], height, before).await?[Axis::Z];
             hands.say(format_args!("// beside a faulty region: X{x:.3}, Y{y:.3}\n"));
             hands.drain().await;
             *found = Some(contact);

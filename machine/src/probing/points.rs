@@ -12,6 +12,11 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, message};
 use crate::ports::Ports;
 
+/// A bed is not deeper beside a place that was touched than this, mm, and so much more for each mm of way: a
+/// search beyond that has a probe that fails.
+const DEEPER: f64 = 1.0;
+const STEEPEST: f64 = 0.05;
+
 /// The way to the bed: -1, or 1 for a probe that searches upwards.
 const fn towards_bed(probe: &ProbeConfig) -> f64 {
     if probe.reverse_z { 1.0 } else { -1.0 }
@@ -67,7 +72,7 @@ pub(super) async fn find_bed<P: Ports>(
     let mut over = hands.position();
     over[Axis::Z] = from;
     hands.go_there(over, probe.fast_rate).await?;
-    let contact = touch(hands, at, from).await?;
+    let contact = touch(hands, at, from, None).await?;
     lift(hands, clear_of(&probe, contact[Axis::Z])).await?;
     Ok(contact)
 }
@@ -78,7 +83,39 @@ pub(super) async fn probe_point<P: Ports>(
     at: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
-    let contact = touch(hands, at, height).await?;
+    let contact = touch(hands, at, height, None).await?;
+    lift(hands, height).await?;
+    Ok(contact)
+}
+
+/// A place of the bed that was touched: its neighbours cannot lie much deeper.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Neighbour {
+    /// mm.
+    pub at: [f64; 2],
+    /// Height of its contact, mm.
+    pub contact: f64,
+}
+
+impl Neighbour {
+    /// So far beyond its height a search at this place goes, mm.
+    fn reach(&self, [x, y]: [f64; 2]) -> f64 {
+        DEEPER + STEEPEST * libm::hypot(x - self.at[0], y - self.at[1])
+    }
+}
+
+/// The same, for a place of the bed whose neighbour is known: a probe that fails is not pressed into the bed.
+pub(super) async fn probe_beside<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    place: [f64; 2],
+    height: f64,
+    neighbour: &Neighbour,
+) -> Result<PerAxis<f64>, Failure> {
+    let (bed, probe) = (*hands.bed(), hands.tuning().probe);
+    // What the probe reads is what the bed is with the axis's twist.
+    let contact = neighbour.contact + bed.twist.at(place);
+    let deepest = contact + towards_bed(&probe) * neighbour.reach(place);
+    let contact = touch(hands, nozzle_over(&bed, place), height, Some(deepest)).await?;
     lift(hands, height).await?;
     Ok(contact)
 }
@@ -110,8 +147,13 @@ pub(crate) async fn touch_places<P: Ports, const N: usize>(
 
 /// Touches with the nozzle at X and Y, coming from this height, and stays there. What is measured is less
 /// what the axis's twist makes the probe read too high.
-async fn touch<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<PerAxis<f64>, Failure> {
-    let mut contact = touch_uncorrected(hands, at, height).await?;
+async fn touch<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    at: [f64; 2],
+    height: f64,
+    deepest: Option<f64>,
+) -> Result<PerAxis<f64>, Failure> {
+    let mut contact = touch_down_to(hands, at, height, deepest).await?;
     let bed = hands.bed();
     contact[Axis::Z] -= bed.twist.at(probe_at(bed, &contact));
     Ok(contact)
@@ -124,6 +166,16 @@ pub(crate) async fn touch_uncorrected<P: Ports>(
     nozzle: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
+    touch_down_to(hands, nozzle, height, None).await
+}
+
+/// The same, not beyond this Z.
+async fn touch_down_to<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    nozzle: [f64; 2],
+    height: f64,
+    deepest: Option<f64>,
+) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let settings = probe.samples;
     go_over(hands, nozzle, height).await?;
@@ -131,11 +183,11 @@ pub(crate) async fn touch_uncorrected<P: Ports>(
     let at = probe_at(hands.bed(), &over);
     for again in 0..=u32::from(settings.retries) {
         let mut touches = Touches::default();
-        let mut contact = touch_once(hands, height).await?;
+        let mut contact = touch_once(hands, height, deepest).await?;
         touches.add(contact[Axis::Z]);
         while touches.len() < usize::from(settings.count) {
             lift(hands, contact[Axis::Z] - towards_bed(&probe) * settings.retract.0).await?;
-            contact = touch_once(hands, height).await?;
+            contact = touch_once(hands, height, deepest).await?;
             touches.add(contact[Axis::Z]);
         }
         if touches.agree(&settings) {
@@ -159,16 +211,27 @@ pub(crate) async fn touch_uncorrected<P: Ports>(
     Err(Failure::refused("the probe was not used"))
 }
 
-/// Searches from where the probe stands.
-async fn touch_once<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<PerAxis<f64>, Failure> {
+/// Searches from where the probe stands, not beyond `deepest`.
+async fn touch_once<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    height: f64,
+    deepest: Option<f64>,
+) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let over = hands.position();
-    let down = Search::down(over, probe.slow_rate, probe.max_travel.0, probe.reverse_z);
+    let most = probe.max_travel.0;
+    let travel = deepest.map_or(most, |deepest| ((deepest - over[Axis::Z]) * towards_bed(&probe)).clamp(0.0, most));
+    let down = Search::down(over, probe.slow_rate, travel, probe.reverse_z);
     let Some(contact) = search(hands, &down).await? else {
         lift(hands, height).await?;
-        let (x, y, travel) = (over[Axis::X], over[Axis::Y], probe.max_travel.0);
-        let text = format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {travel} mm of way");
-        return Err(Failure::Refused(message(text)));
+        let (x, y) = (over[Axis::X], over[Axis::Y]);
+        return Err(Failure::Refused(if travel < most {
+            message(format_args!(
+                "ZProbe not triggered at X{x:.3} Y{y:.3} on {travel:.1} mm of way, far below the point before"
+            ))
+        } else {
+            message(format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {travel} mm of way"))
+        }));
     };
     Ok(contact)
 }
@@ -176,7 +239,7 @@ async fn touch_once<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Resu
 /// Touches the bed under the probe, as the machine stands, and lifts to where it was.
 pub(crate) async fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
     let start = hands.position();
-    let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z]).await;
+    let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None).await;
     let ended = match &touched {
         Ok(_) => lift(hands, start[Axis::Z]).await.map(|()| Answer::Ok),
         Err(failure) => Err(failure.clone()),

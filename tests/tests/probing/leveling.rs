@@ -174,6 +174,8 @@ fn a_delta_levels_by_a_round_grid() {
     lay_bed(&bench, bed);
     let places = &[(0, 0), (60, 10), (-45, 40), (20, -60), (-30, -50), (35, 45)];
     let before = spread(&gaps(&mut bench, &bed, places));
+    assert!(bench.say("G31 I4").starts_with("error:I is the number of points along a side, odd, from 3 to grid_size"));
+    assert_eq!(bench.say("G31 I3").matches("DEBUG: X").count(), 5, "3 x 3 points in the circle");
     let answer = bench.say("G31");
     // Of 49 points 37 lie within the circle, four more on it; those beyond have no touch.
     let touched = answer.matches("DEBUG: X").count();
