@@ -221,3 +221,26 @@ fn a_section_that_cannot_be_is_refused_at_boot() {
         assert!(answer.starts_with("error:") && answer.contains("config.ini, line "), "{line}: {answer}");
     }
 }
+
+/// A hold at any time of it stops the machine, and what goes on is the same alignment.
+#[test]
+fn a_hold_stops_an_alignment_which_goes_on() {
+    for seconds in [1.0, 7.0, 16.0, 30.0] {
+        let mut bench = start(plan(2));
+        rack(&bench, Delta, -2.0);
+        bench.type_in("G34\n");
+        let mut said = bench.hear(seconds);
+        bench.type_in("!");
+        said += &bench.hear(2.0);
+        let edges = bench.world(|world| world.trace().total());
+        said += &bench.hear(5.0);
+        assert_eq!(bench.world(|world| world.trace().total()), edges, "{seconds}: {said}");
+        bench.type_in("~");
+        if !said.contains("they are aligned") {
+            said += &bench.hear_until("they are aligned", 200.0);
+        }
+        assert!(!said.contains("rror"), "{seconds}: {said}");
+        let apart = bench.carriage(Gamma) - bench.carriage(Delta);
+        assert!(apart.abs() < 0.02, "{seconds}: {apart} mm apart");
+    }
+}

@@ -265,3 +265,23 @@ fn a_halt_between_the_stop_and_the_slow_approach_leaves_the_axis_unknown() {
     bench.say("M999");
     assert!(bench.say("G28.6").starts_with("X:0 Y:1 Z:1"), "X is not homed");
 }
+
+#[test]
+fn a_hold_stops_the_search_for_a_slaves_switch_which_goes_on() {
+    let mut held = gantry().start();
+    rack(&held, 12.0);
+    held.run(&["G28"]);
+    let before = held.carriage(Delta) - held.carriage(Beta);
+    held.type_in("G28.7 Y1\n");
+    held.hear(0.25);
+    held.type_in("!");
+    held.hear(1.0);
+    let edges = held.world(|world| world.trace().total());
+    held.hear(2.0);
+    assert_eq!(held.world(|world| world.trace().total()), edges);
+    held.type_in("~");
+    assert!((held.carriage(Delta) - held.carriage(Beta) - before).abs() > 0.5, "it was on its way");
+    let said = held.hear_until("to its endstop", 20.0);
+    assert!(!said.contains("rror"), "{said}");
+    assert!(said.contains("moved 12.0000 mm to its endstop"), "exactly, all the same: {said}");
+}

@@ -425,3 +425,23 @@ fn a_probe_that_fails_in_a_grid_stops_a_little_below_its_neighbours() {
     let [lowest, _] = bench.world(|world| world.reached_mm(Gamma)).expect("a motor");
     assert!(lowest > -3.0, "down to {lowest}");
 }
+
+/// What a twisted rail makes the probe read too high along Y is taken off.
+#[test]
+fn a_twist_along_y_is_taken_off_what_the_probe_reads() {
+    let mut bench = plan().start_homed();
+    // The probe sees a bed that rises to the rear.
+    lay(&bench, Bed::tilted(0.2, [0.0, 0.003]), 0.0);
+    let range = |bench: &mut Bench| {
+        let answer = bench.say("G32");
+        let (_, rest) = answer.split_once("Maximum delta: ").expect("a mesh");
+        rest.lines().next().and_then(|text| text.parse::<f64>().ok()).expect("a number")
+    };
+    near(range(&mut bench), 0.36, 0.01);
+    bench.say("M851.6 R Y0 Z0");
+    assert!(bench.say("M851.6 Y120 Z0.36").contains("Y120.00: the probe reads +0.3600 mm"));
+    near(range(&mut bench), 0.0, 0.01);
+    assert_eq!(bench.say("M503").matches("M851.6 Y").count(), 2);
+    bench.say("M851.6 R");
+    near(range(&mut bench), 0.36, 0.01);
+}
