@@ -211,7 +211,7 @@ fn a_job_is_looked_through_for_the_machine_as_it_has_saved_itself() {
     let job = write("job.gcode", "G28\nM104 S200\nO<wall> call [215]\nM109 S210\n");
     write("wall.ngc", "o<wall> sub\nG1 X[#1] Z4 F6000\no<wall> endsub\n");
     let plain = velvet(&["preflight", CONFIG, text(&job)]);
-    assert!(plain.status.success() && said(&plain).contains("heating, whose time is not foreseen: 1 waits: hotend 1x"));
+    assert!(plain.status.success() && said(&plain).contains("heating, whose time is not foreseen: 1 wait: hotend 1x"));
     let saved = write("saved", "M203 Z1\nG10 L2 P1 X20\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved), "--json"]);
     assert_eq!(out.status.code(), Some(1), "{}", said(&out));

@@ -64,7 +64,8 @@ fn heating(f: &mut fmt::Formatter<'_>, totals: &Totals, config: &MachineConfig) 
     if totals.heat_waits == 0 {
         return Ok(());
     }
-    write!(f, "heating, whose time is not foreseen: {} waits", totals.heat_waits)?;
+    let waits = if totals.heat_waits == 1 { "wait" } else { "waits" };
+    write!(f, "heating, whose time is not foreseen: {} {waits}", totals.heat_waits)?;
     let heats = config.heaters().filter_map(|(id, heater)| Some((heater, totals.heats.get(id.index())?)));
     for (place, (heater, (times, most))) in heats.filter(|(_, (times, _))| *times > 0).enumerate() {
         let (mark, name, celsius) = (if place == 0 { ":" } else { "," }, heater.name.as_str(), most.0);
