@@ -112,8 +112,8 @@ fn bad_values_are_errors_at_the_value() {
     for (to, reason, fix) in [
         ("planner_queue_size = 3.5", "not a whole number", ""),
         ("planner_queue_size = 032", "octal", "write 32"),
-        ("planner_queue_size = 5000", "out of range", "4 to 256"),
-        ("planner_queue_size = -1", "out of range", "4 to 256"),
+        ("planner_queue_size = 5000", "out of range", "4 to 224"),
+        ("planner_queue_size = -1", "out of range", "4 to 224"),
     ] {
         expect("planner_queue_size = 32 ", to, Error, to, section, reason, fix);
     }

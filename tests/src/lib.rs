@@ -338,6 +338,11 @@ impl Bench {
         self.greeting = self.hear(0.5);
     }
 
+    /// Moves that the look-ahead queue holds, and those there is room for.
+    pub fn queue_level(&mut self) -> (usize, usize) {
+        self.runner.motion(|motion| motion.queue_level())
+    }
+
     /// The most block writes that a card would have made between two times that the machine said it was alive.
     #[must_use]
     pub fn most_unseen_writes(&self) -> u32 {

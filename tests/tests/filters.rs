@@ -36,3 +36,15 @@ fn m900_sets_the_pressure_advance_of_the_tool_in_use() {
     assert!(refused.contains("M900: K is 0 or more, column 6"), "{refused}");
     assert_eq!(bench.say("M900"), "K:0.0800 smooth time:0.0400\nok\n");
 }
+
+/// Filters look back on blocks that must still be there: none of what is configured is taken for that.
+#[test]
+fn the_longest_queue_is_as_long_as_it_says_with_filters_and_without() {
+    for shaper in ["0", "40"] {
+        let plan = Plan::new(CARTESIAN).set("[planner] planner_queue_size = 224");
+        let mut bench = plan.set(&format!("[input shaper] shaper_freq_x = {shaper}")).start();
+        assert_eq!(bench.queue_level(), (0, 224), "{shaper} Hz: {}", bench.greeting());
+    }
+    let bench = Plan::new(CARTESIAN).set("[planner] planner_queue_size = 225").start();
+    assert!(bench.greeting().contains("planner_queue_size"), "{}", bench.greeting());
+}

@@ -240,7 +240,7 @@ pub const PLANNER: Section = Section {
         integer(
             "planner_queue_size",
             "32",
-            (4, 256),
+            (4, 224),
             |c, _, v| c.planner.queue_size = v as u16,
             "Moves the planner looks ahead.",
         )
