@@ -73,7 +73,7 @@ pub const ZPROBE: Section = Section {
         number(
             "probe_height",
             "5",
-            (0.2, 1e9),
+            NOT_NEGATIVE,
             |c, _, v| c.probe.height = Mm(v),
             "Clearance over the bed between touches. M670 H changes it.",
         )

@@ -214,7 +214,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('K', Unit::MmPerSecond, "fast rate").above(0.0),
             word('R', Unit::MmPerSecond, "return rate; 0: twice the slow one, at most the fast one").least(0.0),
             word('Z', Unit::Mm, "longest way of a search").above(0.0),
-            word('H', Unit::Mm, "height between the points of a grid").least(0.2),
+            word('H', Unit::Mm, "height between the points of a grid").above(0.0),
             word('D', Unit::Seconds, "pause before a search").within(0.0, 60.0),
             word('I', Unit::Flag, "the contact is the other way round, until the next I or reset"),
         ])

@@ -201,8 +201,8 @@ fn wrong_words_are_refused_and_nothing_moves() {
         ("G38.2 Z-1 F0", "the feed rate of a search must be above zero, column 11"),
         ("M48 P0", "M48: P is 1 or more, column 5"),
         ("M670 S0", "M670: S must be above 0, column 6"),
-        ("M670 H-1", "M670: H is 0.2 or more, column 6"),
-        ("M670 H0", "M670: H is 0.2 or more, column 6"),
+        ("M670 H-1", "M670: H must be above 0, column 6"),
+        ("M670 H0", "M670: H must be above 0, column 6"),
         ("M670 K10 D61", "M670: D is 60 at most, column 10"),
     ] {
         assert_eq!(bench.say(line), format!("error:{reason}\n"), "{line}");
