@@ -343,7 +343,8 @@ impl Bench {
         self.runner.motion(|motion| motion.queue_level())
     }
 
-    /// The most block writes that a card would have made between two times that the machine said it was alive.
+    /// The most block writes that a card would have made between two times that the machine said it was
+    /// alive.
     #[must_use]
     pub fn most_unseen_writes(&self) -> u32 {
         self.runner.most_unseen_writes()

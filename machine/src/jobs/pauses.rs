@@ -64,7 +64,8 @@ impl Pauses {
         self.all.clear();
     }
 
-    /// One more, unless it is there. `command` is what is done there; empty: the job is suspended, and heaters stay on.
+    /// One more, unless it is there. `command` is what is done there; empty: the job is suspended, and
+    /// heaters stay on.
     ///
     /// # Errors
     /// When there are too many, or the command is too long.
