@@ -10,9 +10,17 @@ use crate::failure::{Failure, Message, message};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 
+/// How an axis came to its switch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Came {
+    /// Where it was had been known before this homing began.
+    pub(crate) was_homed: bool,
+    /// The fast approach stopped the motors at once, which may have lost steps.
+    pub(crate) was_cut: bool,
+}
+
 /// An axis has homed: its switch closed at `hit`, mm, and is to be at `place`. Gives the nearest place with
-/// the phase that it should have had instead of `hit`, and `place` as zero is aligned. `was_cut`: the fast
-/// approach stopped the motors at once, which may have lost steps.
+/// the phase that it should have had instead of `hit`, and `place` as zero is aligned.
 ///
 /// # Errors
 /// An alarm when the phase is too far off or cannot be read, and the configuration says that this halts.
@@ -21,15 +29,14 @@ pub(crate) fn at_switch<P: Ports>(
     axis: Axis,
     hit: f64,
     place: f64,
-    was_cut: bool,
+    came: Came,
 ) -> Result<[f64; 2], Failure> {
     let config = hands.config();
     let Some(settings) = config.homing_endstop(axis).map(|stop| stop.phase) else { return Ok([hit, place]) };
-    let was_homed = hands.axes().homed().has(axis);
     let calibrated = hands.tuning().phases[axis];
     let record = hands.phases().of(axis);
     let fast_made = record.fast_made.take();
-    let before = record.home_made.take().filter(|_| was_homed);
+    let before = record.home_made.take().filter(|_| came.was_homed);
     let reading = match record.reading.take() {
         Some(Ok(reading)) => reading,
         Some(Err(unread)) => return warn_or_halt(hands, &settings, &why_unread(axis, unread)).map(|()| [hit, place]),
@@ -48,7 +55,7 @@ pub(crate) fn at_switch<P: Ports>(
     let made = reading.made.and(past - if is_good { off } else { 0.0 });
     record.home_made = Some(made);
     // Steps that the fast approach lost were not lost before.
-    let made_there = fast_made.or((!was_cut).then_some(made));
+    let made_there = fast_made.or((!came.was_cut).then_some(made));
     if let Some(way) = before.zip(made_there).and_then(|(before, now)| now.since(before)) {
         say_lost(hands, axis, way, mm);
     }

@@ -21,6 +21,6 @@ mod records;
 
 pub(crate) use axes::checked;
 pub(crate) use codes::{endstop_phase, write};
-pub(crate) use homing::at_switch;
+pub(crate) use homing::{Came, at_switch};
 pub(crate) use reading::{Pass, switch_closed};
 pub(crate) use records::EndstopPhases;

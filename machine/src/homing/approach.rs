@@ -8,7 +8,7 @@ use super::overtravel::brakes_in_time;
 use super::samples::{Round, Samples, disagree};
 use super::slaves::SlavesAhead;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
-use crate::endstop_phase::{self, Pass};
+use crate::endstop_phase::{self, Came, Pass};
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::{Alarm, Error};
@@ -28,10 +28,12 @@ pub(super) async fn cycle<P: Ports>(
     let phased = endstop_phase::checked(config).and(set);
     let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
     let far = Approach { set, rate: fast, travel: |stop| stop.max_travel.0, may_be_there: true };
+    let were_homed = hands.axes().homed();
     let was_cut = far.run(hands).await?.was_cut;
     let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples).await?, *places);
     for axis in phased.axes() {
-        [hits[axis], places[axis]] = endstop_phase::at_switch(hands, axis, hits[axis], places[axis], was_cut)?;
+        let came = Came { was_homed: were_homed.has(axis), was_cut };
+        [hits[axis], places[axis]] = endstop_phase::at_switch(hands, axis, hits[axis], places[axis], came)?;
     }
     // The axes stand where their switches closed, plus what braking added. Where phases are to be met, to the
     // very step.
