@@ -82,13 +82,18 @@ impl Case {
 /// Time after the job within which its last words come, milliseconds.
 const PATIENCE_MS: u64 = 60 * SECOND;
 
-/// The job on the virtual board: hash and edges.
-fn on_the_board(case: &Case) -> (u64, Vec<StepEdge>) {
+/// What a run comes to: hash of its edges, instructions, virtual time.
+type Sum = (u64, u64, u64);
+
+/// The job on the virtual board: its sum and edges.
+fn on_the_board(case: &Case) -> (Sum, Vec<StepEdge>) {
     let mut velvet = Plan::new().config(&case.config).file("job.g", case.job).start();
     velvet.ask("M23 job.g", SECOND);
     velvet.type_in("M24");
     velvet.hear_until("Done printing file", PATIENCE_MS);
-    velvet.world(|world| (world.trace().edge_hash(), world.trace_mut().take()))
+    let (instructions, now_ns) = (velvet.bench.vm.instructions(), velvet.bench.vm.now_ns());
+    let (hash, edges) = velvet.world(|world| (world.trace().edge_hash(), world.trace_mut().take()));
+    ((hash, instructions, now_ns), edges)
 }
 
 /// A folder of this call's own.
@@ -121,6 +126,8 @@ fn on_the_host(case: &Case) -> Vec<StepEdge> {
     runner.world(|world| world.trace_mut().take())
 }
 
+/// To the instruction: the second board takes its translations over from the first, which made them itself
+/// when this test runs alone.
 #[test]
 fn a_job_run_twice_gives_the_same_edge_hash() {
     let (first, edges) = on_the_board(&Case::plain());
