@@ -47,6 +47,7 @@ mod reports;
 pub mod safety;
 mod saved_settings;
 pub mod sessions;
+mod slow_turning;
 mod spread;
 pub mod supervisor;
 pub mod tasks;

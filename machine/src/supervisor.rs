@@ -37,10 +37,14 @@ pub enum DriverTrouble {
     SupplyShortB,
     /// No or no sensible answer.
     Silent,
+    /// No current through coil A.
+    OpenA,
+    /// No current through coil B.
+    OpenB,
 }
 
 impl DriverTrouble {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 9] = [
         Self::OverTemperatureWarning,
         Self::OverTemperature,
         Self::ShortA,
@@ -48,12 +52,14 @@ impl DriverTrouble {
         Self::SupplyShortA,
         Self::SupplyShortB,
         Self::Silent,
+        Self::OpenA,
+        Self::OpenB,
     ];
 
     /// Must the motor stop?
     #[must_use]
     pub const fn is_fatal(self) -> bool {
-        !matches!(self, Self::OverTemperatureWarning)
+        !matches!(self, Self::OverTemperatureWarning | Self::OpenA | Self::OpenB)
     }
 
     /// A person's words.
@@ -66,12 +72,14 @@ impl DriverTrouble {
             Self::ShortB => "SHORT to ground on channel B",
             Self::SupplyShortA => "SHORT to supply on channel A",
             Self::SupplyShortB => "SHORT to supply on channel B",
+            Self::OpenA => "no current through coil A: check the motor's plug and cable",
+            Self::OpenB => "no current through coil B: check the motor's plug and cable",
             Self::Silent => "driver does not answer, check its supply and SPI wiring",
         }
     }
 
-    const fn bit(self) -> u8 {
-        1 << self as u8
+    const fn bit(self) -> u16 {
+        1 << self as u16
     }
 }
 
@@ -93,9 +101,26 @@ pub enum SupervisorEvent {
 #[derive(Clone, Copy, Debug, Default)]
 struct Watch {
     /// Troubles in the last poll.
-    seen: u8,
+    seen: u16,
     /// Troubles already reported.
-    reported: u8,
+    reported: u16,
+    /// Polls in a row, of those in slow motion, in which coil A and coil B were open.
+    open: [u8; 2],
+}
+
+impl Watch {
+    /// One poll in slow motion; what has been open for long enough.
+    fn count_open(&mut self, open: [bool; 2]) -> u16 {
+        let mut found = 0;
+        for ((count, open), trouble) in self.open.iter_mut().zip(open).zip([DriverTrouble::OpenA, DriverTrouble::OpenB])
+        {
+            *count = if open { count.saturating_add(1) } else { 0 };
+            if *count >= OPEN_POLLS {
+                found |= trouble.bit();
+            }
+        }
+        found
+    }
 }
 
 /// What is known of the supply of heaters and fans.
@@ -118,6 +143,8 @@ pub struct Supervisor {
     supply_on: Option<bool>,
     fets: FetWatch,
     due: Micros,
+    /// Motors that turn slowly, one bit each, and when that was.
+    slow: (u8, Micros),
     events: Deque<SupervisorEvent, EVENTS>,
 }
 
@@ -134,10 +161,11 @@ impl Supervisor {
         Self {
             internal: 0,
             check_drivers: false,
-            watches: PerActuator([Watch { seen: 0, reported: 0 }; units::MAX_ACTUATORS]),
+            watches: PerActuator([Watch { seen: 0, reported: 0, open: [0; 2] }; units::MAX_ACTUATORS]),
             supply_on: None,
             fets: FetWatch { expected: false, missing: false, reported: false },
             due: Micros(0),
+            slow: (0, Micros(0)),
             events: Deque::new(),
         }
     }
@@ -166,6 +194,11 @@ impl Supervisor {
         !self.fets.reported
     }
 
+    /// These motors, one bit each, turn slowly and steadily now: whether a coil is open can be seen.
+    pub fn set_slow(&mut self, motors: u8, now: Micros) {
+        self.slow = (motors, now);
+    }
+
     /// This trouble has been told already; it is news again only after it has gone.
     pub fn mark_told(&mut self, motor: Actuator, trouble: DriverTrouble) {
         let watch = &mut self.watches[motor];
@@ -188,8 +221,10 @@ impl Supervisor {
         self.watch_supply(drivers, supply);
         self.watch_fet_supply(supply);
         if self.check_drivers && self.motor_supply_on() {
+            let (slow, seen) = self.slow;
+            let slow = if now.since(seen) <= SLOW_HOLDS { slow } else { 0 };
             for motor in self.motors() {
-                self.watch_driver(motor, drivers.status(motor));
+                self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
             }
         }
     }
@@ -229,10 +264,15 @@ impl Supervisor {
         }
     }
 
-    fn watch_driver(&mut self, motor: Actuator, status: Result<DriverStatus, DriverFault>) {
-        let now_seen = troubles(status);
+    fn watch_driver(&mut self, motor: Actuator, status: Result<DriverStatus, DriverFault>, is_slow: bool) {
         let watch = &mut self.watches[motor];
-        let confirmed = now_seen & watch.seen;
+        let open = match status {
+            Ok(status) if is_slow => watch.count_open([status.open_a, status.open_b]),
+            // In fast motion and at standstill it says nothing, for or against.
+            _ => watch.reported & OPEN,
+        };
+        let now_seen = troubles(status);
+        let confirmed = now_seen & watch.seen | open;
         let fresh = confirmed & !watch.reported;
         watch.seen = now_seen;
         watch.reported = (watch.reported & now_seen) | confirmed;
@@ -250,7 +290,13 @@ impl Supervisor {
     }
 }
 
-fn troubles(status: Result<DriverStatus, DriverFault>) -> u8 {
+/// Polls in a row in slow motion that must agree that a coil is open.
+const OPEN_POLLS: u8 = 3;
+/// How long motors that turned slowly count as doing so.
+const SLOW_HOLDS: Micros = Micros::from_millis(250);
+const OPEN: u16 = DriverTrouble::OpenA.bit() | DriverTrouble::OpenB.bit();
+
+fn troubles(status: Result<DriverStatus, DriverFault>) -> u16 {
     let status = match status {
         Ok(status) => status,
         Err(DriverFault::External) => return 0,
@@ -342,6 +388,26 @@ mod tests {
             }
         }
         assert_eq!(reported, [0, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn an_open_coil_is_told_after_three_polls_in_slow_motion_and_no_others_count() {
+        let (mut supervisor, mut drivers) = bench();
+        let (open, sound) = (DriverStatus { open_b: true, ..DriverStatus::default() }, DriverStatus::default());
+        // Standing, fast, slow and open twice, slow and sound; then slow and open, with pauses.
+        let (stands, slow) = (0, Actuator::Beta.bit());
+        let course = [(stands, open), (stands, open), (slow, open), (slow, open), (slow, sound), (slow, open)];
+        let course =
+            course.into_iter().chain([(stands, open), (slow, open), (stands, sound), (slow, open), (slow, open)]);
+        let mut told = Vec::new();
+        for (second, (slow, status)) in course.enumerate() {
+            let now = Micros::from_seconds(second as u64);
+            drivers.status = Ok(status);
+            supervisor.set_slow(slow, now);
+            supervisor.tick(now, &mut drivers, SUPPLIED);
+            told.extend(supervisor.take_event().map(|event| (second, event)));
+        }
+        assert_eq!(told, [(9, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OpenB))]);
     }
 
     #[test]

@@ -113,6 +113,21 @@ fn a_driver_with_a_short_halts_and_says_which() {
 }
 
 #[test]
+fn a_motor_with_an_open_coil_is_told_in_slow_motion_only() {
+    let mut bench = Plan::new(CARTESIAN).fault("driver-open-load:alpha").start();
+    bench.say("G1 X150 F12000");
+    bench.say("G1 X0");
+    let fast = bench.say("M400") + &bench.hear(3.0);
+    assert!(!fast.contains("coil"), "{fast}");
+    // 10 mm/s: fifty full steps a second.
+    bench.type_in("G1 X80 F600\n");
+    let said = bench.hear_until("WARNING: X: no current through coil A: check the motor's plug and cable", 5.0);
+    let later = bench.hear(6.0);
+    assert_eq!((said + &later).matches("coil").count(), 1);
+    assert!(!bench.status().contains("<Alarm"), "it goes on");
+}
+
+#[test]
 fn a_driver_that_overheats_halts() {
     let bench = Plan::new(CARTESIAN).fault("driver-overheat:alpha@3").start();
     ends_safely(bench, &["G1 X10 F600"], "ERROR: motor driver X: Overtemperature Shutdown", 10.0);

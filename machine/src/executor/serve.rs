@@ -5,7 +5,7 @@ use config::HomingDirection;
 use gcode::Line;
 use gcode::realtime::Realtime;
 use program::{Dialect, State};
-use units::{Axis, Micros, PerAxis};
+use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io, statistics,
@@ -261,7 +261,17 @@ impl<P: Ports> Machine<'_, P> {
         journal::tick(self, now);
         statistics::sample(self, now);
         self.watch_frame();
+        self.watch_turning(now);
         self.blink(now);
+    }
+
+    /// Tells the watch over drivers which motors turn slowly.
+    fn watch_turning(&mut self, now: Micros) {
+        let made = self.ports.motion(|motion| motion.steps_made(&motion.steps()));
+        let microsteps = |motor: Actuator| self.config.actuators[motor].microsteps;
+        if let Some(slow) = self.polls.slow_turning.look(now, &made, microsteps) {
+            self.ports.supervisor(|supervisor| supervisor.set_slow(slow, now));
+        }
     }
 
     /// How warm the frame is, and what that means for Z.
