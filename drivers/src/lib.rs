@@ -15,4 +15,6 @@
 pub mod debounce;
 pub mod fat;
 pub mod max31855;
+pub mod platinum;
 pub mod thermistor;
+pub mod voltage_sensor;

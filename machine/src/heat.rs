@@ -24,7 +24,7 @@ use units::{Celsius, Duty, Micros};
 pub use effects::{Effects, Full, Output};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use modulator::{MODULATION_HZ, Modulators};
-pub use sensor::Sensor;
+pub use sensor::{Sensor, SensorFault};
 pub use settings::{HeaterSettings, LawSettings};
 pub use tuning::{Gains, Relay};
 
@@ -52,7 +52,7 @@ pub struct Heater {
     /// Its settings. M-codes may change gains and limits at run time.
     pub settings: HeaterSettings,
     law: Law,
-    reading: Option<Celsius>,
+    reading: Result<Celsius, SensorFault>,
     target: Celsius,
     duty: Duty,
     due: Micros,
@@ -61,14 +61,20 @@ pub struct Heater {
 impl Heater {
     fn new(settings: HeaterSettings) -> Self {
         let law = Law::new(&settings.law, settings.max_duty);
-        let (reading, target, duty) = (None, Celsius(0.0), Duty::OFF);
+        let (reading, target, duty) = (Err(SensorFault::SILENT), Celsius(0.0), Duty::OFF);
         Self { settings, law, reading, target, duty, due: Micros(0) }
     }
 
     /// Latest temperature; `None` when the sensor gives none.
     #[must_use]
-    pub const fn reading(&self) -> Option<Celsius> {
-        self.reading
+    pub fn reading(&self) -> Option<Celsius> {
+        self.reading.ok()
+    }
+
+    /// Why there is no temperature.
+    #[must_use]
+    pub fn fault(&self) -> Option<SensorFault> {
+        self.reading.err()
     }
 
     /// Target; 0 is off.
@@ -119,7 +125,7 @@ impl Heater {
             return Err(TargetRefused::AboveMaximum(self.settings.max));
         }
         if !self.is_on() {
-            self.law.start(self.reading.unwrap_or_default(), self.duty);
+            self.law.start(self.reading().unwrap_or_default(), self.duty);
         }
         self.target = wanted;
         if !self.is_on() {
@@ -133,7 +139,7 @@ impl Heater {
     fn sample(&mut self, raw: SensorReading) {
         self.reading = self.settings.sensor.celsius(raw);
         let allowed = self.settings.min..=self.settings.max;
-        self.duty = match self.reading.filter(|reading| self.is_on() && allowed.contains(reading)) {
+        self.duty = match self.reading().filter(|reading| self.is_on() && allowed.contains(reading)) {
             Some(reading) => self.law.update(self.target, reading, self.settings.period),
             None => Duty::OFF,
         };

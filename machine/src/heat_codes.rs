@@ -260,8 +260,9 @@ pub(crate) fn report_temperatures(
 pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Message {
     let name = config.heater(fault.heater).map_or("?", |heater| heater.designator.as_str());
     match fault.cause {
-        HeatCause::NoReading => message(format_args!(
-            "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (no reading: open or shorted)"
+        HeatCause::NoReading(fault) => message(format_args!(
+            "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! ({})",
+            fault.message()
         )),
         HeatCause::BelowMinimum(celsius) | HeatCause::AboveMaximum(celsius) => message(format_args!(
             "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",

@@ -38,16 +38,21 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
     } else {
         "it measures nothing"
     };
-    match heater.sensor.kind {
+    let kind = heater.sensor.kind;
+    if kind.is_analog() && heater.sensor.thermistor.input.is_none() {
+        let reason = format_args!("there is no thermistor_pin: {heats}");
+        checks.error(
+            (SECTION, place, "thermistor_pin"),
+            reason,
+            format_args!("write ADC1_1 (connector T1) to ADC1_3 (T3)"),
+        );
+    }
+    if kind != SensorKind::Voltage && heater.sensor.voltage_points[0].is_some() {
+        let reason = format_args!("a sensor of the kind {} has no such curve", kind.word());
+        checks.error((SECTION, place, "voltage_curve"), reason, format_args!("write sensor = voltage, or delete it"));
+    }
+    match kind {
         SensorKind::Thermistor => {
-            if heater.sensor.thermistor.input.is_none() {
-                let reason = format_args!("there is no thermistor_pin: {heats}");
-                checks.error(
-                    (SECTION, place, "thermistor_pin"),
-                    reason,
-                    format_args!("write ADC1_1 (connector T1) to ADC1_3 (T3)"),
-                );
-            }
             let path = |key| crate::ledger::Path::named(SECTION, place, key);
             let is_described =
                 WRITTEN_SENSOR.iter().any(|key| path(key).is_some_and(|path| checks.ledger.span(path).is_some()));
@@ -60,7 +65,16 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
                 );
             }
         }
+        SensorKind::Pt100 | SensorKind::Pt1000 | SensorKind::Ad849x => {}
+        SensorKind::Voltage => {
+            if let Some(reason) = flaw(&heater.sensor.voltage_points) {
+                let fix = format_args!("write two points or more, as in 0,0.5, 300,2.5 (temperature,voltage)");
+                checks.error((SECTION, place, "voltage_curve"), format_args!("{reason}: {heats}"), fix);
+            }
+        }
         SensorKind::Max31855 => {
+            let reason = format_args!("not supported yet");
+            checks.error((SECTION, place, "sensor"), reason, format_args!("use a thermistor"));
             for (key, is_there) in [
                 ("spi_channel", heater.sensor.spi_channel.is_some()),
                 ("spi_select_pin", heater.sensor.spi_select_pin.is_some()),
@@ -72,6 +86,28 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
             }
         }
     }
+}
+
+/// What is wrong with a curve of voltages.
+fn flaw(points: &[Option<[f64; 2]>]) -> Option<&'static str> {
+    let points = || points.iter().flatten();
+    if points().count() < 2 {
+        return Some("one point makes no curve");
+    }
+    if points().any(|[_, volts]| !(0.0..=3.3).contains(volts)) {
+        return Some("the input reads 0 to 3.3 V only");
+    }
+    let (mut rises, mut falls) = (false, false);
+    for (nth, [celsius, volts]) in points().enumerate() {
+        for [other_celsius, other_volts] in points().take(nth) {
+            if (volts - other_volts).abs() < 1e-6 {
+                return Some("two points have the same voltage");
+            }
+            let slope = (celsius - other_celsius) * (volts - other_volts);
+            (rises, falls) = (rises || slope >= 0.0, falls || slope <= 0.0);
+        }
+    }
+    (rises && falls).then_some("temperature must rise with voltage all the way, or fall all the way")
 }
 
 fn safety(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) {

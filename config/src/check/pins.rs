@@ -94,7 +94,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("filament width sensor", _) => config.filament_width.enable,
             ("switch", "output_pin") => config.switches.get(place).is_some_and(|switch| !switch.is_input()),
             ("temperature control", key) => config.temperatures.get(place).is_some_and(|heater| match key {
-                "thermistor_pin" => heater.sensor.kind == SensorKind::Thermistor,
+                "thermistor_pin" => heater.sensor.kind.is_analog(),
                 "spi_select_pin" => heater.sensor.kind == SensorKind::Max31855,
                 _ => true,
             }),

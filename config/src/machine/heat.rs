@@ -3,7 +3,7 @@
 use super::{Name, ToolId};
 use crate::pin::{Pin, ThermistorInput};
 use heapless::String;
-use units::{Celsius, Duty, Micros, Ohms};
+use units::{Celsius, Duty, Micros, Ohms, Volts};
 
 /// Kind of sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,8 +11,42 @@ use units::{Celsius, Duty, Micros, Ohms};
 pub enum SensorKind {
     #[default]
     Thermistor,
+    Pt100,
+    Pt1000,
+    Ad849x,
+    Voltage,
     Max31855,
 }
+
+impl SensorKind {
+    /// In the order of [`Self::WORDS`].
+    pub const ALL: [Self; 6] =
+        [Self::Thermistor, Self::Pt100, Self::Pt1000, Self::Ad849x, Self::Voltage, Self::Max31855];
+    /// What the file calls them.
+    pub const WORDS: [&'static str; 6] = ["thermistor", "pt100", "pt1000", "ad849x", "voltage", "max31855"];
+
+    /// What the file calls it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Thermistor => "thermistor",
+            Self::Pt100 => "pt100",
+            Self::Pt1000 => "pt1000",
+            Self::Ad849x => "ad849x",
+            Self::Voltage => "voltage",
+            Self::Max31855 => "max31855",
+        }
+    }
+
+    /// It is read by the converter, at `thermistor_pin`.
+    #[must_use]
+    pub const fn is_analog(self) -> bool {
+        matches!(self, Self::Thermistor | Self::Pt100 | Self::Pt1000 | Self::Ad849x | Self::Voltage)
+    }
+}
+
+/// Most points of a sensor's curve of voltages.
+pub const MAX_VOLTAGE_POINTS: usize = 6;
 
 /// A thermistor and its divider. Which rule applies, strongest first: `rt_curve`, `coefficients`, `table`,
 /// `beta`.
@@ -43,10 +77,14 @@ pub struct ThermistorConfig {
 /// Where a temperature comes from.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SensorConfig {
-    /// Which of the two below.
+    /// What it is.
     pub kind: SensorKind,
-    /// When it is a thermistor.
+    /// When it is a thermistor; its input and its divider serve every other analogue sensor too.
     pub thermistor: ThermistorConfig,
+    /// Output of a thermocouple amplifier at 0 C.
+    pub amplifier_offset: Volts,
+    /// Points of (temperature C, volts), as many as are written.
+    pub voltage_points: [Option<[f64; 2]>; MAX_VOLTAGE_POINTS],
     /// SPI bus of a MAX31855.
     pub spi_channel: Option<u8>,
     /// Chip select of a MAX31855.

@@ -23,7 +23,9 @@ pub use alignment::{
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
 pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
 pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
-pub use heat::{ControlLaw, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
+pub use heat::{
+    ControlLaw, MAX_VOLTAGE_POINTS, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig,
+};
 pub use homing::{
     EndstopConfig, EndstopPhaseConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops,
 };

@@ -1,10 +1,10 @@
 //! `[temperature control]`
 
-use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, text, word};
+use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, places, text, word};
 use super::{CannotCreate, Form, Instances, PinRole, Section};
-use crate::machine::{MAX_TEMPERATURES, SensorKind, TemperatureConfig, ToolId};
+use crate::machine::{MAX_TEMPERATURES, MAX_VOLTAGE_POINTS, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
-use units::{Celsius, Duty, Micros, Ohms};
+use units::{Celsius, Duty, Micros, Ohms, Volts};
 
 /// Built-in thermistors: Steinhart-Hart entries first, then those that are known by their beta only. A name
 /// in both tables means the first, unless `use_beta_table` is set.
@@ -82,17 +82,20 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         word(
             "sensor",
             "thermistor",
-            &["thermistor", "max31855"],
-            heater!(|h, v| h.sensor.kind = if v == 1 { SensorKind::Max31855 } else { SensorKind::Thermistor }),
-            "Kind of sensor: a thermistor, or a thermocouple with a MAX31855.",
-        )
-        .not_yet("use a thermistor"),
+            &SensorKind::WORDS,
+            heater!(|h, v| h.sensor.kind = SensorKind::ALL.get(v).copied().unwrap_or_default()),
+            "Kind of sensor: a thermistor; platinum of 100 or 1000 Ohm straight on the input, r2 its pull-up; a \
+             thermocouple with an AD8494 to AD8497; anything else that gives a voltage, by its voltage_curve; or a \
+             thermocouple with a MAX31855. The converter may be off by 0.2 % of 3.3 V: 3.4 C for a pt1000, 26 C for a \
+             pt100, 1.3 C for an ad849x.",
+        ),
         pin(
             "thermistor_pin",
             "nc",
             PinRole::Thermistor,
             heater!(|h, v| h.sensor.thermistor.input = v.and_then(PinName::thermistor)),
-            "Input of the thermistor. ADC1_1, ADC1_2, ADC1_3 are connectors T1, T2, T3; ADC1_0 is on the board.",
+            "Input of the thermistor or other analogue sensor. ADC1_1, ADC1_2, ADC1_3 are connectors T1, T2, T3, with a \
+             pull-up of 4.7 kOhm; ADC1_0 is on the board; ADC1_4, ADC1_5, ADC1_6 are on the header, without a pull-up.",
         )
         .klipper("[extruder] sensor_pin")
         .by_name(&[("hotend", "ADC1_1"), ("hotend2", "ADC1_2"), ("bed", "ADC1_3"), ("board", "ADC1_0")])
@@ -139,7 +142,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "0",
             NOT_NEGATIVE,
             heater!(|h, v| h.sensor.thermistor.r1 = Ohms(v as f32)),
-            "A resistor in parallel with the thermistor; 0 for none.",
+            "A resistor in parallel with the thermistor or platinum sensor; 0 for none.",
         )
         .unit("Ohm")
         .v1("temperature_control.<name>.r1"),
@@ -168,6 +171,29 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         )
         .unit("C,Ohm")
         .v1("temperature_control.<name>.rt_curve"),
+        number(
+            "amplifier_offset",
+            "0",
+            (0.0, 3.3),
+            heater!(|h, v| h.sensor.amplifier_offset = Volts(v as f32)),
+            "Output of an ad849x at 0 C: the voltage of its REF pin, 1.25 on many breakout boards. With 0 it reads \
+             nothing below 1.4 C.",
+        )
+        .unit("V")
+        .velvet(),
+        places(
+            "voltage_curve",
+            MAX_VOLTAGE_POINTS,
+            |c, i, v| {
+                if let Some(heater) = c.temperatures.get_mut(i) {
+                    heater.sensor.voltage_points = core::array::from_fn(|point| v.get(point).copied());
+                }
+            },
+            "Two points or more temperature,voltage of a sensor = voltage: straight between them, and on beyond the outer \
+             ones. Below 7 mV and above 3.293 V is a broken wire.",
+        )
+        .unit("C,V")
+        .velvet(),
         integer(
             "spi_channel",
             "-1",
@@ -175,7 +201,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             heater!(|h, v| h.sensor.spi_channel = u8::try_from(v).ok()),
             "SPI bus of a MAX31855: 0 is SPI1, 1 is SPI4. All of them must be on the same one.",
         )
-        .dormant(),
+        .not_yet("use an analogue sensor"),
         pin(
             "spi_select_pin",
             "nc",

@@ -139,6 +139,7 @@ fn kind(setting: &Setting) -> String {
         Kind::Integer((low, high), _) => std::format!("whole number {low} to {high}{}", usually(setting)),
         Kind::Number((low, high), _) => std::format!("number{}{}", range(low, high), usually(setting)),
         Kind::Numbers(count, _) => std::format!("{count} numbers, commas between"),
+        Kind::Places(most, _) if setting.unit.contains(',') => std::format!("up to {most} pairs {}", setting.unit),
         Kind::Places(most, _) => std::format!("up to {most} places X,Y"),
         Kind::Word(words, _) => words.join(", "),
         Kind::Text(longest, _) => std::format!("text, {longest} characters"),

@@ -1,42 +1,87 @@
-//! Raw sensor readings to degrees Celsius. The law of thermistors, with its dead band and what counts as open
-//! or shorted, is that of `drivers`; here is how the configuration describes one.
+//! Raw sensor readings to degrees Celsius. The laws of sensors, with their dead bands and what counts as open
+//! or shorted, are those of `drivers`; here is how the configuration describes one.
 
 use config::{SensorConfig, SensorKind, ThermistorConfig};
+use drivers::platinum::{Platinum, PlatinumInput};
 use drivers::thermistor::{AdcCode, BuiltIn, Curve, CurveError, Divider, Law, Thermistor};
+use drivers::voltage_sensor::VoltageCurve;
 use units::{Celsius, Ohms};
 
 use crate::ports::SensorReading;
+
+/// Why a sensor gives no temperature, in words that say what to check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorFault {
+    words: &'static str,
+}
+
+impl SensorFault {
+    /// Nothing has been read, or not for too long.
+    pub const SILENT: Self = Self { words: "the sensor has not been read" };
+    /// What its chip says.
+    pub const REPORTED: Self = Self { words: "the sensor's chip reports a fault" };
+    /// What was read makes no temperature.
+    const NO_TEMPERATURE: Self = Self { words: "its reading makes no temperature: check how the sensor is described" };
+
+    /// In words.
+    #[must_use]
+    pub const fn message(self) -> &'static str {
+        self.words
+    }
+}
 
 /// A temperature sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sensor {
     /// On an analog input.
     Thermistor(Thermistor),
+    /// Platinum on an analog input.
+    Platinum(PlatinumInput),
+    /// A thermocouple amplifier on an analog input.
+    Amplifier(VoltageCurve),
+    /// What else gives a voltage.
+    Voltage(VoltageCurve),
     /// A thermocouple converter that reports degrees.
     Max31855,
-    /// A thermistor whose description makes none: it gives no temperature, so nothing heats by it.
-    Unusable(CurveError),
+    /// One whose description makes none, and why: it gives no temperature, so nothing heats by it.
+    Unusable(&'static str),
 }
 
 impl Sensor {
-    /// Temperature; `None` when the sensor gives none, or gives the kind of reading another sensor would.
-    #[must_use]
-    pub fn celsius(&self, raw: SensorReading) -> Option<Celsius> {
-        match (self, raw) {
+    /// Temperature.
+    ///
+    /// # Errors
+    /// Why there is none; also for the kind of reading that another sensor would give.
+    pub fn celsius(&self, raw: SensorReading) -> Result<Celsius, SensorFault> {
+        let fault = |words| SensorFault { words };
+        let celsius = match (self, raw) {
+            (Self::Unusable(words), _) => Err(fault(words)),
+            (_, SensorReading::Missing) => Err(SensorFault::SILENT),
+            (_, SensorReading::Fault) => Err(SensorFault::REPORTED),
             (Self::Thermistor(thermistor), SensorReading::Counts(counts)) => {
-                // Coefficients that fit no thermistor have a pole somewhere; what stands there is no reading.
-                thermistor.celsius(AdcCode(counts)).ok().filter(|celsius| celsius.0.is_finite())
+                thermistor.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.message()))
             }
-            (Self::Max31855, SensorReading::QuarterDegrees(quarters)) => Some(Celsius(f32::from(quarters) * 0.25)),
-            _ => None,
-        }
+            (Self::Platinum(platinum), SensorReading::Counts(counts)) => {
+                platinum.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.message()))
+            }
+            (Self::Amplifier(curve), SensorReading::Counts(counts)) => {
+                curve.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.amplifier_message()))
+            }
+            (Self::Voltage(curve), SensorReading::Counts(counts)) => {
+                curve.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.message()))
+            }
+            (Self::Max31855, SensorReading::QuarterDegrees(quarters)) => Ok(Celsius(f32::from(quarters) * 0.25)),
+            _ => Err(SensorFault::NO_TEMPERATURE),
+        }?;
+        // Coefficients that fit no thermistor have a pole somewhere; what stands there is no reading.
+        if celsius.0.is_finite() { Ok(celsius) } else { Err(SensorFault::NO_TEMPERATURE) }
     }
 
     /// What is wrong with its description, in words.
     #[must_use]
     pub const fn flaw(&self) -> Option<&'static str> {
         match self {
-            Self::Unusable(error) => Some(error.message()),
+            Self::Unusable(words) => Some(words),
             _ => None,
         }
     }
@@ -45,10 +90,25 @@ impl Sensor {
 impl From<&SensorConfig> for Sensor {
     fn from(config: &SensorConfig) -> Self {
         match config.kind {
-            SensorKind::Thermistor => thermistor(&config.thermistor).map_or_else(Self::Unusable, Self::Thermistor),
+            SensorKind::Thermistor => {
+                thermistor(&config.thermistor).map_or_else(|flaw| Self::Unusable(flaw.message()), Self::Thermistor)
+            }
+            SensorKind::Pt100 => platinum(Platinum::PT100, &config.thermistor),
+            SensorKind::Pt1000 => platinum(Platinum::PT1000, &config.thermistor),
+            SensorKind::Ad849x => Self::Amplifier(VoltageCurve::ad849x(config.amplifier_offset)),
+            SensorKind::Voltage => VoltageCurve::through(config.voltage_points.into_iter().flatten())
+                .map_or_else(|flaw| Self::Unusable(flaw.message()), Self::Voltage),
             SensorKind::Max31855 => Self::Max31855,
         }
     }
+}
+
+fn divider(config: &ThermistorConfig) -> Divider {
+    Divider { pull_up: config.r2, parallel: (config.r1.0 > 0.0).then_some(config.r1) }
+}
+
+fn platinum(platinum: Platinum, config: &ThermistorConfig) -> Sensor {
+    Sensor::Platinum(PlatinumInput { platinum, divider: divider(config) })
 }
 
 /// The thermistor that is described. The strongest rule given wins: three points, coefficients, a table
@@ -64,8 +124,7 @@ fn thermistor(config: &ThermistorConfig) -> Result<Thermistor, CurveError> {
         (None, None, Some(Law::Beta(kelvin))) => beta(kelvin),
         (None, None, None) => beta(config.beta_k),
     }?;
-    let parallel = (config.r1.0 > 0.0).then_some(config.r1);
-    Ok(Thermistor::new(curve, Divider { pull_up: config.r2, parallel }, config.r0))
+    Ok(Thermistor::new(curve, divider(config), config.r0))
 }
 
 #[cfg(test)]
@@ -133,9 +192,12 @@ mod tests {
         // The ends of the converter's range, as far as its offset and gain error reach; and eight times the
         // nominal resistance.
         for counts in [0, 1, 131, u16::MAX - 131, u16::MAX - 1, u16::MAX] {
-            assert_eq!(epcos.celsius(SensorReading::Counts(counts)), None, "{counts} counts");
+            assert_eq!(epcos.celsius(SensorReading::Counts(counts)).ok(), None, "{counts} counts");
         }
-        assert_eq!(epcos.celsius(counts_at(900_000.0)), None);
+        assert_eq!(
+            epcos.celsius(counts_at(900_000.0)).map_err(SensorFault::message),
+            Err(drivers::thermistor::Fault::Open.message())
+        );
         for counts in [132, 400] {
             assert!(epcos.celsius(SensorReading::Counts(counts)).unwrap().0 > 300.0, "{counts} counts");
         }
@@ -145,10 +207,10 @@ mod tests {
 
     #[test]
     fn a_reading_of_another_kind_is_none() {
-        assert_eq!(sensor(EPCOS).celsius(SensorReading::Missing), None);
-        assert_eq!(sensor(EPCOS).celsius(SensorReading::QuarterDegrees(100)), None);
-        assert_eq!(Sensor::Max31855.celsius(SensorReading::Fault), None);
-        assert_eq!(Sensor::Max31855.celsius(SensorReading::QuarterDegrees(-6)), Some(Celsius(-1.5)));
+        assert_eq!(sensor(EPCOS).celsius(SensorReading::Missing), Err(SensorFault::SILENT));
+        assert_eq!(sensor(EPCOS).celsius(SensorReading::QuarterDegrees(100)), Err(SensorFault::NO_TEMPERATURE));
+        assert_eq!(Sensor::Max31855.celsius(SensorReading::Fault), Err(SensorFault::REPORTED));
+        assert_eq!(Sensor::Max31855.celsius(SensorReading::QuarterDegrees(-6)), Ok(Celsius(-1.5)));
     }
 
     #[test]
@@ -170,8 +232,41 @@ mod tests {
         ] {
             let sensor = sensor(flawed);
             assert!(sensor.flaw().is_some(), "{flawed:?}");
-            assert_eq!(sensor.celsius(counts_at(100_000.0)), None);
+            assert_eq!(sensor.celsius(counts_at(100_000.0)).map_err(SensorFault::message).err(), sensor.flaw());
         }
         assert_eq!(sensor(EPCOS).flaw(), None);
+    }
+
+    /// Counts of a voltage at the input.
+    fn counts_of(volts: f64) -> SensorReading {
+        SensorReading::Counts((65_535.0 * volts / 3.3).round() as u16)
+    }
+
+    #[test]
+    fn platinum_reads_what_the_standard_says_and_faults_name_it() {
+        for (kind, ohms) in [(SensorKind::Pt1000, 1_758.6), (SensorKind::Pt100, 175.86)] {
+            let platinum = Sensor::from(&SensorConfig { kind, thermistor: EPCOS, ..SensorConfig::default() });
+            let celsius = platinum.celsius(counts_at(ohms)).unwrap();
+            assert!((celsius.0 - 200.0).abs() < 0.15, "{celsius}");
+            for counts in [0, u16::MAX] {
+                let fault = platinum.celsius(SensorReading::Counts(counts)).unwrap_err();
+                assert!(fault.message().starts_with("platinum sensor"), "{}", fault.message());
+            }
+        }
+    }
+
+    #[test]
+    fn voltages_read_by_their_offset_or_their_points() {
+        let config = SensorConfig { amplifier_offset: units::Volts(1.25), ..SensorConfig::default() };
+        let amplifier = Sensor::from(&SensorConfig { kind: SensorKind::Ad849x, ..config });
+        assert!((amplifier.celsius(counts_of(2.25)).unwrap().0 - 200.0).abs() < 0.02);
+        let mut points = [None; config::MAX_VOLTAGE_POINTS];
+        let voltage =
+            |voltage_points| Sensor::from(&SensorConfig { kind: SensorKind::Voltage, voltage_points, ..config });
+        assert!(voltage(points).flaw().is_some() && voltage(points).celsius(counts_of(1.0)).is_err());
+        (points[0], points[1], points[2]) = (Some([0.0, 3.0]), Some([100.0, 2.0]), Some([300.0, 1.0]));
+        assert!((voltage(points).celsius(counts_of(1.5)).unwrap().0 - 200.0).abs() < 0.02);
+        let words = |sensor: Sensor| sensor.celsius(SensorReading::Counts(u16::MAX)).unwrap_err().message();
+        assert!(words(amplifier).contains("thermocouple") && words(voltage(points)).contains("3.3 V"));
     }
 }

@@ -97,9 +97,9 @@ fn describe(
     tuning: &Tuning,
     reply: &mut Reply<'_>,
 ) {
-    let Some((settings, reading, target)) = ports.heat(|heat| {
+    let Some((settings, reading, fault, target)) = ports.heat(|heat| {
         let heater = heat.heater(id)?;
-        Some((heater.settings.clone(), heater.reading(), heater.target()))
+        Some((heater.settings.clone(), heater.reading(), heater.fault(), heater.target()))
     }) else {
         return;
     };
@@ -118,6 +118,14 @@ fn describe(
         }
         reply.say(format_args!("adc= {code}, resistance= {ohms:.6}, temp= {:.6}\n", celsius.0));
         reply.say(format_args!("S/H c1= {c1:.12}, c2= {c2:.12}, c3= {c3:.12}\n"));
+    }
+    if let Some(fault) = fault {
+        reply.say(format_args!("{name}(S{tool_id}): {}\n", fault.message()));
+    }
+    if controller.sensor.kind != SensorKind::Thermistor {
+        let celsius = reading.map_or(f32::NAN, |celsius| celsius.0);
+        reply.say(format_args!("sensor= {}, temp= {celsius:.6}\n\n", controller.sensor.kind.word()));
+        return;
     }
     let described = thermistor_of(controller, id, tuning);
     if let Some(entry) = table_entry(&described) {

@@ -116,7 +116,7 @@ mod tests {
         (0..400).find_map(|second| {
             let reading = Some(Celsius(if second == 0 { start } else { course(second) }));
             let (now, target) = (Micros::from_seconds(second), Celsius(target));
-            let look = Look { now, reading, target, driven: 0.0, another_on: false };
+            let look = Look { now, reading, fault: None, target, driven: 0.0, another_on: false };
             watch.check(&LIMITS, &look).err().map(|cause| (second, cause))
         })
     }

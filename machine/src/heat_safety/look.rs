@@ -3,6 +3,8 @@
 use config::HeaterId;
 use units::{Celsius, Micros};
 
+use crate::heat::SensorFault;
+
 /// How often every heater is looked at.
 pub const LOOK_PERIOD: Micros = Micros::from_millis(50);
 /// Targets up to this are "off": 1 and 2 are preset numbers in Smoothieware configurations.
@@ -12,7 +14,7 @@ pub const OFF_BELOW: Celsius = Celsius(2.0);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HeatCause {
     /// The sensor gives no usable reading: open, shorted or silent.
-    NoReading,
+    NoReading(SensorFault),
     /// Reading below `min_temp` while heating.
     BelowMinimum(Celsius),
     /// Reading above `max_temp` while heating.
@@ -66,6 +68,8 @@ pub(super) struct Look {
     pub(super) now: Micros,
     /// The temperature, when the sensor gives one.
     pub(super) reading: Option<Celsius>,
+    /// Why it gives none.
+    pub(super) fault: Option<SensorFault>,
     /// What it is asked for; 0 is off.
     pub(super) target: Celsius,
     /// Share of full output its pin was given since the last look, 0 to 1.

@@ -178,9 +178,9 @@ impl HeatSafety {
         let mut found = None;
         for ((id, watch), raw) in HeaterId::all().zip(&mut self.watches).zip(readings) {
             let driven = core::mem::take(&mut watch.on_ticks) as f32 / ticks;
-            let (target, reading) = (target(id.index()), watch.sensor.celsius(*raw));
+            let (target, read) = (target(id.index()), watch.sensor.celsius(*raw));
             let another_on = on > usize::from(target > OFF_BELOW);
-            let look = Look { now, reading, target, driven, another_on };
+            let look = Look { now, reading: read.ok(), fault: read.err(), target, driven, another_on };
             watch.warmed.note(&look, on == 0, watch.limits.full_share);
             if watch.limits.heats
                 && let Err(cause) = watch.check(&look)

@@ -3,6 +3,7 @@
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, Look};
+use crate::heat::SensorFault;
 
 /// Unbelievable readings in a row before it counts. Control has its heater off from the first one.
 const BAD_READINGS: u8 = 4;
@@ -50,7 +51,7 @@ pub(super) struct ReadingLaw {
 impl ReadingLaw {
     pub(super) fn check(&mut self, limits: &ReadingLimits, look: &Look) -> Result<(), HeatCause> {
         let believable = match look.reading {
-            None => Err(HeatCause::NoReading),
+            None => Err(HeatCause::NoReading(look.fault.unwrap_or(SensorFault::SILENT))),
             Some(reading) if reading < limits.min => Err(HeatCause::BelowMinimum(reading)),
             Some(reading) if reading > limits.max => Err(HeatCause::AboveMaximum(reading)),
             Some(_) => Ok(()),

@@ -30,6 +30,28 @@ pub enum Curve {
         /// Temperature coefficient, 1/K.
         alpha_per_k: f64,
     },
+    /// Platinum by the table of IEC 60751, between whose points it is straight enough (0.2 C).
+    Platinum {
+        /// Resistance at 0 degrees Celsius, ohms.
+        r0_ohms: f64,
+    },
+    /// An amplifier that drives the input, whatever pulls it up: volts at 0 degrees Celsius, and for each degree.
+    Amplifier {
+        /// Volts at 0 degrees Celsius.
+        at_zero: f64,
+        /// Volts for each degree.
+        per_k: f64,
+    },
+}
+
+/// Ohms of a PT100 every 50 degrees Celsius from -50 to 400 (IEC 60751, table 1).
+const PT100_FROM_MINUS_50: [f64; 10] = [80.31, 100.0, 119.40, 138.51, 157.33, 175.86, 194.10, 212.05, 229.72, 247.09];
+
+fn platinum_share(celsius: f64) -> f64 {
+    let at = (celsius + 50.0) / 50.0;
+    let piece = at.floor().clamp(0.0, 8.0);
+    let [low, high] = [0, 1].map(|next| PT100_FROM_MINUS_50[piece as usize + next] / 100.0);
+    low + (high - low) * (at - piece)
 }
 
 impl Curve {
@@ -70,6 +92,12 @@ impl Curve {
                 r25_ohms * (beta_k * (1.0 / kelvin - 1.0 / (t25_c + ZERO_CELSIUS_K))).exp()
             }
             Self::Linear { r0_ohms, alpha_per_k } => r0_ohms * (1.0 + alpha_per_k * celsius),
+            Self::Platinum { r0_ohms } => r0_ohms * platinum_share(celsius),
+            // As much as the divider takes for its voltage.
+            Self::Amplifier { at_zero, per_k } => {
+                let volts = (at_zero + per_k * celsius).clamp(0.0, REFERENCE_VOLTS - 1e-9);
+                PULL_UP_OHMS * volts / (REFERENCE_VOLTS - volts)
+            }
             Self::SteinhartHart { coefficients: [c1, c2, 0.0] } => ((1.0 / kelvin - c1) / c2).exp(),
             // Cardano's formula for ln R: c3 x^3 + c2 x + (c1 - 1/T) = 0 has one real root for c2, c3 > 0.
             Self::SteinhartHart { coefficients: [c1, c2, c3] } => {

@@ -1,7 +1,7 @@
 //! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player
 //! of step events that stands in for the step interrupt.
 
-use config::{MachineConfig, SensorKind};
+use config::MachineConfig;
 use machine::ports::{
     Input, InputLevels, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit,
 };
@@ -314,7 +314,7 @@ fn readings(shared: &Shared) -> SensorReadings {
         readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures))
     {
         *reading = match (sensor.sensor, controller.sensor.kind) {
-            (Some(input), SensorKind::Thermistor) => SensorReading::Counts(world.adc_counts(input)),
+            (Some(input), kind) if kind.is_analog() => SensorReading::Counts(world.adc_counts(input)),
             _ => SensorReading::Missing,
         };
     }

@@ -193,18 +193,14 @@ fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
 fn heater(controller: &TemperatureConfig) -> HeaterConfig {
     let bed = controller.name.contains("bed") || controller.designator.starts_with('B');
     let thermistor = controller.sensor.thermistor;
-    let sensor = match controller.sensor.kind {
-        SensorKind::Thermistor => {
-            thermistor.input.and_then(|input| wiring::THERMISTORS.get(usize::from(input.0)).map(AnalogInput::of))
-        }
-        SensorKind::Max31855 => None,
-    };
+    let input = thermistor.input.filter(|_| controller.sensor.kind.is_analog());
+    let sensor = input.and_then(|input| wiring::THERMISTORS.get(usize::from(input.0)).map(AnalogInput::of));
     HeaterConfig {
         name: controller.name.as_str().into(),
         pin: controller.heater_pin.map(pin),
         on_high: controller.heater_pin.is_none_or(|pin| !pin.inverted),
         sensor,
-        curve: curve(&thermistor),
+        curve: fitted(&controller.sensor),
         plant: if bed { Plant::BED } else { Plant::HOT_END },
     }
 }
@@ -228,7 +224,25 @@ fn filament_sensor(machine: &MachineConfig) -> Option<FilamentSensorConfig> {
     (count > 0.0).then_some(FilamentSensorConfig { inputs, motor, to_nozzle_mm: sensor.delay.0, volts })
 }
 
-/// The fitted sensor: the maker's points for known parts, otherwise what the configuration says of it.
+/// The sensor that the configuration says is fitted.
+fn fitted(sensor: &config::SensorConfig) -> Curve {
+    match sensor.kind {
+        SensorKind::Pt100 => Curve::Platinum { r0_ohms: 100.0 },
+        SensorKind::Pt1000 => Curve::Platinum { r0_ohms: 1_000.0 },
+        SensorKind::Ad849x => Curve::Amplifier { at_zero: f64::from(sensor.amplifier_offset.0), per_k: 0.005 },
+        SensorKind::Voltage => match sensor.voltage_points {
+            // A straight one through its first two points.
+            [Some([one, volts]), Some([other, other_volts]), ..] if one != other => {
+                let per_k = (other_volts - volts) / (other - one);
+                Curve::Amplifier { at_zero: volts - per_k * one, per_k }
+            }
+            _ => curve(&sensor.thermistor),
+        },
+        SensorKind::Thermistor | SensorKind::Max31855 => curve(&sensor.thermistor),
+    }
+}
+
+/// The fitted thermistor: the maker's points for known parts, otherwise what the configuration says of it.
 fn curve(thermistor: &config::ThermistorConfig) -> Curve {
     if let Some(points) = thermistor.rt_curve {
         return Curve::through(points);

@@ -6,6 +6,8 @@ use sim::world::Fault;
 
 const READ: &[&str] = &["get temp hotend"];
 const BY_BETA: &[&str] = &["[temperature control] hotend.thermistor"];
+const AMPLIFIER: &[&str] = &["[temperature control] hotend.sensor = ad849x"];
+const VOLTAGE: &[&str] = &["[temperature control] hotend.sensor = voltage"];
 const BANG: &[&str] = &["[temperature control] hotend.bang_bang = true"];
 const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
 const ANY_ERROR: &str = "[temperature control] hotend.verify_max_error = 0";
@@ -20,6 +22,9 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.thermistor_pin", "ADC1_1", "ADC1_3", Boot),
     row("[temperature control] hotend.thermistor_pin", "ADC1_1", "ADC1_2", Board("settings.rs")),
     row("[temperature control] hotend.thermistor", "Semitec-104NT4", "RRRF10K", Say(READ)).built(),
+    row("[temperature control] hotend.sensor", "thermistor", "pt1000", Say(READ)).built(),
+    row("[temperature control] hotend.amplifier_offset", "0", "0.1", Say(READ)).with(AMPLIFIER).built(),
+    row("[temperature control] hotend.voltage_curve", "0,0.5,100,1.5", "0,0.5,90,1.5", Say(READ)).with(VOLTAGE).built(),
     row("[temperature control] hotend.use_beta_table", "false", "true", Say(READ)).with(TWICE).built(),
     row("[temperature control] hotend.beta", "4066", "3000", Say(READ)).with(BY_BETA).built(),
     row("[temperature control] hotend.r0", "100000", "50000", Say(READ)).with(BY_BETA).built(),
