@@ -160,6 +160,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
         heater.heater_pin = None;
         heater.sensor.thermistor.input = None;
         heater.sensor.spi_select_pin = None;
+        heater.combines.clear();
     }
     for switch in config.switches.iter_mut().filter(|switch| is_off("switch", &switch.name)) {
         switch.enable = true;
@@ -249,4 +250,19 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     config.endstops.sort_unstable_by(|a, b| a.name.cmp(&b.name));
     config.switches.retain(|switch| switch.enable);
     config.switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    name_parts(config);
+}
+
+/// Finds what combined sensors are made of, now that every temperature control has its place.
+fn name_parts(config: &mut MachineConfig) {
+    for place in 0..config.temperatures.len() {
+        let Some(heater) = config.temperatures.get(place) else { return };
+        let mut parts = [None; units::MAX_HEATERS];
+        for (part, name) in parts.iter_mut().zip(heater.part_names()) {
+            *part = config.heaters().find(|(_, other)| other.name == name).map(|(id, _)| id);
+        }
+        if let Some(heater) = config.temperatures.get_mut(place) {
+            heater.sensor.parts = parts;
+        }
+    }
 }

@@ -419,3 +419,22 @@ fn input_shapers_are_checked_against_what_they_are_made_for() {
     // What an axis without a shaper would be damped by does not matter.
     assert!(with("shaper_type_z = 3hump_ei\ndamping_ratio_z = 0.25").1.is_empty());
 }
+
+/// A curve of voltages must say one temperature for each voltage that the input can read.
+#[test]
+fn a_curve_of_voltages_is_checked() {
+    for (points, reason) in [
+        ("", "one point makes no curve"),
+        ("20,1", "one point makes no curve"),
+        ("20,1, 90,3.4", "reads 0 to 3.3 V only"),
+        ("20,1, 90,1", "the same voltage"),
+        ("20,1, 90,2, 50,3", "temperature must rise"),
+    ] {
+        let to = format!("bed.bang_bang = false\nbed.sensor = voltage\nbed.voltage_curve = {points}");
+        let (_, findings) = read(&edited("bed.bang_bang = false", &to));
+        assert!(findings.iter().any(|finding| finding.reason.contains(reason)), "{points}: {findings:#?}");
+    }
+    let to = "bed.bang_bang = false\nbed.voltage_curve = 20,1, 90,2";
+    let (_, findings) = read(&edited("bed.bang_bang = false", to));
+    assert!(findings.iter().any(|finding| finding.reason.contains("has no such curve")), "{findings:#?}");
+}

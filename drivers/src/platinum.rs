@@ -76,10 +76,8 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::Open => {
-                "platinum sensor open: check its plug and wires, and that it is no PT1000 in place of a PT100"
-            }
-            Self::Shorted => "platinum sensor shorted: check its wires, and that it is no PT100 in place of a PT1000",
+            Self::Open => "platinum sensor open (or a PT1000 set as pt100): check wires",
+            Self::Shorted => "platinum sensor shorted (or a PT100 set as pt1000): check wires",
         }
     }
 }

@@ -46,7 +46,7 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::Open => "thermistor open: check that it is plugged in and its wires are whole",
+            Self::Open => "thermistor open: check its plug and wires",
             Self::Shorted => "thermistor shorted: check for bare or crushed wires",
         }
     }

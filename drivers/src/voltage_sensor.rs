@@ -28,8 +28,8 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::High => "voltage at 3.3 V or above: check the sensor's plug and wires; an open input reads like that",
-            Self::Low => "no voltage: check the sensor's supply, and its wire for a short to ground",
+            Self::High => "voltage at 3.3 V or above: check the sensor's plug and wires",
+            Self::Low => "no voltage: check the sensor's supply and wire",
         }
     }
 
@@ -38,8 +38,8 @@ impl Fault {
     #[must_use]
     pub const fn amplifier_message(self) -> &'static str {
         match self {
-            Self::High => "amplifier at its upper end: thermocouple broken or unplugged, or the output's wire open",
-            Self::Low => "no voltage from the amplifier: check its supply, and its wire for a short to ground",
+            Self::High => "amplifier at its upper end: check the thermocouple and wires",
+            Self::Low => "no voltage from the amplifier: check its supply and wire",
         }
     }
 }

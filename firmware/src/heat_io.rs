@@ -7,6 +7,10 @@ use bsp_prime::pwm::Pwm;
 use machine::heat::HeatControl;
 use machine::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit};
 use machine::tasks::{self, Due, HeatTask};
+use units::{Celsius, Micros};
+
+/// A chip temperature older than four runs of the slow task is none.
+const CHIP_STALE: Micros = Micros::from_millis(400);
 
 /// Heat control with its inputs and outputs: one resource, since one is never used without the other.
 pub struct Heat {
@@ -21,6 +25,10 @@ pub struct HeatIo {
     pub thermistors: Thermistors,
     /// For each temperature controller, the place of its input in the scan.
     pub sensors: [Option<usize>; MAX_HEATERS],
+    /// Which controllers are told the chip's temperature.
+    pub of_chip: [bool; MAX_HEATERS],
+    /// The chip's temperature and when it was read.
+    chip: Option<(Celsius, Micros)>,
     /// For each input of the filament width sensor, its place in the scan.
     pub filament_width: [Option<usize>; 2],
     /// Timers of hardware PWM switches.
@@ -40,6 +48,8 @@ impl Heat {
             switches: [const { None }; MAX_SWITCHES],
             thermistors,
             sensors: [None; MAX_HEATERS],
+            of_chip: [false; MAX_HEATERS],
+            chip: None,
             filament_width: [None; 2],
             pwm,
             pwm_switches: [None; MAX_SWITCHES],
@@ -63,6 +73,13 @@ impl Heat {
     }
 }
 
+impl HeatIo {
+    /// Takes the chip's temperature, which the slow task reads.
+    pub fn set_chip(&mut self, celsius: Option<Celsius>) {
+        self.chip = celsius.map(|celsius| (celsius, bsp_prime::time::now()));
+    }
+}
+
 /// What an input of the scan reads on average.
 fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
     match input.map(|input| thermistors.average(input)) {
@@ -74,7 +91,13 @@ fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
 
 impl tasks::HeatIo for HeatIo {
     fn readings(&mut self) -> SensorReadings {
-        self.sensors.map(|input| reading(&self.thermistors, input))
+        let mut readings = self.sensors.map(|input| reading(&self.thermistors, input));
+        let chip = self.chip.filter(|(_, at)| bsp_prime::time::now().since(*at) <= CHIP_STALE);
+        for (reading, _) in readings.iter_mut().zip(self.of_chip).filter(|(_, of_chip)| *of_chip) {
+            *reading = chip
+                .map_or(SensorReading::Missing, |(celsius, _)| SensorReading::MilliDegrees((celsius.0 * 1e3) as i32));
+        }
+        readings
     }
 
     fn scan_position(&mut self) -> u32 {

@@ -265,9 +265,13 @@ mod app {
     }
 
     // Driver faults and supply voltages.
-    #[task(priority = 1, shared = [slow])]
+    #[task(priority = 1, shared = [slow, heat])]
     async fn slow(mut cx: slow::Context) {
-        cx.shared.slow.lock(|slow| slow.tick());
+        let celsius = cx.shared.slow.lock(|slow| {
+            slow.tick();
+            slow.chip_celsius()
+        });
+        cx.shared.heat.lock(|heat| heat.io.set_chip(celsius));
         REPORTS.report(Reporter::Supervisor);
     }
 

@@ -163,6 +163,9 @@ pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::hea
                 *slot = output;
             }
         }
+        if let Some(of_chip) = io.of_chip.get_mut(index) {
+            *of_chip = controller.sensor.kind == SensorKind::Chip;
+        }
         let input = match (controller.sensor.kind, controller.sensor.thermistor.input) {
             (kind, Some(input)) if kind.is_analog() => table::THERMISTORS.get(usize::from(input.0)),
             (SensorKind::Max31855, _) => {

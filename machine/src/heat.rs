@@ -9,7 +9,9 @@
 //! reported within [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the
 //! message follows later.
 
+mod combined;
 mod effects;
+mod filter;
 mod law;
 mod modulator;
 mod sensor;
@@ -21,6 +23,7 @@ use heapless::Vec;
 use motion::Mark;
 use units::{Celsius, Duty, Micros};
 
+pub use combined::{Parts, Rule, read as read_sensor};
 pub use effects::{Effects, Full, Output};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use modulator::{MODULATION_HZ, Modulators};
@@ -31,6 +34,7 @@ pub use tuning::{Gains, Relay};
 use crate::heat_safety::HeatSafety;
 pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 use crate::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings};
+use filter::Filter;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
@@ -53,6 +57,7 @@ pub struct Heater {
     pub settings: HeaterSettings,
     law: Law,
     reading: Result<Celsius, SensorFault>,
+    filter: Filter,
     target: Celsius,
     duty: Duty,
     due: Micros,
@@ -62,10 +67,11 @@ impl Heater {
     fn new(settings: HeaterSettings) -> Self {
         let law = Law::new(&settings.law, settings.max_duty);
         let (reading, target, duty) = (Err(SensorFault::SILENT), Celsius(0.0), Duty::OFF);
-        Self { settings, law, reading, target, duty, due: Micros(0) }
+        let filter = Filter::new(settings.filter_s, settings.period);
+        Self { settings, law, reading, filter, target, duty, due: Micros(0) }
     }
 
-    /// Latest temperature; `None` when the sensor gives none.
+    /// Latest temperature, filtered; `None` when the sensor gives none.
     #[must_use]
     pub fn reading(&self) -> Option<Celsius> {
         self.reading.ok()
@@ -136,10 +142,11 @@ impl Heater {
 
     /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
     /// fault is for [`HeatSafety`] to say.
-    fn sample(&mut self, raw: SensorReading) {
-        self.reading = self.settings.sensor.celsius(raw);
+    fn sample(&mut self, read: Result<Celsius, SensorFault>) {
+        self.reading = self.filter.pass(read);
         let allowed = self.settings.min..=self.settings.max;
-        self.duty = match self.reading().filter(|reading| self.is_on() && allowed.contains(reading)) {
+        let believable = read.is_ok_and(|read| allowed.contains(&read));
+        self.duty = match self.reading().filter(|_| self.is_on() && believable) {
             Some(reading) => self.law.update(self.target, reading, self.settings.period),
             None => Duty::OFF,
         };
@@ -208,6 +215,7 @@ impl HeatControl {
     pub fn set_sensor(&mut self, id: HeaterId, sensor: Sensor) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()).filter(|heater| !heater.is_on()) else { return false };
         heater.settings.sensor = sensor;
+        heater.filter.restart();
         self.safety.set_sensor(id, sensor);
         true
     }
@@ -397,13 +405,14 @@ impl HeatControl {
                 self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
             }
         }
-        for (id, raw) in HeaterId::all().zip(readings) {
-            let Some(heater) = self.heaters.get_mut(id.index()) else { break };
-            if now < heater.due {
+        for id in HeaterId::all().take(self.heaters.len()) {
+            if self.heaters.get(id.index()).is_none_or(|heater| now < heater.due) {
                 continue;
             }
+            let read = read_sensor(&self.heaters, |heater| &heater.settings.sensor, readings, id);
+            let Some(heater) = self.heaters.get_mut(id.index()) else { break };
             heater.due = now.plus(heater.settings.period);
-            heater.sample(*raw);
+            heater.sample(read);
             self.drive_heater(id.index());
         }
         let heaters = &self.heaters;

@@ -260,10 +260,14 @@ pub(crate) fn report_temperatures(
 pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Message {
     let name = config.heater(fault.heater).map_or("?", |heater| heater.designator.as_str());
     match fault.cause {
-        HeatCause::NoReading(fault) => message(format_args!(
-            "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! ({})",
-            fault.message()
-        )),
+        HeatCause::NoReading(fault) => {
+            let part = fault.part().and_then(|part| config.heater(part)).map_or("", |part| part.name.as_str());
+            message(format_args!(
+                "MINTEMP or MAXTEMP triggered on {name}: {part}{}{}",
+                if part.is_empty() { "" } else { ": " },
+                fault.message()
+            ))
+        }
         HeatCause::BelowMinimum(celsius) | HeatCause::AboveMaximum(celsius) => message(format_args!(
             "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",
             celsius.0

@@ -45,6 +45,7 @@ mod probing;
 mod recovery;
 mod samples;
 mod senders;
+mod sensors;
 mod sessions;
 mod settings;
 mod slicers;

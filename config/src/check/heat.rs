@@ -66,6 +66,17 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
             }
         }
         SensorKind::Pt100 | SensorKind::Pt1000 | SensorKind::Ad849x => {}
+        // See `combined_sensors`.
+        SensorKind::Max | SensorKind::Min | SensorKind::Mean | SensorKind::Difference => {}
+        SensorKind::Chip if heater.heater_pin.is_some() => {
+            let reason = format_args!("the microcontroller's own temperature says nothing of a heater");
+            checks.error(
+                (SECTION, place, "sensor"),
+                reason,
+                format_args!("write the heater's sensor, or heater_pin = nc"),
+            );
+        }
+        SensorKind::Chip => {}
         SensorKind::Voltage => {
             if let Some(reason) = flaw(&heater.sensor.voltage_points) {
                 let fix = format_args!("write two points or more, as in 0,0.5, 300,2.5 (temperature,voltage)");

@@ -4,6 +4,7 @@
 
 mod alignment;
 mod arms;
+mod combined_sensors;
 mod endstop_phase;
 mod filament;
 mod heat;
@@ -41,6 +42,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     leveling::check(&mut checks);
     alignment::check(&mut checks);
     heat::check(&mut checks);
+    combined_sensors::check(&mut checks);
     filament::check(&mut checks);
     tools::check(&mut checks);
     uart::check(&mut checks);

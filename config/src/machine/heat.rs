@@ -3,7 +3,7 @@
 use super::{Name, ToolId};
 use crate::pin::{Pin, ThermistorInput};
 use heapless::String;
-use units::{Celsius, Duty, Micros, Ohms, Volts};
+use units::{Celsius, Duty, HeaterId, Micros, Ohms, Volts};
 
 /// Kind of sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,15 +15,39 @@ pub enum SensorKind {
     Pt1000,
     Ad849x,
     Voltage,
+    Max,
+    Min,
+    Mean,
+    Difference,
+    Chip,
     Max31855,
 }
 
 impl SensorKind {
     /// In the order of [`Self::WORDS`].
-    pub const ALL: [Self; 6] =
-        [Self::Thermistor, Self::Pt100, Self::Pt1000, Self::Ad849x, Self::Voltage, Self::Max31855];
+    pub const ALL: [Self; 11] = [
+        Self::Thermistor,
+        Self::Pt100,
+        Self::Pt1000,
+        Self::Ad849x,
+        Self::Voltage,
+        Self::Max,
+        Self::Min,
+        Self::Mean,
+        Self::Difference,
+        Self::Chip,
+        Self::Max31855,
+    ];
     /// What the file calls them.
-    pub const WORDS: [&'static str; 6] = ["thermistor", "pt100", "pt1000", "ad849x", "voltage", "max31855"];
+    pub const WORDS: [&'static str; 11] = {
+        let mut words = [""; 11];
+        let mut at = 0;
+        while at < words.len() {
+            words[at] = Self::ALL[at].word();
+            at += 1;
+        }
+        words
+    };
 
     /// What the file calls it.
     #[must_use]
@@ -34,6 +58,11 @@ impl SensorKind {
             Self::Pt1000 => "pt1000",
             Self::Ad849x => "ad849x",
             Self::Voltage => "voltage",
+            Self::Max => "max",
+            Self::Min => "min",
+            Self::Mean => "mean",
+            Self::Difference => "difference",
+            Self::Chip => "chip",
             Self::Max31855 => "max31855",
         }
     }
@@ -42,6 +71,12 @@ impl SensorKind {
     #[must_use]
     pub const fn is_analog(self) -> bool {
         matches!(self, Self::Thermistor | Self::Pt100 | Self::Pt1000 | Self::Ad849x | Self::Voltage)
+    }
+
+    /// It measures nothing itself: it combines others.
+    #[must_use]
+    pub const fn is_combined(self) -> bool {
+        matches!(self, Self::Max | Self::Min | Self::Mean | Self::Difference)
     }
 }
 
@@ -85,6 +120,10 @@ pub struct SensorConfig {
     pub amplifier_offset: Volts,
     /// Points of (temperature C, volts), as many as are written.
     pub voltage_points: [Option<[f64; 2]>; MAX_VOLTAGE_POINTS],
+    /// The temperature controls that it combines, in the order that is written.
+    pub parts: [Option<HeaterId>; units::MAX_HEATERS],
+    /// Time constant of the filter between sensor and control, s; 0: none.
+    pub filter_s: f32,
     /// SPI bus of a MAX31855.
     pub spi_channel: Option<u8>,
     /// Chip select of a MAX31855.
@@ -170,6 +209,8 @@ pub struct TemperatureConfig {
     pub designator: String<8>,
     /// Sensor.
     pub sensor: SensorConfig,
+    /// Names of what a combined sensor is made of.
+    pub combines: String<96>,
     /// Heater output; none: read only.
     pub heater_pin: Option<Pin>,
     /// Ceiling of the output.
@@ -199,6 +240,11 @@ pub struct TemperatureConfig {
 }
 
 impl TemperatureConfig {
+    /// Names of what a combined sensor is made of.
+    pub fn part_names(&self) -> impl Iterator<Item = &str> {
+        self.combines.split([',', ' ', '\t']).filter(|name| !name.is_empty())
+    }
+
     /// The control law chosen.
     #[must_use]
     pub const fn control(&self) -> ControlLaw {

@@ -87,8 +87,29 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "Kind of sensor: a thermistor; platinum of 100 or 1000 Ohm straight on the input, r2 its pull-up; a \
              thermocouple with an AD8494 to AD8497; anything else that gives a voltage, by its voltage_curve; or a \
              thermocouple with a MAX31855. The converter may be off by 0.2 % of 3.3 V: 3.4 C for a pt1000, 26 C for a \
-             pt100, 1.3 C for an ad849x.",
+             pt100, 1.3 C for an ad849x. max, min, mean and difference combine the sensors of other temperature controls; \
+             chip is the microcontroller's own, for reports and fans.",
         ),
+        text(
+            "sensors",
+            "",
+            96,
+            heater!(|h, v| h.combines = heapless::String::try_from(v).unwrap_or_default()),
+            "Of max, min, mean and difference: the names of the temperature controls to combine, commas between; \
+             difference is the first less the second. When one of them fails, it fails.",
+        )
+        .velvet(),
+        number(
+            "sensor_filter",
+            "0",
+            (0.0, 60.0),
+            heater!(|h, v| h.sensor.filter_s = v as f32),
+            "Time constant of a low-pass filter between sensor and control; 0: none. Readings are that much late: a \
+             steady rise is seen so many seconds later, a jump to 63 % after it and to 95 % after three times it. \
+             Heat safety sees the sensor unfiltered.",
+        )
+        .unit("s")
+        .velvet(),
         pin(
             "thermistor_pin",
             "nc",

@@ -1,32 +1,49 @@
 //! Raw sensor readings to degrees Celsius. The laws of sensors, with their dead bands and what counts as open
 //! or shorted, are those of `drivers`; here is how the configuration describes one.
 
-use config::{SensorConfig, SensorKind, ThermistorConfig};
+use config::{HeaterId, SensorConfig, SensorKind, ThermistorConfig};
 use drivers::platinum::{Platinum, PlatinumInput};
 use drivers::thermistor::{AdcCode, BuiltIn, Curve, CurveError, Divider, Law, Thermistor};
 use drivers::voltage_sensor::VoltageCurve;
 use units::{Celsius, Ohms};
 
+use super::combined::{Parts, Rule};
 use crate::ports::SensorReading;
 
 /// Why a sensor gives no temperature, in words that say what to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFault {
     words: &'static str,
+    part: Option<HeaterId>,
 }
 
 impl SensorFault {
     /// Nothing has been read, or not for too long.
-    pub const SILENT: Self = Self { words: "the sensor has not been read" };
+    pub const SILENT: Self = Self::new("the sensor has not been read");
     /// What its chip says.
-    pub const REPORTED: Self = Self { words: "the sensor's chip reports a fault" };
+    pub const REPORTED: Self = Self::new("the sensor's chip reports a fault");
     /// What was read makes no temperature.
-    const NO_TEMPERATURE: Self = Self { words: "its reading makes no temperature: check how the sensor is described" };
+    const NO_TEMPERATURE: Self = Self::new("the reading makes no temperature: check its description");
+
+    const fn new(words: &'static str) -> Self {
+        Self { words, part: None }
+    }
 
     /// In words.
     #[must_use]
     pub const fn message(self) -> &'static str {
         self.words
+    }
+
+    /// Of a combined sensor: which part has it.
+    #[must_use]
+    pub const fn part(self) -> Option<HeaterId> {
+        self.part
+    }
+
+    /// The same of a combined sensor, because of this part, or of a part of that.
+    pub(super) const fn of_part(self, part: HeaterId) -> Self {
+        Self { part: if self.part.is_some() { self.part } else { Some(part) }, ..self }
     }
 }
 
@@ -41,8 +58,10 @@ pub enum Sensor {
     Amplifier(VoltageCurve),
     /// What else gives a voltage.
     Voltage(VoltageCurve),
-    /// A thermocouple converter that reports degrees.
-    Max31855,
+    /// One that reports degrees: a converter's chip, or the microcontroller's own.
+    Degrees,
+    /// Made of others: see [`super::combined::read`].
+    Combined(Rule, Parts),
     /// One whose description makes none, and why: it gives no temperature, so nothing heats by it.
     Unusable(&'static str),
 }
@@ -53,9 +72,10 @@ impl Sensor {
     /// # Errors
     /// Why there is none; also for the kind of reading that another sensor would give.
     pub fn celsius(&self, raw: SensorReading) -> Result<Celsius, SensorFault> {
-        let fault = |words| SensorFault { words };
+        let fault = SensorFault::new;
         let celsius = match (self, raw) {
             (Self::Unusable(words), _) => Err(fault(words)),
+            (Self::Combined(..), _) => Err(SensorFault::NO_TEMPERATURE),
             (_, SensorReading::Missing) => Err(SensorFault::SILENT),
             (_, SensorReading::Fault) => Err(SensorFault::REPORTED),
             (Self::Thermistor(thermistor), SensorReading::Counts(counts)) => {
@@ -70,7 +90,7 @@ impl Sensor {
             (Self::Voltage(curve), SensorReading::Counts(counts)) => {
                 curve.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.message()))
             }
-            (Self::Max31855, SensorReading::QuarterDegrees(quarters)) => Ok(Celsius(f32::from(quarters) * 0.25)),
+            (Self::Degrees, SensorReading::MilliDegrees(thousandths)) => Ok(Celsius(thousandths as f32 / 1e3)),
             _ => Err(SensorFault::NO_TEMPERATURE),
         }?;
         // Coefficients that fit no thermistor have a pole somewhere; what stands there is no reading.
@@ -89,6 +109,9 @@ impl Sensor {
 
 impl From<&SensorConfig> for Sensor {
     fn from(config: &SensorConfig) -> Self {
+        if let Some(rule) = Rule::of(config.kind) {
+            return Self::Combined(rule, config.parts);
+        }
         match config.kind {
             SensorKind::Thermistor => {
                 thermistor(&config.thermistor).map_or_else(|flaw| Self::Unusable(flaw.message()), Self::Thermistor)
@@ -98,7 +121,8 @@ impl From<&SensorConfig> for Sensor {
             SensorKind::Ad849x => Self::Amplifier(VoltageCurve::ad849x(config.amplifier_offset)),
             SensorKind::Voltage => VoltageCurve::through(config.voltage_points.into_iter().flatten())
                 .map_or_else(|flaw| Self::Unusable(flaw.message()), Self::Voltage),
-            SensorKind::Max31855 => Self::Max31855,
+            // Only those that are no rule are left.
+            _ => Self::Degrees,
         }
     }
 }
@@ -208,9 +232,9 @@ mod tests {
     #[test]
     fn a_reading_of_another_kind_is_none() {
         assert_eq!(sensor(EPCOS).celsius(SensorReading::Missing), Err(SensorFault::SILENT));
-        assert_eq!(sensor(EPCOS).celsius(SensorReading::QuarterDegrees(100)), Err(SensorFault::NO_TEMPERATURE));
-        assert_eq!(Sensor::Max31855.celsius(SensorReading::Fault), Err(SensorFault::REPORTED));
-        assert_eq!(Sensor::Max31855.celsius(SensorReading::QuarterDegrees(-6)), Ok(Celsius(-1.5)));
+        assert_eq!(sensor(EPCOS).celsius(SensorReading::MilliDegrees(25_000)), Err(SensorFault::NO_TEMPERATURE));
+        assert_eq!(Sensor::Degrees.celsius(SensorReading::Fault), Err(SensorFault::REPORTED));
+        assert_eq!(Sensor::Degrees.celsius(SensorReading::MilliDegrees(-1_500)), Ok(Celsius(-1.5)));
     }
 
     #[test]
@@ -261,8 +285,11 @@ mod tests {
         let amplifier = Sensor::from(&SensorConfig { kind: SensorKind::Ad849x, ..config });
         assert!((amplifier.celsius(counts_of(2.25)).unwrap().0 - 200.0).abs() < 0.02);
         let mut points = [None; config::MAX_VOLTAGE_POINTS];
-        let voltage =
-            |voltage_points| Sensor::from(&SensorConfig { kind: SensorKind::Voltage, voltage_points, ..config });
+        let voltage = |points| {
+            let mut described = config;
+            (described.kind, described.voltage_points) = (SensorKind::Voltage, points);
+            Sensor::from(&described)
+        };
         assert!(voltage(points).flaw().is_some() && voltage(points).celsius(counts_of(1.0)).is_err());
         (points[0], points[1], points[2]) = (Some([0.0, 3.0]), Some([100.0, 2.0]), Some([300.0, 1.0]));
         assert!((voltage(points).celsius(counts_of(1.5)).unwrap().0 - 200.0).abs() < 0.02);

@@ -44,6 +44,8 @@ pub struct HeaterSettings {
     pub time: TimeLimits,
     /// Time between samples.
     pub period: Micros,
+    /// Time constant of the filter between sensor and control, s; 0: none.
+    pub filter_s: f32,
 }
 
 impl From<&TemperatureConfig> for HeaterSettings {
@@ -73,6 +75,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
                 reached_within: config.runaway.error_range,
             },
             period: Micros(1_000_000 / u64::from(config.sensor.readings_per_second.max(1))),
+            filter_s: config.sensor.filter_s,
         }
     }
 }

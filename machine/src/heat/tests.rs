@@ -37,6 +37,7 @@ fn settings() -> HeaterSettings {
             reached_within: Celsius(1.0),
         },
         period: Micros::from_millis(50),
+        filter_s: 0.0,
     }
 }
 

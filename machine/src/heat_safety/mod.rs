@@ -28,7 +28,7 @@ use config::HeaterId;
 use heapless::Vec;
 use units::{Celsius, Micros};
 
-use crate::heat::Sensor;
+use crate::heat::{Sensor, SensorFault, read_sensor};
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReadings, heater_bit};
 use at_rest::StuckOnWatch;
 use course::Course;
@@ -176,9 +176,14 @@ impl HeatSafety {
         let ticks = core::mem::take(&mut self.ticks).max(1) as f32;
         let on = (0..self.watches.len()).filter(|index| target(*index) > OFF_BELOW).count();
         let mut found = None;
-        for ((id, watch), raw) in HeaterId::all().zip(&mut self.watches).zip(readings) {
+        // One that combines others is read through the copies that are here.
+        let mut read = [Err(SensorFault::SILENT); MAX_HEATERS];
+        for (id, read) in HeaterId::all().zip(&mut read) {
+            *read = read_sensor(&self.watches, |watch| &watch.sensor, readings, id);
+        }
+        for ((id, watch), read) in HeaterId::all().zip(&mut self.watches).zip(read) {
             let driven = core::mem::take(&mut watch.on_ticks) as f32 / ticks;
-            let (target, read) = (target(id.index()), watch.sensor.celsius(*raw));
+            let target = target(id.index());
             let another_on = on > usize::from(target > OFF_BELOW);
             let look = Look { now, reading: read.ok(), fault: read.err(), target, driven, another_on };
             watch.warmed.note(&look, on == 0, watch.limits.full_share);

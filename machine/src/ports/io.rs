@@ -37,8 +37,8 @@ pub enum SensorReading {
     Missing,
     /// Averaged thermistor input, 16 bits full scale.
     Counts(u16),
-    /// Digital sensor, in quarters of a degree Celsius (MAX31855 datasheet, table 2).
-    QuarterDegrees(i16),
+    /// A sensor that reports degrees, in thousandths of one.
+    MilliDegrees(i32),
     /// Digital sensor that reports a fault (open, shorted).
     Fault,
 }

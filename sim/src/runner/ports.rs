@@ -241,8 +241,7 @@ impl Board for HostPorts {
     }
 
     fn chip_celsius(&mut self) -> Option<Celsius> {
-        // A chip that has little to do.
-        Some(Celsius(30.0))
+        Some(Celsius(tasks::CHIP_C))
     }
 
     fn set_led(&mut self, _index: u8, _on: bool) {

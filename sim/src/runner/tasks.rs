@@ -1,7 +1,7 @@
 //! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player
 //! of step events that stands in for the step interrupt.
 
-use config::MachineConfig;
+use config::{MachineConfig, SensorKind};
 use machine::ports::{
     Input, InputLevels, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit,
 };
@@ -16,6 +16,8 @@ use crate::world::World;
 pub const SLOT_NS: u64 = HEAT_PERIOD_US as u64 * 1_000;
 /// ADC3 inputs behind the board's names ADC3_0 to ADC3_5.
 const VOLTAGE_CHANNELS: [u8; 6] = [10, 6, 7, 8, 9, 16];
+/// Temperature of a chip that has little to do.
+pub const CHIP_C: f32 = 30.0;
 /// Reference of the converters, volts.
 const REFERENCE_V: f32 = 3.3;
 
@@ -314,6 +316,7 @@ fn readings(shared: &Shared) -> SensorReadings {
         readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures))
     {
         *reading = match (sensor.sensor, controller.sensor.kind) {
+            (_, SensorKind::Chip) => SensorReading::MilliDegrees((CHIP_C * 1e3) as i32),
             (Some(input), kind) if kind.is_analog() => SensorReading::Counts(world.adc_counts(input)),
             _ => SensorReading::Missing,
         };

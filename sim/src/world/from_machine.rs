@@ -238,7 +238,7 @@ fn fitted(sensor: &config::SensorConfig) -> Curve {
             }
             _ => curve(&sensor.thermistor),
         },
-        SensorKind::Thermistor | SensorKind::Max31855 => curve(&sensor.thermistor),
+        _ => curve(&sensor.thermistor),
     }
 }
 

@@ -7,6 +7,7 @@ use sim::world::Fault;
 const READ: &[&str] = &["get temp hotend"];
 const BY_BETA: &[&str] = &["[temperature control] hotend.thermistor"];
 const AMPLIFIER: &[&str] = &["[temperature control] hotend.sensor = ad849x"];
+const DIFFERENCE: &[&str] = &["[temperature control] board.sensor = difference"];
 const VOLTAGE: &[&str] = &["[temperature control] hotend.sensor = voltage"];
 const BANG: &[&str] = &["[temperature control] hotend.bang_bang = true"];
 const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
@@ -23,6 +24,14 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.thermistor_pin", "ADC1_1", "ADC1_2", Board("settings.rs")),
     row("[temperature control] hotend.thermistor", "Semitec-104NT4", "RRRF10K", Say(READ)).built(),
     row("[temperature control] hotend.sensor", "thermistor", "pt1000", Say(READ)).built(),
+    row(
+        "[temperature control] board.sensors",
+        "hotend,bed",
+        "bed,hotend",
+        Say(&["M104 S40", "G4 P4000", "get temp board"]),
+    )
+    .with(DIFFERENCE),
+    row("[temperature control] hotend.sensor_filter", "0", "3", Look(heated)),
     row("[temperature control] hotend.amplifier_offset", "0", "0.1", Say(READ)).with(AMPLIFIER).built(),
     row("[temperature control] hotend.voltage_curve", "0,0.5,100,1.5", "0,0.5,90,1.5", Say(READ)).with(VOLTAGE).built(),
     row("[temperature control] hotend.use_beta_table", "false", "true", Say(READ)).with(TWICE).built(),
