@@ -1,0 +1,337 @@
+//! MAX31856 thermocouple converter: registers over SPI, mode 1 or 3, most significant bit first.
+//!
+//! MAX31856 datasheet (19-7534 Rev 0), "Register Map": 00h configuration 0 (CR0), 01h configuration 1 (CR1), 02h
+//! fault mask, 0Ch to 0Eh linearised thermocouple temperature of 19 bits with 2^-7 C, 0Fh fault status (SR).
+
+use embedded_hal::spi::{Operation, SpiDevice};
+use units::Celsius;
+
+use crate::max31865::Mains;
+
+/// SPI clock the chip takes at most (datasheet, "Serial Interface": fSCL).
+pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
+
+mod register {
+    pub const CR0: u8 = 0x00;
+    pub const TEMPERATURE: u8 = 0x0C;
+    pub const WRITE: u8 = 0x80;
+}
+
+/// CR0.
+mod cr0 {
+    /// Converts continuously.
+    pub const AUTOMATIC: u8 = 1 << 7;
+    /// Looks for an open thermocouple every 16 conversions, with leads below 5 kOhm (OCFAULT 01).
+    pub const FIND_OPEN: u8 = 1 << 4;
+    pub const NOTCH_50_HZ: u8 = 1 << 0;
+}
+
+/// SR.
+mod sr {
+    pub const TC_RANGE: u8 = 1 << 6;
+    pub const CJ_RANGE: u8 = 1 << 7;
+    pub const VOLTAGE: u8 = 1 << 1;
+    pub const OPEN: u8 = 1 << 0;
+}
+
+/// Types of thermocouples, as CR1 numbers them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names are the meaning")]
+pub enum Thermocouple {
+    B = 0,
+    E = 1,
+    J = 2,
+    #[default]
+    K = 3,
+    N = 4,
+    R = 5,
+    S = 6,
+    T = 7,
+}
+
+impl Thermocouple {
+    /// What the chip linearises, C (datasheet, table 1).
+    #[must_use]
+    pub const fn range(self) -> [f32; 2] {
+        match self {
+            Self::B => [250.0, 1_820.0],
+            Self::E => [-200.0, 1_000.0],
+            Self::J => [-210.0, 1_200.0],
+            Self::K => [-200.0, 1_372.0],
+            Self::N => [-200.0, 1_300.0],
+            Self::R | Self::S => [-50.0, 1_768.0],
+            Self::T => [-200.0, 400.0],
+        }
+    }
+}
+
+/// How a chip is set up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// What is connected.
+    pub thermocouple: Thermocouple,
+    /// The filter. It may be changed only while the chip does not convert.
+    pub mains: Mains,
+}
+
+/// Samples that the chip averages: AVGSEL 010, four.
+const AVERAGE_OF_4: u8 = 0b010 << 4;
+
+impl Settings {
+    /// What CR0 and CR1 are to hold.
+    #[must_use]
+    pub const fn configuration(&self) -> [u8; 2] {
+        let notch = if matches!(self.mains, Mains::Hz50) { cr0::NOTCH_50_HZ } else { 0 };
+        [cr0::AUTOMATIC | cr0::FIND_OPEN | notch, AVERAGE_OF_4 | self.thermocouple as u8]
+    }
+}
+
+/// Why there is no temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The bus failed, or what is read cannot be this chip's.
+    Absent,
+    /// The chip lost its settings: its supply failed. They have been written again.
+    Reset,
+    /// Thermocouple not connected (OPEN).
+    Open,
+    /// An input is above the supply or below ground (OVUV).
+    Voltage,
+    /// Colder or hotter than the thermocouple's type can be (TC Range).
+    Range,
+    /// The chip itself is colder than -55 C or hotter than 125 C (CJ Range).
+    ColdJunction,
+}
+
+impl Fault {
+    /// In words.
+    #[must_use]
+    pub const fn message(self) -> &'static str {
+        match self {
+            Self::Absent => "no MAX31856 answers: check its chip select, wiring and supply",
+            Self::Reset => "the MAX31856 has lost its settings: check its supply",
+            Self::Open => "thermocouple open: check its plug and wires",
+            Self::Voltage => "a wire of the sensor touches a voltage: check insulation",
+            Self::Range => "beyond what the thermocouple can be: check type and polarity",
+            Self::ColdJunction => "the MAX31856 itself is too hot or too cold to measure",
+        }
+    }
+
+    /// What SR says, the likeliest cause first; none when it says nothing. The thresholds (bits 5 to 2) are not
+    /// used.
+    #[must_use]
+    pub const fn of_status(status: u8) -> Option<Self> {
+        if status & sr::VOLTAGE != 0 {
+            Some(Self::Voltage)
+        } else if status & sr::OPEN != 0 {
+            Some(Self::Open)
+        } else if status & sr::TC_RANGE != 0 {
+            Some(Self::Range)
+        } else if status & sr::CJ_RANGE != 0 {
+            Some(Self::ColdJunction)
+        } else {
+            None
+        }
+    }
+}
+
+/// The thermocouple's temperature in 0Ch to 0Eh: 19 bits with sign, the last 2^-7 C.
+#[must_use]
+pub const fn celsius([high, middle, low]: [u8; 3]) -> Celsius {
+    let code = i32::from_be_bytes([high, middle, low, 0]) >> 13;
+    Celsius(code as f32 / 128.0)
+}
+
+/// A chip on its bus.
+#[derive(Debug)]
+pub struct Max31856<SPI> {
+    spi: SPI,
+    settings: Settings,
+}
+
+impl<SPI: SpiDevice> Max31856<SPI> {
+    /// Sets the chip up.
+    ///
+    /// # Errors
+    /// When it does not read back what was written.
+    pub fn new(spi: SPI, settings: Settings) -> Result<Self, (Fault, SPI)> {
+        let mut chip = Self { spi, settings };
+        match chip.set_up() {
+            Ok(()) => Ok(chip),
+            Err(fault) => Err((fault, chip.spi)),
+        }
+    }
+
+    fn set_up(&mut self) -> Result<(), Fault> {
+        let [first, second] = self.settings.configuration();
+        // The filter is chosen while the chip stands.
+        for bytes in [[first & !cr0::AUTOMATIC, second], [first, second]] {
+            let frame = [register::CR0 | register::WRITE, bytes[0], bytes[1]];
+            self.spi.write(&frame).map_err(|_| Fault::Absent)?;
+        }
+        if self.configuration()? == [first, second] { Ok(()) } else { Err(Fault::Absent) }
+    }
+
+    fn configuration(&mut self) -> Result<[u8; 2], Fault> {
+        let mut kept = [0; 2];
+        self.read_from(register::CR0, &mut kept)?;
+        Ok(kept)
+    }
+
+    fn read_from(&mut self, register: u8, into: &mut [u8]) -> Result<(), Fault> {
+        let mut operations = [Operation::Write(core::slice::from_ref(&register)), Operation::Read(into)];
+        self.spi.transaction(&mut operations).map_err(|_| Fault::Absent)
+    }
+
+    /// The latest conversion: transfers of three and of five bytes. Faults follow the thermocouple by
+    /// themselves (comparator mode), nothing has to be cleared.
+    ///
+    /// # Errors
+    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no chip
+    /// answers.
+    pub fn read(&mut self) -> Result<Celsius, Fault> {
+        let configuration = self.configuration()?;
+        if configuration == [u8::MAX; 2] {
+            return Err(Fault::Absent);
+        }
+        if configuration != self.settings.configuration() {
+            return Err(self.set_up().err().unwrap_or(Fault::Reset));
+        }
+        let mut result = [0; 4];
+        self.read_from(register::TEMPERATURE, &mut result)?;
+        let [high, middle, low, status] = result;
+        Fault::of_status(status).map_or_else(|| Ok(celsius([high, middle, low])), Err)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_hal::spi::{ErrorKind, ErrorType};
+    use proptest::prelude::*;
+
+    /// The chip by its datasheet: sixteen registers at an address that counts on.
+    struct Chip {
+        registers: [u8; 16],
+        is_there: bool,
+    }
+
+    impl Chip {
+        /// As it is after power-on ("Register Map", factory defaults).
+        fn new() -> Self {
+            let mut registers = [0; 16];
+            (registers[1], registers[2]) = (0x03, 0xFF);
+            Self { registers, is_there: true }
+        }
+
+        fn measures(&mut self, codes: i32, status: u8) {
+            let [high, middle, low, _] = (codes << 13).to_be_bytes();
+            self.registers[12..].copy_from_slice(&[high, middle, low, status]);
+        }
+    }
+
+    impl ErrorType for &mut Chip {
+        type Error = ErrorKind;
+    }
+
+    impl SpiDevice for &mut Chip {
+        fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+            let (mut at, mut first) = (0, true);
+            for operation in operations {
+                match operation {
+                    Operation::Write(bytes) => {
+                        for byte in bytes.iter() {
+                            if core::mem::take(&mut first) {
+                                at = usize::from(byte & 0x0F);
+                            } else if at < 12 {
+                                let stands = self.registers[0] & cr0::AUTOMATIC == 0;
+                                let keeps = at != 0 || stands || self.registers[0] & 1 == byte & 1;
+                                assert!(keeps, "the filter is changed while the chip converts");
+                                self.registers[at] = *byte;
+                                at += 1;
+                            }
+                        }
+                    }
+                    Operation::Read(into) => {
+                        for byte in into.iter_mut() {
+                            *byte = if self.is_there { self.registers[at % 16] } else { 0xFF };
+                            at += 1;
+                        }
+                    }
+                    _ => return Err(ErrorKind::Other),
+                }
+            }
+            Ok(())
+        }
+    }
+
+    fn driver(chip: &mut Chip, settings: Settings) -> Max31856<&mut Chip> {
+        Max31856::new(chip, settings).map_err(|(fault, _)| fault).unwrap()
+    }
+
+    #[test]
+    fn the_datasheet_s_example_codes_are_read() {
+        // "Linearized Thermocouple Temperature Data": temperatures and codes.
+        for (bytes, celsius) in [
+            ([0x64, 0x00, 0x00], 1_600.0),
+            ([0x3E, 0x80, 0x00], 1_000.0),
+            ([0x06, 0x4F, 0x00], 100.937_5),
+            ([0x01, 0x90, 0x00], 25.0),
+            ([0x00, 0x01, 0x00], 0.062_5),
+            ([0x00, 0x00, 0x00], 0.0),
+            ([0xFF, 0xFF, 0x00], -0.062_5),
+            ([0xF0, 0x60, 0x00], -250.0),
+        ] {
+            assert_eq!(super::celsius(bytes).0, celsius);
+        }
+    }
+
+    #[test]
+    fn every_type_and_mains_stands_in_its_bits() {
+        use Thermocouple::{B, E, J, K, N, R, S, T};
+        for (number, thermocouple) in [B, E, J, K, N, R, S, T].into_iter().enumerate() {
+            let [first, second] = Settings { thermocouple, mains: Mains::Hz60 }.configuration();
+            assert_eq!((first, second), (0b1001_0000, 0b0010_0000 | number as u8));
+            assert!(thermocouple.range()[0] < thermocouple.range()[1]);
+        }
+        assert_eq!(Settings::default().configuration(), [0b1001_0001, 0b0010_0011]);
+    }
+
+    #[test]
+    fn every_fault_has_its_bit_and_its_words() {
+        let mut chip = Chip::new();
+        let mut driver = driver(&mut chip, Settings::default());
+        let mut words = Vec::new();
+        for (status, fault) in [(1, Fault::Open), (2, Fault::Voltage), (64, Fault::Range), (128, Fault::ColdJunction)] {
+            driver.spi.measures(3_200, status);
+            assert_eq!(driver.read(), Err(fault));
+            assert!(!words.contains(&fault.message()));
+            words.push(fault.message());
+        }
+        driver.spi.measures(3_200, 0);
+        assert_eq!(driver.read(), Ok(Celsius(25.0)));
+    }
+
+    #[test]
+    fn a_chip_that_forgets_is_told_again_and_a_missing_one_is_absent() {
+        let mut chip = Chip::new();
+        let mut driver = driver(&mut chip, Settings::default());
+        driver.spi.registers = Chip::new().registers;
+        assert_eq!(driver.read(), Err(Fault::Reset));
+        assert_eq!(driver.read(), Ok(Celsius(0.0)));
+        driver.spi.is_there = false;
+        assert_eq!(driver.read(), Err(Fault::Absent));
+        let mut none = Chip { is_there: false, ..Chip::new() };
+        assert!(matches!(Max31856::new(&mut none, Settings::default()), Err((Fault::Absent, _))));
+    }
+
+    proptest! {
+        #[test]
+        fn a_temperature_survives_the_registers(code in -32_000_i32..232_960) {
+            let mut chip = Chip::new();
+            let mut driver = driver(&mut chip, Settings::default());
+            driver.spi.measures(code, 0);
+            prop_assert_eq!(driver.read(), Ok(Celsius(code as f32 / 128.0)));
+        }
+    }
+}
