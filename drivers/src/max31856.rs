@@ -1,7 +1,8 @@
 //! MAX31856 thermocouple converter: registers over SPI, mode 1 or 3, most significant bit first.
 //!
-//! MAX31856 datasheet (19-7534 Rev 0), "Register Map": 00h configuration 0 (CR0), 01h configuration 1 (CR1), 02h
-//! fault mask, 0Ch to 0Eh linearised thermocouple temperature of 19 bits with 2^-7 C, 0Fh fault status (SR).
+//! MAX31856 datasheet (19-7534 Rev 0), "Register Map": 00h configuration 0 (CR0), 01h configuration 1 (CR1),
+//! 02h fault mask, 0Ch to 0Eh linearised thermocouple temperature of 19 bits with 2^-7 C, 0Fh fault status
+//! (SR).
 
 use embedded_hal::spi::{Operation, SpiDevice};
 use units::Celsius;
@@ -117,8 +118,8 @@ impl Fault {
         }
     }
 
-    /// What SR says, the likeliest cause first; none when it says nothing. The thresholds (bits 5 to 2) are not
-    /// used.
+    /// What SR says, the likeliest cause first; none when it says nothing. The thresholds (bits 5 to 2) are
+    /// not used.
     #[must_use]
     pub const fn of_status(status: u8) -> Option<Self> {
         if status & sr::VOLTAGE != 0 {
@@ -187,8 +188,8 @@ impl<SPI: SpiDevice> Max31856<SPI> {
     /// themselves (comparator mode), nothing has to be cleared.
     ///
     /// # Errors
-    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no chip
-    /// answers.
+    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no
+    /// chip answers.
     pub fn read(&mut self) -> Result<Celsius, Fault> {
         let configuration = self.configuration()?;
         if configuration == [u8::MAX; 2] {

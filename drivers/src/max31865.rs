@@ -73,8 +73,8 @@ impl Settings {
         BIAS | AUTOMATIC | wires | notch
     }
 
-    /// Fault thresholds, high and low, as they stand in their registers: a sensor beyond 850 C or below -200 C
-    /// is open or shorted.
+    /// Fault thresholds, high and low, as they stand in their registers: a sensor beyond 850 C or below -200
+    /// C is open or shorted.
     #[must_use]
     pub fn thresholds(&self) -> [u16; 2] {
         [850.0, -200.0].map(|celsius| {
@@ -182,8 +182,8 @@ impl<SPI: SpiDevice> Max31865<SPI> {
     /// The latest conversion: a transfer of nine bytes, and one of two more after a fault.
     ///
     /// # Errors
-    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no chip
-    /// answers. A fault is cleared, so that the next conversion tells whether it lasts.
+    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no
+    /// chip answers. A fault is cleared, so that the next conversion tells whether it lasts.
     pub fn read(&mut self) -> Result<Celsius, Fault> {
         let mut all = [0; 8];
         self.read_from(register::CONFIGURATION, &mut all)?;

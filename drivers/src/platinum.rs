@@ -1,6 +1,6 @@
-//! Platinum resistance sensors: PT100, PT1000 and every other nominal resistance, by the equation of Callendar
-//! and van Dusen with the coefficients of IEC 60751 (alpha 0.00385):
-//! R = R0 (1 + A t + B t^2) from 0 to 850 C, and R = R0 (1 + A t + B t^2 + C (t - 100) t^3) from -200 to 0 C.
+//! Platinum resistance sensors: PT100, PT1000 and every other nominal resistance, by the equation of
+//! Callendar and van Dusen with the coefficients of IEC 60751 (alpha 0.00385): R = R0 (1 + A t + B t^2) from
+//! 0 to 850 C, and R = R0 (1 + A t + B t^2 + C (t - 100) t^3) from -200 to 0 C.
 
 use units::{Celsius, Ohms};
 

@@ -8,8 +8,8 @@ use crate::thermistor::AdcCode;
 pub const REFERENCE: Volts = Volts(3.3);
 /// Most points of a curve.
 pub const MAX_POINTS: usize = 6;
-/// Output of an AD8494, AD8495, AD8496 and AD8497 for each degree, V (AD849x datasheet rev. C, "Specifications":
-/// gain 5 mV/C).
+/// Output of an AD8494, AD8495, AD8496 and AD8497 for each degree, V (AD849x datasheet rev. C,
+/// "Specifications": gain 5 mV/C).
 const AD849X_VOLTS_PER_KELVIN: f64 = 0.005;
 /// An input this near to an end of the range, as a share of it, is no measurement: see [`AdcCode`].
 const DEAD_SHARE: f64 = 0.002;

@@ -92,7 +92,8 @@ fn the_checker_names_a_circle_and_parts_that_are_not_there() {
     assert!(bench.greeting().contains("no temperature to heat to"), "{}", bench.greeting());
 }
 
-/// A sensor that fails high is caught as soon with a filter of a minute as without one: safety stands before it.
+/// A sensor that fails high is caught as soon with a filter of a minute as without one: safety stands before
+/// it.
 #[test]
 fn heat_safety_sees_what_the_filter_hides() {
     let mut bench = machine(&["hotend.sensor_filter = 60", "hotend.max_rise = 0", "hotend.runaway_range = 0"]).start();

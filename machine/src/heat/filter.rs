@@ -13,8 +13,8 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// With a time constant, s, of readings that come so often. Behind a steady rise it is as late as the time
-    /// constant says.
+    /// With a time constant, s, of readings that come so often. Behind a steady rise it is as late as the
+    /// time constant says.
     pub fn new(time_constant_s: f32, period: Micros) -> Self {
         let period_s = period.seconds() as f32;
         let share = if time_constant_s > 0.0 { period_s / (time_constant_s + period_s) } else { 1.0 };

@@ -35,7 +35,8 @@ pub enum Curve {
         /// Resistance at 0 degrees Celsius, ohms.
         r0_ohms: f64,
     },
-    /// An amplifier that drives the input, whatever pulls it up: volts at 0 degrees Celsius, and for each degree.
+    /// An amplifier that drives the input, whatever pulls it up: volts at 0 degrees Celsius, and for each
+    /// degree.
     Amplifier {
         /// Volts at 0 degrees Celsius.
         at_zero: f64,
