@@ -137,7 +137,7 @@ test-lint: target/toolchain.mk
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
-	@$(CARGO) test -q --locked --no-fail-fast
+	@unset MAKEFLAGS MFLAGS; $(CARGO) test -q --locked --no-fail-fast
 	@$(CARGO) test -q --locked -p program --features docs --lib
 
 # What the later tests need, made while those of the host run: fat LTO and the emulator's largest crate take one core

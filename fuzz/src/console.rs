@@ -276,10 +276,10 @@ impl Bench {
     }
 
     /// The console may have begun to receive by YModem, so that its words are the file's: two of Ctrl-X end
-    /// that, behind a block that is given up.
+    /// that, behind a block that is given up. Or it edits a file, which `%c` ends.
     fn end_transfer(&mut self) {
         self.pass(BLOCK_NS);
-        let _ = self.runner.send_on(CONSOLE, b"\x18\x18\x18");
+        let _ = self.runner.send_on(CONSOLE, b"\n%c\n\x18\x18\x18");
     }
 
     /// Motors stand and have no current. False when the halt was released meanwhile.
@@ -296,11 +296,11 @@ impl Bench {
         false
     }
 
-    /// What `?` says, behind the end of a transfer, of an upload and of half a line.
+    /// What `?` says, behind the end of a transfer, of an upload, of editing and of half a line.
     fn says_that_it_is_halted(&mut self, session: SessionId) -> bool {
         for _ in 0..3 {
             // Two of Ctrl-X end YModem, outside a block at once.
-            let _ = self.runner.send_on(session, b"\n\x04\nM29\n\x18\x18\x18");
+            let _ = self.runner.send_on(session, b"\n\x04\nM29\n%c\n\x18\x18\x18");
             self.pass(5 * MS);
             let _ = self.heard(session);
             let _ = self.runner.send_on(session, b"?");
