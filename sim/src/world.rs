@@ -24,6 +24,7 @@ pub use fault::{Fault, SPELLING, TimedFault};
 
 use units::{Actuator, MAX_ACTUATORS};
 
+use crate::models::fan;
 use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
 use crate::models::tmc26x::Tmc26x;
@@ -192,6 +193,8 @@ impl World {
                 self.adc_stands = Some((self.now_ns, volts));
             }
             Fault::HeaterDead(name) => self.heater_named(name)?.stuck = Some(false),
+            Fault::FanStopped(name) => self.set_fan_condition(name, fan::Condition::Stopped)?,
+            Fault::FanSlow(name) => self.set_fan_condition(name, fan::Condition::Slow)?,
             Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
             Fault::SwitchBounces(name) => self.set_switch_fault(name, switch::Fault::Bounces)?,
@@ -213,6 +216,9 @@ impl World {
             heater.wiring = crate::models::thermistor::Wiring::Sound;
             heater.stuck = None;
             heater.seat = heat::Seat::default();
+        }
+        for fan in &mut self.fans {
+            fan.fan.condition = fan::Condition::Sound;
         }
         for (switch, _) in &mut self.switches {
             switch.fault = switch::Fault::Sound;

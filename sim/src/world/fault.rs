@@ -21,6 +21,10 @@ pub enum Fault {
     HeaterStuckOn(String),
     /// The heater gives no heat.
     HeaterDead(String),
+    /// Something holds the fan of this name.
+    FanStopped(String),
+    /// The fan of this name hardly turns.
+    FanSlow(String),
     /// The switch never operates.
     SwitchNeverOperates(String),
     /// The switch always reads as operated.
@@ -57,7 +61,7 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER fan-stopped:FAN fan-slow:FAN \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
@@ -100,6 +104,8 @@ impl TimedFault {
             }
             "adc-stands" => Fault::AdcStands,
             "heater-dead" => Fault::HeaterDead(named()?),
+            "fan-stopped" => Fault::FanStopped(named()?),
+            "fan-slow" => Fault::FanSlow(named()?),
             "switch-never" => Fault::SwitchNeverOperates(named()?),
             "switch-always" => Fault::SwitchAlwaysOperated(named()?),
             "switch-bounces" => Fault::SwitchBounces(named()?),

@@ -2,6 +2,7 @@
 
 use super::electrics::Path;
 use super::{FanConfig, GRID_NS, HeaterConfig, World};
+use crate::models::fan::{Condition, Fan, Plant};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
 
@@ -43,11 +44,12 @@ impl Load {
 pub(super) struct FanState {
     load: Load,
     path: Path,
+    pub(super) fan: Fan,
 }
 
 impl FanState {
     pub(super) fn new(config: &FanConfig) -> Self {
-        Self { load: Load::default(), path: Path::of(Some(config.pin)) }
+        Self { load: Load::default(), path: Path::of(Some(config.pin)), fan: Fan::new(Plant::SMALL) }
     }
 }
 
@@ -132,7 +134,34 @@ impl World {
     fn pass_fan(&mut self, at_ns: u64, fan: usize) -> f64 {
         let path = self.fans[fan].path;
         let runs = self.passes(path) && self.load_volts(path) > 0.0;
-        self.fans[fan].load.finish(at_ns) * f64::from(u8::from(runs))
+        let fan = &mut self.fans[fan];
+        let drive = fan.load.finish(at_ns) * f64::from(u8::from(runs));
+        fan.fan.pass(GRID_NS as f64 * 1e-9, drive);
+        match fan.fan.condition {
+            Condition::Sound => drive,
+            Condition::Stopped | Condition::Slow => 0.0,
+        }
+    }
+
+    /// The tachometer of a fan closes its contact.
+    #[must_use]
+    pub fn fan_tachometer(&self, index: usize) -> bool {
+        self.fans[index].fan.is_closed()
+    }
+
+    /// Turns a minute of a fan.
+    #[must_use]
+    pub fn fan_rpm(&self, index: usize) -> f64 {
+        self.fans[index].fan.rpm()
+    }
+
+    pub(super) fn set_fan_condition(&mut self, name: &str, condition: Condition) -> Result<(), String> {
+        let known = || self.config.fans.iter().map(|fan| fan.name.as_str()).collect::<Vec<_>>().join(" ");
+        match self.config.fans.iter().position(|fan| fan.name == name) {
+            Some(index) => self.fans[index].fan.condition = condition,
+            None => return Err(format!("no fan `{name}`; there are: {}", known())),
+        }
+        Ok(())
     }
 
     /// The level of a heater's output pin, by index in the configuration.
