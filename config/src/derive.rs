@@ -1,7 +1,7 @@
 //! Defaults that depend on other settings, and the tidying up after the checks.
 
 use crate::ledger::{Ledger, Path};
-use crate::machine::{ArmSolution, DriverKind, HomingDirection, MachineConfig, OutputKind, ToolId};
+use crate::machine::{ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
 use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond};
@@ -30,6 +30,11 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
     }
     temperatures(config, &written);
     switches(config, &written);
+    for (place, fan) in config.fans.iter_mut().enumerate() {
+        if !written("fan", place, "idle_speed") {
+            fan.idle_speed = if fan.follows == FanFollows::Electronics { fan.speed } else { 0.0 };
+        }
+    }
     drivers(config, &written);
     for (place, stop) in config.endstops.iter_mut().enumerate() {
         if !written("endstops", place, "homing_position") {
@@ -199,6 +204,9 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     config.filament_detector.enable &= !is_off("filament detector", "");
     config.filament_width.enable &= !is_off("filament width sensor", "");
     config.player.on_boot_gcode_enable &= !is_off("player", "");
+    config.buttons.retain(|button| !is_off("button box", &button.name));
+    config.fans.retain(|fan| !is_off("fan", &fan.name));
+    config.temperature_switches.retain(|rule| !is_off("temperature switch", &rule.name));
     config.off = off;
 }
 
@@ -250,10 +258,17 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     config.endstops.sort_unstable_by(|a, b| a.name.cmp(&b.name));
     config.switches.retain(|switch| switch.enable);
     config.switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.buttons.retain(|button| button.enable);
+    config.buttons.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.fans.retain(|fan| fan.enable);
+    config.fans.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    config.temperature_switches.retain(|rule| rule.enable);
+    config.temperature_switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
     name_parts(config);
 }
 
-/// Finds what combined sensors are made of, now that every temperature control has its place.
+/// Finds what combined sensors are made of and what fans watch, now that every temperature control has its
+/// place.
 fn name_parts(config: &mut MachineConfig) {
     for place in 0..config.temperatures.len() {
         let Some(heater) = config.temperatures.get(place) else { return };
@@ -264,5 +279,10 @@ fn name_parts(config: &mut MachineConfig) {
         if let Some(heater) = config.temperatures.get_mut(place) {
             heater.sensor.parts = parts;
         }
+    }
+    let MachineConfig { fans, temperatures, .. } = config;
+    for fan in fans {
+        let watched = |name: &str| temperatures.iter().position(|control| control.name == name);
+        fan.watched = fan.sensor_names().filter_map(watched).fold(0, |bits, place| bits | 1 << place);
     }
 }

@@ -26,10 +26,11 @@ pub enum Scope {
 const SCOPES: &[(&str, Scope)] = &[
     ("temperature control", Scope::Instance),
     ("switch", Scope::Instance),
+    ("fan", Scope::Instance),
     ("extruder", Scope::Instance),
     ("voltage monitor", Scope::Instance),
-    ("temperature switch", Scope::Section),
-    ("button box", Scope::Section),
+    ("temperature switch", Scope::Instance),
+    ("button box", Scope::Instance),
     ("mpg", Scope::Section),
     ("uart console", Scope::Section),
     ("consoles", Scope::Section),

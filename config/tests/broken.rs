@@ -112,7 +112,23 @@ const ADDITIONS: &[(&str, &str)] = &[
         "two switches on one timer channel",
         "[pwm1]\nfrequency = 5000\n\n[switch]\na.enable = true\na.output_pin = PWM1_1\na.output_type = hwpwm\na.input_on_command = M3\nb.enable = true\nb.output_pin = PE9\nb.output_type = digital\nb.input_on_command = M8\n",
     ),
-    ("a part that nothing reads yet", "[temperature switch]\nhotend.enable = true\n"),
+    ("a part that nothing reads yet", "[network]\nenable = true\n"),
+    ("a rule without anything to watch or to do", "[temperature switch]\nhotend.enable = true\n"),
+    (
+        "two rules that contend for a switch",
+        "[temperature switch]\na.enable = true\na.designator = T\na.switch = fan\nb.enable = true\nb.designator = B\nb.switch = fan\n",
+    ),
+    ("a fan that codes switch too", "[fan]\nfan.enable = true\nfan.follows = heaters\nfan.sensors = hotnd\n"),
+    (
+        "a fan without a switch",
+        "[fan]\npump.enable = true\npump.stopped_after = 3\npump.max_power = 10\npump.min_power = 20\n",
+    ),
+    ("a button without a pin", "[button box]\none.press = M24\n"),
+    ("a button that halts too late", "[button box]\none.pin = PB7^\none.press = KILL\none.long_press = M24\n"),
+    (
+        "a servo whose pulses do not fit",
+        "[pwm1]\nfrequency = 5000\n\n[switch]\narm.enable = true\narm.output_pin = PWM1_1\narm.output_type = hwpwm\narm.input_on_command = M280\narm.servo_max_angle = 180\n",
+    ),
     ("a function that is still to come", "[laser]\nenable = true\npwm_pin = PWM1_1\n"),
     (
         "an external driver that steps faster than its pulses",

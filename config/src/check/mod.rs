@@ -4,8 +4,10 @@
 
 mod alignment;
 mod arms;
+mod buttons;
 mod combined_sensors;
 mod endstop_phase;
+mod fans;
 mod filament;
 mod heat;
 mod homing;
@@ -17,6 +19,7 @@ mod pins;
 mod planner;
 mod shapers;
 mod soft_endstops;
+mod temperature_switches;
 mod tools;
 mod uart;
 
@@ -47,6 +50,9 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     tools::check(&mut checks);
     uart::check(&mut checks);
     outputs::check(&mut checks);
+    temperature_switches::check(&mut checks);
+    fans::check(&mut checks);
+    buttons::check(&mut checks);
     pins::check(&mut checks);
 }
 

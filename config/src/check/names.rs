@@ -4,7 +4,7 @@ use super::Checks;
 use crate::diagnostic::Severity;
 use crate::ledger::Path;
 use crate::report::At;
-use crate::schema::SECTIONS;
+use crate::schema::{Fallback, SECTIONS};
 use crate::suggest;
 use crate::text::nearest;
 
@@ -18,7 +18,8 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         for place in (0..MOST).take_while(|place| !name(*place).is_empty()) {
             let Some(path) = Path::named(section.name, place, "enable") else { break };
             let is_said = checks.ledger.span(path).is_some() || checks.ledger.is_unreadable(path);
-            if is_said || checks.ledger.first_of(path.section, path.place).is_none() {
+            let is_enabled_anyway = path.setting().is_some_and(|setting| setting.default == Fallback::Value("true"));
+            if is_said || is_enabled_anyway || checks.ledger.first_of(path.section, path.place).is_none() {
                 continue;
             }
             let others = (0..MOST).filter(|other| *other != place).map(name).filter(|other| !other.is_empty());

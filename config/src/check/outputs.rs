@@ -50,6 +50,12 @@ fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     }
 }
 
+/// Another section operates it.
+fn is_automatic(checks: &Checks<'_, '_>, switch: &SwitchConfig) -> bool {
+    let ruled = checks.config.temperature_switches.iter().any(|rule| rule.enable && rule.switch == switch.name);
+    ruled || checks.config.automatic_fan(&switch.name).is_some()
+}
+
 fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     let is_written = |checks: &Checks<'_, '_>, key| {
         Path::named(SWITCH, place, key).is_some_and(|path| checks.ledger.span(path).is_some())
@@ -58,7 +64,9 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
         let reason = format_args!("the switch does not say how its output is driven");
         checks.error((SWITCH, place, "output_type"), reason, format_args!("write digital, sigmadeltapwm or hwpwm"));
     }
-    if switch.input_on_command.is_none() && switch.input_off_command.is_none() && switch.io_number.is_none() {
+    let is_named =
+        switch.input_on_command.is_some() || switch.input_off_command.is_some() || switch.io_number.is_some();
+    if !is_named && !is_automatic(checks, switch) {
         let reason = format_args!("no code turns the switch on or off");
         checks.error((SWITCH, place, "input_on_command"), reason, format_args!("write a code, as in M106"));
     }
@@ -84,8 +92,33 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
         }
         (Some(OutputPin::Digital(_)), _) => {}
     }
+    servo(checks, place, switch);
     if switch.output_kind == OutputKind::HardwarePwm && switch.startup_value > 100.0 {
         let reason = format_args!("{} is more than 100 percent", switch.startup_value);
         checks.error((SWITCH, place, "startup_value"), reason, format_args!("write 0 to 100"));
+    }
+}
+
+/// A servo's pulses must fit the period of a timer.
+fn servo(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
+    let [least, most] = switch.servo.pulse_us;
+    if switch.servo.max_angle <= 0.0 {
+        return;
+    }
+    let at = (SWITCH, place, "servo_max_angle");
+    let Some(OutputPin::Pwm(pwm)) = switch.output_pin else {
+        let reason = format_args!("only a timer gives pulses that are exact enough for a servo");
+        checks.error(at, reason, format_args!("write output_type = hwpwm and a pin of PWM1_1 to PWM2_4"));
+        return;
+    };
+    if most <= least {
+        let reason = format_args!("it is no more than servo_min_us");
+        checks.error((SWITCH, place, "servo_max_us"), reason, format_args!("write more"));
+    }
+    let timer = usize::from(pwm.timer).saturating_sub(1);
+    let hertz = checks.config.pwm_frequency_hz.get(timer).copied().flatten();
+    if let Some(hertz) = hertz.filter(|hertz| *hertz as f32 * most >= 1e6) {
+        let reason = format_args!("pulses of {most} us do not fit into the period of {hertz} Hz");
+        checks.error(at, reason, format_args!("write frequency = 50 in [pwm{}]", pwm.timer));
     }
 }

@@ -6,7 +6,9 @@
 mod actuators;
 mod alignment;
 mod arms;
+mod buttons;
 mod calibration;
+mod fans;
 mod filament;
 mod heat;
 mod homing;
@@ -15,13 +17,16 @@ mod leveling;
 mod motion;
 mod outputs;
 mod system;
+mod temperature_switches;
 
 pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig};
 pub use alignment::{
     AxisTwist, BedScrews, MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread, ZAlignment,
 };
 pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
+pub use buttons::{ButtonConfig, ButtonWord};
 pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
+pub use fans::{FanConfig, FanControl, FanDriveConfig, FanFollows, StoppedFan, TachometerConfig};
 pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
 pub use heat::{
     ControlLaw, MAX_VOLTAGE_POINTS, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig,
@@ -33,11 +38,12 @@ pub use leveling::{
     CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
 };
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
-pub use outputs::{CommandCode, InputBehaviour, OutputKind, SwitchConfig, VoltageMonitor};
+pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
     PrinterDialect, SystemConfig, ToolChangeConfig, UartConfig,
 };
+pub use temperature_switches::{TemperatureSwitchConfig, Trigger};
 
 use crate::module::{MAX_OFF, OffModule};
 use heapless::{String, Vec};
@@ -53,6 +59,12 @@ pub type Command = String<96>;
 pub const MAX_TEMPERATURES: usize = units::MAX_HEATERS;
 /// Switches at most.
 pub const MAX_SWITCHES: usize = 16;
+/// Buttons of `[button box]` at most.
+pub const MAX_BUTTONS: usize = 12;
+/// Fans at most.
+pub const MAX_FANS: usize = 8;
+/// Rules of `[temperature switch]` at most.
+pub const MAX_TEMPERATURE_SWITCHES: usize = 8;
 /// Endstops at most: two per axis.
 pub const MAX_ENDSTOPS: usize = 12;
 /// Extruders at most: actuators delta, epsilon and zeta.
@@ -113,6 +125,14 @@ pub struct MachineConfig {
     pub probe_scripts: [Command; 2],
     /// `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
+    /// `[button box]`, those in use only after reading.
+    pub buttons: Vec<ButtonConfig, MAX_BUTTONS>,
+    /// How often they are looked at, in Hz.
+    pub button_poll_hz: u16,
+    /// `[fan]`, enabled ones only after reading.
+    pub fans: Vec<FanConfig, MAX_FANS>,
+    /// `[temperature switch]`, enabled ones only after reading.
+    pub temperature_switches: Vec<TemperatureSwitchConfig, MAX_TEMPERATURE_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.
     pub pwm_frequency_hz: [Option<u32>; 2],
     /// `[voltage monitor]`, with the built-in vmotor and vfet.

@@ -2,7 +2,7 @@
 
 use super::{Command, Name};
 use crate::pin::{OutputPin, Pin, VoltageInput};
-use units::Duty;
+use units::{Duty, Micros};
 
 /// A G or M code a switch listens to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,15 @@ pub enum InputBehaviour {
     Momentary,
     /// Each press flips it.
     Toggle,
+}
+
+/// A servo on a timer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ServoConfig {
+    /// The greatest angle, degrees; 0: there is none.
+    pub max_angle: f32,
+    /// Width of its pulses at angle 0 and at the greatest, microseconds.
+    pub pulse_us: [f32; 2],
 }
 
 /// One switch: an input when `input_pin` is set, else an output.
@@ -72,6 +81,10 @@ pub struct SwitchConfig {
     pub startup_value: f32,
     /// Hardware PWM: percent of an on command without words.
     pub default_on_value: f32,
+    /// So long after an on code has turned it on, the next line follows.
+    pub on_delay: Micros,
+    /// Hardware PWM: it turns a servo, and S is an angle.
+    pub servo: ServoConfig,
     /// State in a fault.
     pub failsafe_set_to: bool,
     /// State when the machine halts.

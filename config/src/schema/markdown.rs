@@ -45,7 +45,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "filament change",
         ],
     ),
-    ("Switches, fans, voltages", &["switch", "pwm1", "pwm2", "voltage monitor", "button box"]),
+    ("Switches, fans, voltages", &["switch", "fan", "pwm1", "pwm2", "voltage monitor", "button box"]),
     (
         "Homing and probing",
         &[

@@ -7,6 +7,7 @@
 mod actuators;
 mod alignment;
 mod build;
+mod buttons;
 mod cycles;
 mod endstop_phase;
 mod endstops;
@@ -15,6 +16,7 @@ mod examples;
 mod extruder;
 #[cfg(test)]
 mod facts;
+mod fans;
 mod filament;
 mod filament_width;
 mod heat;
@@ -31,6 +33,7 @@ mod shaper;
 mod soft_endstops;
 mod switches;
 mod system;
+mod temperature_switches;
 #[cfg(test)]
 mod tests;
 
@@ -61,6 +64,7 @@ pub const SECTIONS: &[Section] = &[
     endstops::ENDSTOPS,
     soft_endstops::SOFT_ENDSTOP,
     switches::SWITCH,
+    fans::FAN,
     switches::PWM1,
     switches::PWM2,
     switches::VOLTAGE_MONITOR,
@@ -90,8 +94,8 @@ pub const SECTIONS: &[Section] = &[
     filament::FILAMENT_DETECTOR,
     filament_width::FILAMENT_WIDTH_SENSOR,
     filament::FILAMENT_CHANGE,
-    modules::TEMPERATURE_SWITCH,
-    modules::BUTTON_BOX,
+    temperature_switches::TEMPERATURE_SWITCH,
+    buttons::BUTTON_BOX,
     modules::LATHE,
     modules::ELS,
     modules::ST7920,

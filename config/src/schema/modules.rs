@@ -1,7 +1,7 @@
 //! Functions that are not part of Velvet yet. Their settings are known, checked, and refused when they are
 //! used.
 
-use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text, word};
+use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text};
 use super::{Form, Instances, PinRole, Section};
 
 /// Instances that nothing stores yet.
@@ -51,62 +51,6 @@ pub const LASER: Section = Section {
         integer("proportional_power_frequency", "10000", (0, 1_000_000), nowhere, "Rate of power updates.")
             .unit("Hz")
             .dormant(),
-    ],
-};
-
-pub const TEMPERATURE_SWITCH: Section = Section {
-    name: "temperature switch",
-    summary: "Switches that follow a temperature.",
-    form: Form::Named(UNREAD),
-    settings: &[
-        bool("enable", "false", nowhere, "There is such a rule.")
-            .v1("temperatureswitch.<name>.enable")
-            .not_yet_harmless("leave it disabled until Velvet can do it"),
-        text("designator", "", 96, no_text, "First letter of the controllers to watch; the hottest counts.")
-            .v1("temperatureswitch.<name>.designator")
-            .dormant(),
-        text("switch", "", 96, no_text, "Name of the output switch to operate.")
-            .v1("temperatureswitch.<name>.switch")
-            .dormant(),
-        bool("inverted", "false", nowhere, "Inverts the state sent to the switch.")
-            .v1("temperatureswitch.<name>.inverted")
-            .dormant(),
-        word("trigger", "level", &["level", "rising", "falling"], nowhere, "When the switch is operated.")
-            .v1("temperatureswitch.<name>.trigger")
-            .dormant(),
-        integer("arm_mcode", "0", (0, 1_000_000), nowhere, "M-code that arms (S non-zero) or disarms it.")
-            .v1("temperatureswitch.<name>.arm_mcode")
-            .dormant(),
-        bool("start_armed", "false", nowhere, "Arms it at boot when an arm M-code exists.").dormant(),
-        number("threshold_temp", "50", ANY, nowhere, "Temperature that separates low and high.")
-            .unit("C")
-            .v1("temperatureswitch.<name>.threshold_temp")
-            .dormant(),
-        integer("heatup_poll", "15", (0, 1_000_000), nowhere, "Check interval while low.")
-            .unit("s")
-            .v1("temperatureswitch.<name>.heatup_poll")
-            .dormant(),
-        integer("cooldown_poll", "60", (0, 1_000_000), nowhere, "Check interval while high.")
-            .unit("s")
-            .v1("temperatureswitch.<name>.cooldown_poll")
-            .dormant(),
-    ],
-};
-
-pub const BUTTON_BOX: Section = Section {
-    name: "button box",
-    summary: "Buttons that send lines.",
-    form: Form::Named(UNREAD),
-    settings: &[
-        integer("poll_frequency_hz", "20", (0, 1_000), nowhere, "Polling rate of all buttons.")
-            .unit("Hz")
-            .common()
-            .dormant(),
-        bool("enable", "true", nowhere, "The button is in use; the only enable that is true by itself.").dormant(),
-        text("pin", "nc", 96, no_text, "Input of the button, or external for one that another part reads.").dormant(),
-        text("press", "", 96, no_text, "Line sent on a press; KILL, SUSPEND and $J STOP act at once.")
-            .not_yet_harmless("use [switch] with input_pin, or leave it out"),
-        text("release", "", 96, no_text, "Line sent on release.").dormant(),
     ],
 };
 

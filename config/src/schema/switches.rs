@@ -4,7 +4,7 @@ use super::build::{bool, command, integer, new_name, number, pin, text, voltage,
 use super::{CannotCreate, Form, Instances, PinRole, Section};
 use crate::machine::{Command, InputBehaviour, MAX_SWITCHES, MAX_VOLTAGES, OutputKind, SwitchConfig, VoltageMonitor};
 use crate::pin::{PinName, VoltageInput};
-use units::Duty;
+use units::{Duty, Micros};
 
 /// `|switch, value| ...` on the switch at the instance's place.
 macro_rules! switch {
@@ -86,7 +86,7 @@ pub const SWITCH: Section = Section {
         command(
             "input_on_command",
             switch!(|s, v| s.input_on_command = v),
-            "Code that turns the output on, as in M106 or M106.1.",
+            "Code that turns the output on, as in M106 or M106.1. hwpwm also takes P, the width of pulses in us.",
         )
         .v1("switch.<name>.input_on_command"),
         command(
@@ -156,6 +156,45 @@ pub const SWITCH: Section = Section {
         )
         .unit("%")
         .v1("switch.<name>.default_on_value"),
+        number(
+            "on_delay",
+            "0",
+            (0.0, 60.0),
+            switch!(|s, v| s.on_delay = Micros((v * 1e6) as u64)),
+            "So long after an on code has turned it on, the next line follows: a power supply has come up by then.",
+        )
+        .unit("s")
+        .velvet(),
+        number(
+            "servo_max_angle",
+            "0",
+            (0.0, 720.0),
+            switch!(|s, v| s.servo.max_angle = v as f32),
+            "hwpwm: it turns a servo, and S is an angle up to this, or the width of its pulses in us. 0: S is percent.",
+        )
+        .unit("degree")
+        .klipper("[servo <name>] maximum_servo_angle")
+        .velvet(),
+        number(
+            "servo_min_us",
+            "1000",
+            (100.0, 10_000.0),
+            switch!(|s, v| s.servo.pulse_us[0] = v as f32),
+            "Width of the servo's pulses at angle 0; they are never less wide.",
+        )
+        .unit("us")
+        .klipper("[servo <name>] minimum_pulse_width")
+        .velvet(),
+        number(
+            "servo_max_us",
+            "2000",
+            (100.0, 10_000.0),
+            switch!(|s, v| s.servo.pulse_us[1] = v as f32),
+            "The same at servo_max_angle; they are never wider.",
+        )
+        .unit("us")
+        .klipper("[servo <name>] maximum_pulse_width")
+        .velvet(),
         bool(
             "failsafe_set_to",
             "false",
@@ -185,7 +224,7 @@ pub const PWM1: Section = Section {
         "10000",
         (1, 100_000),
         |c, _, v| c.pwm_frequency_hz[0] = Some(v as u32),
-        "Frequency; the duty has 1000 steps at any.",
+        "Frequency; the duty has 1000 steps, below 200 Hz more.",
     )
     .derived("10000 when the section is there")
     .unit("Hz")
@@ -201,7 +240,7 @@ pub const PWM2: Section = Section {
         "10000",
         (1, 100_000),
         |c, _, v| c.pwm_frequency_hz[1] = Some(v as u32),
-        "Frequency; the duty has 1000 steps at any.",
+        "Frequency; the duty has 1000 steps, below 200 Hz more.",
     )
     .derived("10000 when the section is there")
     .unit("Hz")

@@ -1,0 +1,86 @@
+//! `[button box]`.
+
+use super::build::{bool, integer, new_name, number, pin, text};
+use super::switches::spaced;
+use super::{CannotCreate, Form, Instances, PinRole, Section};
+use crate::machine::{ButtonConfig, MAX_BUTTONS};
+use crate::pin::PinName;
+use units::Micros;
+
+/// `|button, value| ...` on the button at the instance's place.
+macro_rules! button {
+    (|$button:ident, $value:ident| $body:expr) => {
+        |c, i, $value| {
+            if let Some($button) = c.buttons.get_mut(i) {
+                $body;
+            }
+        }
+    };
+}
+
+pub const BUTTON_BOX: Section = Section {
+    name: "button box",
+    summary: "Buttons that send lines. KILL halts at once, SUSPEND suspends the job or goes on with it, $J STOP ends a \
+              jog that a button began with $J -c.",
+    form: Form::Named(Instances {
+        noun: "button",
+        find: |c, name| c.buttons.iter().position(|button| button.name == name),
+        create: |c, name| {
+            let button = ButtonConfig { name: new_name(name)?, ..ButtonConfig::default() };
+            c.buttons.push(button).map_err(|_| CannotCreate::Full(MAX_BUTTONS))?;
+            Ok(c.buttons.len() - 1)
+        },
+        name: |c, i| c.buttons.get(i).map_or("", |button| button.name.as_str()),
+        is_live: |c, i| c.buttons.get(i).is_some_and(|button| button.enable),
+    }),
+    settings: &[
+        integer(
+            "poll_frequency_hz",
+            "20",
+            (1, 100),
+            |c, _, v| c.button_poll_hz = v as u16,
+            "How often buttons are looked at. Contacts may bounce as long as the time between two looks.",
+        )
+        .unit("Hz")
+        .common(),
+        bool(
+            "enable",
+            "true",
+            button!(|b, v| b.enable = v),
+            "The button is in use; the only enable that is true by itself.",
+        ),
+        pin(
+            "pin",
+            "nc",
+            PinRole::Input,
+            button!(|b, v| b.pin = v.and_then(PinName::digital)),
+            "Its input, on while it is pressed: ! where that is low.",
+        ),
+        text(
+            "press",
+            "",
+            96,
+            button!(|b, v| b.press = spaced(v)),
+            "Line sent on a press. Underscores stand for blanks. KILL, SUSPEND and $J STOP act at once.",
+        ),
+        text("release", "", 96, button!(|b, v| b.release = spaced(v)), "Line sent on its release."),
+        text(
+            "long_press",
+            "",
+            96,
+            button!(|b, v| b.long_press = spaced(v)),
+            "Line sent when it has been held for long_press_time; the line of a press is then sent on a shorter press, \
+             when it ends.",
+        )
+        .velvet(),
+        number(
+            "long_press_time",
+            "1",
+            (0.2, 60.0),
+            button!(|b, v| b.long_press_time = Micros((v * 1e6) as u64)),
+            "How long a long press is.",
+        )
+        .unit("s")
+        .velvet(),
+    ],
+};
