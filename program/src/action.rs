@@ -113,7 +113,7 @@ pub enum Action<'b> {
     Function(Function, Words<'b>),
 }
 
-/// A wait for an input (M66).
+/// A wait for an input (M66, M226).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AwaitInput {
     /// Which.
@@ -135,6 +135,13 @@ pub enum InputEvent {
     High,
     /// It is off.
     Low,
+    /// It is the other way than at first.
+    Change,
+}
+
+impl AwaitInput {
+    /// As long as it takes.
+    pub const FOR_EVER: Micros = Micros(u64::MAX);
 }
 
 /// Which way the spindle turns to an angle.
@@ -166,6 +173,13 @@ pub enum Effect {
         on: bool,
         /// The S word.
         value: Option<f32>,
+    },
+    /// A rule that follows a temperature acts from now on, or no longer.
+    Arm {
+        /// Its place in the configuration's list.
+        rule: u8,
+        /// Whether it acts.
+        armed: bool,
     },
 }
 
@@ -399,6 +413,7 @@ pub enum Function {
     ReportPosition,
     ReportFirmware,
     ReportSwitches,
+    ReportFans,
     SayToAll,
     LabelObject,
     // Files and settings.

@@ -7,10 +7,12 @@ use gcode::{Code, Letter};
 use heapless::Vec;
 use units::{HeaterId, SwitchId};
 
-/// Claims of one code: every switch listens to it, and every heater.
-pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS;
-/// Three codes of each heater, two of each switch.
-const MOST: usize = 3 * units::MAX_HEATERS + 2 * 16;
+/// Claims of one code: every switch listens to it, every heater, and every rule.
+pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS + MOST_RULES;
+/// Three codes of each heater, two of each switch, one of each rule.
+const MOST: usize = 3 * units::MAX_HEATERS + 2 * 16 + MOST_RULES;
+/// Rules that a code arms at most.
+const MOST_RULES: usize = 8;
 
 /// What a code does because the configuration says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +27,8 @@ pub enum Claim {
     SwitchOn(SwitchId),
     /// It switches an output off.
     SwitchOff(SwitchId),
+    /// It arms or disarms a rule that follows a temperature, by its place in the configuration's list.
+    Arm(u8),
 }
 
 /// All claimed codes of a machine.

@@ -50,6 +50,9 @@ impl fmt::Display for Described<'_, '_> {
                 value.map_or(Ok(()), |value| write!(f, " at {value}"))?;
                 f.write_str(", on the way")
             }
+            Action::Effect(Effect::Arm { rule, armed }) => {
+                write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
+            }
             Action::HeatAndWait { heater, target } => {
                 write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
             }
@@ -91,6 +94,9 @@ impl fmt::Display for Described<'_, '_> {
             }
             Action::RetractByHand => f.write_str("wait until the tool is drawn out by hand"),
             Action::AwaitInput(AwaitInput { input, event: None, .. }) => write!(f, "read input {}", input.index()),
+            Action::AwaitInput(AwaitInput { input, event: Some(event), patience: AwaitInput::FOR_EVER }) => {
+                write!(f, "wait for input {}, {event:?}", input.index())
+            }
             Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
                 write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())
             }

@@ -2,6 +2,7 @@
 
 use gcode::{Block, Code, Letter};
 use heapless::Vec;
+use units::SwitchId;
 
 use crate::action::{Effect, Function};
 use crate::claims::{Claim, MOST_CLAIMS};
@@ -81,7 +82,8 @@ impl Interpreter {
             return Ok(meaning);
         }
         // A configuration that has a switch listen to one of these was written before they meant anything.
-        let is_switch_s = |code: Code| matches!(code.number, 62..=68) && self.setup.claims.of(code).next().is_some();
+        let is_switch_s =
+            |code: Code| matches!(code.number, 42 | 62..=68 | 226) && self.setup.claims.of(code).next().is_some();
         if claimed.is_some_and(|code| code.letter == Letter::M && is_switch_s(code)) {
             return NOTHING;
         }
@@ -105,28 +107,41 @@ impl Interpreter {
         }
     }
 
+    /// S of a switch, or P where that is the width of its pulses in microseconds. What an output on a timer
+    /// is asked for is percent.
+    fn value_for(&self, switch: SwitchId, context: &Context<'_>) -> Option<f32> {
+        let word = |letter| context.words.get(letter).map(|value| value as f32);
+        let pulses = self.setup.pulses.iter().find(|pulses| pulses.switch == switch);
+        match (pulses, word('S')) {
+            (Some(pulses), None) if !context.dialect.numbers_fans() => word('P').map(|us| pulses.percent_of_width(us)),
+            (Some(pulses), Some(s)) => Some(pulses.percent_of_s(s)),
+            (_, s) => s,
+        }
+    }
+
     /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
     fn claimed<'b>(&mut self, code: Code, context: &Context<'b>) -> Result<Option<Meaning<'b>>, Fault> {
         let claims: Vec<Claim, MOST_CLAIMS> = self.setup.claims.of(code).take(MOST_CLAIMS).collect();
         for claim in &claims {
             let effect = match *claim {
-                Claim::SwitchOn(switch) => {
-                    let value = context.words.get('S').map(|value| value as f32);
-                    Effect::Switch { switch, on: true, value }
-                }
+                Claim::SwitchOn(switch) => Effect::Switch { switch, on: true, value: self.value_for(switch, context) },
                 Claim::SwitchOff(switch) => Effect::Switch { switch, on: false, value: None },
+                Claim::Arm(rule) => {
+                    Effect::Arm { rule, armed: context.words.get('S').is_some_and(|value| value != 0.0) }
+                }
                 _ => continue,
             };
             self.by_the_way(effect);
         }
-        let heats = claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_)));
+        let heats =
+            claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_) | Claim::Arm(_)));
         heats.map(|claim| heat::heat(self, *claim, &claims, context)).transpose()
     }
 }
 
-/// `M106 P1` is another fan than the part's: what listens to `M106.1` is that.
+/// `M106 P1` is another fan than the part's: what listens to `M106.1` is that. `M280 P1` is another servo.
 fn fan_of(code: Code, context: &Context<'_>) -> Code {
-    let is_fan = code.letter == Letter::M && matches!(code.number, 106 | 107) && code.subcode == 0;
+    let is_fan = code.letter == Letter::M && matches!(code.number, 106 | 107 | 280) && code.subcode == 0;
     match context.words.get('P') {
         Some(fan) if is_fan && context.dialect.numbers_fans() => code.sub(fan.clamp(0.0, 255.0) as u8),
         _ => code,

@@ -72,7 +72,7 @@ pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_na
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
 pub use remark::{Remark, write_values};
-pub use setup::{CycleSetup, HeaterSetup, IoKind, IoSetup, Setup, SpindleSetup, ToolSettings};
+pub use setup::{CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, ToolSettings};
 pub use state::{State, States};
 pub use tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
 pub use tools::{MAX_TOOLS, Tool, Tools};

@@ -25,6 +25,8 @@ pub struct Setup {
     pub claims: Claims,
     /// Offsets of coordinate systems and the park position outlast a power cycle as parameters do.
     pub keeps_offsets: bool,
+    /// Switches whose codes give the width of pulses, or an angle.
+    pub pulses: Vec<PulseSetup, MOST_IO>,
     /// Switches that codes name by a number.
     pub io: Vec<IoSetup, MOST_IO>,
     /// Nothing is carried out: programs are only looked at.
@@ -39,6 +41,44 @@ pub struct Setup {
 
 /// Switches at most.
 const MOST_IO: usize = 16;
+
+/// A switch on a timer: what its pulses are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseSetup {
+    /// The switch.
+    pub switch: SwitchId,
+    /// Percent of the timer's period that a microsecond is.
+    pub percent_per_us: f32,
+    /// What angles mean, where it turns a servo.
+    pub servo: Option<ServoSetup>,
+}
+
+/// A servo: pulses from the least to the widest turn it from 0 to the greatest angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoSetup {
+    /// The greatest angle, degrees.
+    pub max_angle: f32,
+    /// Width of its pulses at angle 0 and at the greatest, microseconds.
+    pub pulse_us: [f32; 2],
+}
+
+impl PulseSetup {
+    /// Percent that S asks for: an angle of a servo, or the width of its pulses where that is more than any
+    /// angle; of every other output S is percent.
+    #[must_use]
+    pub fn percent_of_s(&self, s: f32) -> f32 {
+        let Some(ServoSetup { max_angle, pulse_us: [least, most] }) = self.servo else { return s };
+        let width = if s <= max_angle { least + (most - least) * s.max(0.0) / max_angle } else { s };
+        self.percent_per_us * width.clamp(least, most)
+    }
+
+    /// Percent that a width of pulses is, in microseconds.
+    #[must_use]
+    pub fn percent_of_width(&self, us: f32) -> f32 {
+        let us = self.servo.map_or(us, |servo| us.clamp(servo.pulse_us[0], servo.pulse_us[1]));
+        (self.percent_per_us * us).clamp(0.0, 100.0)
+    }
+}
 
 /// A switch that M62 to M68 name by a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

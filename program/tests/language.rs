@@ -10,8 +10,8 @@
 use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, Names, translate};
 use program::{
-    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place, Setup,
-    SpindleSetup, ToolSettings,
+    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place,
+    PulseSetup, ServoSetup, Setup, SpindleSetup, ToolSettings,
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -92,6 +92,21 @@ impl Session {
                 for (code, claim) in [(4, Claim::SwitchOn(SwitchId(6))), (5, Claim::SwitchOff(SwitchId(6)))] {
                     assert!(setup.claims.add(Code::m(code), claim));
                 }
+                self.interpreter = Interpreter::new(setup);
+            }
+            ("servos", "") => {
+                let mut setup = setup();
+                for (switch, code) in [(7, Code::m(280)), (8, Code::m(280).sub(1))] {
+                    assert!(setup.claims.add(code, Claim::SwitchOn(SwitchId(switch))));
+                    let servo = (switch == 7).then_some(ServoSetup { max_angle: 180.0, pulse_us: [1_000.0, 2_000.0] });
+                    let pulses = PulseSetup { switch: SwitchId(switch), percent_per_us: 0.005, servo };
+                    setup.pulses.push(pulses).unwrap();
+                }
+                self.interpreter = Interpreter::new(setup);
+            }
+            ("rule", "") => {
+                let mut setup = setup();
+                assert!(setup.claims.add(Code::m(801), Claim::Arm(0)));
                 self.interpreter = Interpreter::new(setup);
             }
             ("offsets", "kept") => self.interpreter = Interpreter::new(Setup { keeps_offsets: true, ..setup() }),

@@ -23,6 +23,11 @@ pub const TEMPERATURE: CodeInfo = CodeInfo::asks(Code::m(105), Function::ReportT
     .states(EVERYWHERE_BUT_INVALID);
 /// How a code is read that a switch listens to.
 pub const SWITCH: CodeInfo = switch(Code::m(106));
+/// How a code is read that arms a rule of `[temperature switch]`.
+pub const ARM: CodeInfo = CodeInfo::claimed(Code::m(1001), "arm a rule, as [temperature switch] says")
+    .takes(&[word('S', Unit::Number, "0: disarm it")])
+    .waits(Waits::Path)
+    .states(EVERYWHERE_BUT_INVALID);
 
 pub const ROWS: &[CodeInfo] = &[
     target(Code::m(104)).needed(),
@@ -44,6 +49,14 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(143), Function::MaximumTemperature, "the highest temperature of a heater")
         .takes(&[word('S', Unit::Id, "its tool_id"), word('P', Unit::Celsius, "the temperature").above(0.0)])
         .differs("an id that nobody has is ignored"),
+    CodeInfo::asks(
+        Code::m(123),
+        Function::ReportFans,
+        "power of each fan, and turns a minute, as [fan] describes them",
+    )
+    .waits(Waits::Question)
+    .states(EVERYWHERE_BUT_INVALID)
+    .differs("not known"),
     CodeInfo::asks(Code::m(301), Function::PidGains, "the PID gains of a heater")
         .takes(&[
             word('S', Unit::Id, "its tool_id"),
@@ -100,6 +113,13 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::claimed(Code::m(81), "power supply off, where [switch] says so")
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::claimed(Code::m(280), "turn a servo, where [switch] says so")
+        .takes(&[
+            word('S', Unit::Number, "percent of the time, or an angle where the servo's pulses are described"),
+            word('P', Unit::Number, "width of its pulses in us; of printer firmware: which servo, M280.1 for P1"),
+        ])
+        .waits(Waits::Path)
+        .needed(),
     CodeInfo::asks(Code::m(115), Function::ReportFirmware, "what firmware this is")
         .waits(Waits::Question)
         .states(ANYWHERE),

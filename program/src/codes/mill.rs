@@ -72,6 +72,8 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(53), spindle::feed_inputs, "feed hold works; P0 is refused: it always does")
         .takes(ON_OR_OFF)
         .differs(NOT_KNOWN),
+    output(42, "set an output by its number")
+        .takes(&[NUMBER, word('S', Unit::Number, "its value, as S of its own code; 0: off").least(0.0)]),
     output(62, "switch an output on, where the path has come this far").takes(&[NUMBER]),
     output(63, "switch an output off, where the path has come this far").takes(&[NUMBER]),
     output(64, "switch an output on").takes(&[NUMBER]).waits(Waits::Standstill),
@@ -83,6 +85,14 @@ pub const ROWS: &[CodeInfo] = &[
             word('L', Unit::Number, "0: read it; wait until it 1: rises, 2: falls, 3: is on, 4: is off")
                 .whole(0.0, 4.0),
             word('Q', Unit::Seconds, "wait no longer than that; #5399 is -1 then").within(0.0, 86_400.0),
+        ])
+        .waits(Waits::Result)
+        .differs(NOT_KNOWN),
+    CodeInfo::means(Code::m(226), outputs::await_level, "wait for an input")
+        .takes(&[
+            NUMBER,
+            word('S', Unit::Number, "1: until it is on, 0: until it is off, -1: until it changes").whole(-1.0, 1.0),
+            word('Q', Unit::Seconds, "no longer than that; #5399 is -1 then").within(0.0, 86_400.0),
         ])
         .waits(Waits::Result)
         .differs(NOT_KNOWN),

@@ -76,6 +76,7 @@ pub(crate) const fn claimed(claim: Claim) -> &'static CodeInfo {
         Claim::TargetAndWait(_) => &heat::TARGET_AND_WAIT,
         Claim::Temperature(_) => &heat::TEMPERATURE,
         Claim::SwitchOn(_) | Claim::SwitchOff(_) => &heat::SWITCH,
+        Claim::Arm(_) => &heat::ARM,
     }
 }
 

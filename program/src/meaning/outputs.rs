@@ -1,5 +1,5 @@
-//! M62 to M68: outputs that a program switches by their numbers, and inputs that it reads and waits for.
-//! Which switch has which number, `io_number` says.
+//! M42, M62 to M68, M226: outputs that a program switches by their numbers, and inputs that it reads and
+//! waits for. Which switch has which number, `io_number` says.
 
 use units::{Micros, SwitchId};
 
@@ -9,7 +9,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::setup::IoKind;
 
-/// M62 to M65, M67 and M68. What is synchronised rides on the path, the rest waits until nothing moves.
+/// M42, M62 to M65, M67 and M68. What is synchronised rides on the path, the rest waits until nothing moves.
 pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let effect = match words.code().number {
@@ -18,12 +18,17 @@ pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
             let value = words.get('Q').ok_or(Problem::MustSupply('Q').refused(words.column()))? as f32;
             Effect::Switch { switch, on: value != 0.0, value: Some(value).filter(|value| *value != 0.0) }
         }
+        42 => {
+            let switch = numbered(program, context, 'P', |kind| kind != IoKind::Input)?;
+            let value = words.get('S').ok_or(Problem::MustSupply('S').refused(words.column()))? as f32;
+            Effect::Switch { switch, on: value != 0.0, value: Some(value).filter(|value| *value != 0.0) }
+        }
         number => {
             let switch = numbered(program, context, 'P', |kind| kind != IoKind::Input)?;
             Effect::Switch { switch, on: matches!(number, 62 | 64), value: None }
         }
     };
-    if matches!(words.code().number, 62 | 63 | 67) {
+    if matches!(words.code().number, 42 | 62 | 63 | 67) {
         program.by_the_way(effect);
         return NOTHING;
     }
@@ -53,6 +58,19 @@ pub(crate) fn await_input<'b>(program: &mut Interpreter, context: &Context<'b>) 
     Ok(Meaning::Action(Action::AwaitInput(AwaitInput { input, event, patience: Micros((seconds * 1e6) as u64) })))
 }
 
+/// M226: waits for an input once nothing moves, as long as it takes where Q does not say how long.
+pub(crate) fn await_level<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    let event = match words.get('S') {
+        Some(1.0) => InputEvent::High,
+        Some(0.0) => InputEvent::Low,
+        _ => InputEvent::Change,
+    };
+    let input = numbered(program, context, 'P', |kind| kind == IoKind::Input)?;
+    let patience = words.get('Q').map_or(AwaitInput::FOR_EVER, |seconds| Micros((seconds * 1e6) as u64));
+    Ok(Meaning::Action(Action::AwaitInput(AwaitInput { input, event: Some(event), patience })))
+}
+
 /// The switch of a number that the configuration gives to one of this kind.
 fn numbered(
     program: &Interpreter,
@@ -65,7 +83,7 @@ fn numbered(
     let found = program.setup.io.iter().find(|io| f64::from(io.number) == number && fits(io.kind));
     let problem = || match letter {
         'E' => Problem::NoAnalogOutput(number as u8),
-        _ if words.code().number == 66 => Problem::NoInput(number as u8),
+        _ if matches!(words.code().number, 66 | 226) => Problem::NoInput(number as u8),
         _ => Problem::NoOutput(number as u8),
     };
     found.map(|io| io.switch).ok_or_else(|| problem().refused(words.column_of(letter)))
