@@ -11,11 +11,14 @@
 
 mod combined;
 mod effects;
+mod fan_drive;
 mod filter;
 mod law;
 mod modulator;
+mod pulses;
 mod sensor;
 mod settings;
+mod switch_outputs;
 mod tuning;
 
 use config::HeaterId;
@@ -33,8 +36,10 @@ pub use tuning::{Gains, Relay};
 
 use crate::heat_safety::HeatSafety;
 pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
-use crate::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings};
+use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
 use filter::Filter;
+use pulses::Pulses;
+use switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
@@ -167,9 +172,10 @@ pub struct HeatControl {
     effects: Effects,
     /// A target that was refused when its place on the path was reached.
     refused: Option<(HeaterId, Celsius, TargetRefused)>,
-    /// Duty of each switch on a hardware timer, 0 to 1, and which have changed.
-    pwm: [f32; MAX_SWITCHES],
-    pwm_changed: u16,
+    /// What outputs of switches give.
+    switches: SwitchOutputs,
+    /// Of the tachometers of fans.
+    pulses: Pulses,
     /// What the inputs of the filament width sensor read, which are of the same scan as the thermistors'.
     filament_width: [SensorReading; 2],
 }
@@ -195,8 +201,8 @@ impl HeatControl {
             fault: None,
             effects: Effects::new(),
             refused: None,
-            pwm: [0.0; MAX_SWITCHES],
-            pwm_changed: 0,
+            switches: SwitchOutputs::new(),
+            pulses: Pulses::new(),
             filament_width: [SensorReading::Missing; 2],
         }
     }
@@ -277,28 +283,44 @@ impl HeatControl {
         self.heaters.iter().any(Heater::is_on)
     }
 
+    /// A switch drives a fan, so. False when there is no room.
+    #[must_use]
+    pub fn add_fan(&mut self, switch: usize, settings: config::FanDriveConfig) -> bool {
+        self.switches.add_fan(switch, settings)
+    }
+
+    /// Looks at the inputs of tachometers, a bit for each fan.
+    #[inline]
+    pub fn count_pulses(&mut self, levels: u8) {
+        self.pulses.look(levels);
+    }
+
+    /// Pulses of tachometers since boot, by fan, modulo 2^16.
+    #[must_use]
+    pub const fn pulses(&self) -> [u16; config::MAX_FANS] {
+        self.pulses.counts()
+    }
+
+    /// The share of full power that a switch gives, 0 to 1. Whether its output has supply is another matter.
+    #[must_use]
+    pub fn given(&self, switch: usize) -> f32 {
+        self.switches.given(switch)
+    }
+
     /// Sets a digital or sigma-delta switch output; a digital one is [`Duty::OFF`] or [`Duty::FULL`].
     pub fn set_switch(&mut self, switch: usize, duty: Duty) {
-        self.modulators.set_switch(switch, duty);
+        self.switches.modulate(&mut self.modulators, switch, duty);
     }
 
     /// Sets a switch on a hardware timer, 0 to 1.
     pub fn set_pwm(&mut self, switch: usize, duty: f32) {
-        if let Some(place) = self.pwm.get_mut(switch) {
-            *place = duty;
-            self.pwm_changed |= 1 << switch;
-        }
+        self.switches.set_pwm(&mut self.modulators, switch, duty);
     }
 
     /// The next switch on a hardware timer that is to be set: its place, and its duty.
     #[inline]
     pub fn take_pwm_change(&mut self) -> Option<(usize, f32)> {
-        if self.pwm_changed == 0 {
-            return None;
-        }
-        let switch = self.pwm_changed.trailing_zeros() as usize;
-        self.pwm_changed &= self.pwm_changed - 1;
-        self.pwm.get(switch).map(|duty| (switch, *duty))
+        self.switches.take_pwm_change()
     }
 
     /// Changes an output.
@@ -415,6 +437,7 @@ impl HeatControl {
             heater.sample(read);
             self.drive_heater(id.index());
         }
+        self.switches.tick(&mut self.modulators);
         let heaters = &self.heaters;
         let target = |index: usize| heaters.get(index).map_or(Celsius(0.0), Heater::target);
         if let Some(fault) = self.safety.look(now, readings, target) {

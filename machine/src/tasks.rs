@@ -64,6 +64,9 @@ pub trait HeatIo {
     /// The latest readings of the filament width sensor.
     fn filament_width(&mut self) -> [SensorReading; 2];
 
+    /// Levels of the inputs of tachometers, a bit for each fan of the configuration.
+    fn tachometers(&mut self) -> u8;
+
     /// Writes the outputs whose level changes.
     fn apply(&mut self, levels: OutputLevels);
 
@@ -122,6 +125,7 @@ impl HeatTask {
     /// modulators.
     pub fn run(&mut self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) -> Due {
         heat.reach(reached.get());
+        heat.count_pulses(io.tachometers());
         self.ticks += 1;
         let mut due = Due::default();
         if self.ticks >= TICKS_PER_CONTROL {
