@@ -115,6 +115,12 @@ impl Axes {
         self.resting == 0 && self.on == self.present
     }
 
+    /// Whether a motor has current.
+    #[must_use]
+    pub const fn has_any_on(&self) -> bool {
+        self.on != 0
+    }
+
     /// Standing still for `standstill_time` brings motors to their standstill current.
     pub fn watch_standstill(
         &mut self,

@@ -155,7 +155,7 @@ async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate
 
 /// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
 async fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
-    if !hands.is_asked_by_a_session() {
+    if !hands.can_be_stopped() {
         return Err(Failure::refused("unable to set continuous jog mode"));
     }
     hands.standstill().await?;

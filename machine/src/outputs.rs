@@ -12,6 +12,9 @@ use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
 
 mod listing;
+mod temperature_switches;
+
+pub(crate) use temperature_switches::TemperatureSwitches;
 
 /// Input switches are looked at this often; shorter presses may be missed.
 const INPUT_PERIOD: Micros = Micros::from_millis(20);
@@ -186,6 +189,21 @@ impl Outputs {
         self.set(config, switch, on, value)
     }
 
+    /// Gives an output that runs by itself a share of full power, 0 to 1. `None` when nothing changes.
+    pub fn drive(&mut self, config: &MachineConfig, switch: SwitchId, share: f32) -> Option<Output> {
+        let settings = output(config, switch)?;
+        let most = match settings.output_kind {
+            OutputKind::HardwarePwm => 100.0,
+            OutputKind::SigmaDelta => f32::from(settings.max_pwm.0),
+            OutputKind::Digital => return self.turn(config, switch, share > 0.0, None),
+        };
+        let status = self.status.get(switch.index())?;
+        if status.value == share * most && !status.unsure {
+            return None;
+        }
+        self.set(config, switch, share > 0.0, share * most)
+    }
+
     fn set(&mut self, config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Option<Output> {
         let kind = config.switches.get(switch.index())?.output_kind;
         let status = self.status.get_mut(switch.index())?;
@@ -282,13 +300,15 @@ impl Outputs {
         changes
     }
 
-    /// A halt: every output to its halt state, but those that ignore halts.
+    /// A halt: every output to its halt state, but those that ignore halts, and fans that run by themselves:
+    /// what is hot goes on being cooled.
     pub fn halt(&mut self, config: &MachineConfig) -> Changes {
         self.changes_were_dropped();
         self.spindle.stopped = false;
         let mut changes = Changes::new();
         for (index, switch) in (0..).zip(&config.switches) {
-            if switch.ignore_on_halt || switch.is_input() || is_off(config, switch) {
+            let stays = switch.ignore_on_halt || config.automatic_fan(&switch.name).is_some();
+            if stays || switch.is_input() || is_off(config, switch) {
                 continue;
             }
             let on = switch.halt_set_to;
@@ -317,7 +337,8 @@ impl Outputs {
     fn duties(&self, config: &MachineConfig, percent: impl Fn(&SwitchConfig, usize, f32) -> f32) -> Duties {
         let switches = config.switches.iter().zip(&self.status).enumerate();
         let on_timers = switches.filter(|(_, (switch, _))| {
-            switch.output_kind == OutputKind::HardwarePwm && !switch.is_input() && !is_off(config, switch)
+            let is_pwm = switch.output_kind == OutputKind::HardwarePwm && !switch.is_input();
+            is_pwm && !is_off(config, switch) && config.automatic_fan(&switch.name).is_none()
         });
         on_timers.map(|(index, (switch, status))| (index, percent(switch, index, status.value) / 100.0)).collect()
     }
@@ -385,6 +406,9 @@ impl Outputs {
         if settings.is_input() {
             reply.say(format_args!("unknown command set-state.\n"));
             return Ok(None);
+        }
+        if config.automatic_fan(name).is_some() {
+            return Err(Failure::Refused(message(format_args!("{name} runs by itself: see [fan] in config.ini"))));
         }
         // A file that is being played goes on: it is not the file that asks.
         needs(config, Part::Switch(switch), false)?;

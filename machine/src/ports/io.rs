@@ -65,6 +65,8 @@ pub enum Input {
     FilamentWheel,
     /// The probe is out.
     ProbeDeployed,
+    /// A button of the button box, by its place in the configuration's list.
+    Button(u8),
 }
 
 impl Input {
@@ -81,6 +83,7 @@ impl Input {
             Self::Filament => 32,
             Self::FilamentWheel => 33,
             Self::ProbeDeployed => 34,
+            Self::Button(index) => 40 + (index & 0xF),
         }
     }
 

@@ -63,6 +63,8 @@ pub struct Sessions {
     count: usize,
     /// The session to look at first, so that a busy one cannot keep the others out.
     turn: usize,
+    /// While the line of a button is carried out: whether a button has asked it to end.
+    pub button_stop: Option<bool>,
 }
 
 impl Default for Sessions {
@@ -75,7 +77,7 @@ impl Sessions {
     /// No line, no output.
     #[must_use]
     pub const fn new() -> Self {
-        Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0 }
+        Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0, button_stop: None }
     }
 
     /// Takes the sessions that a board has.
@@ -185,6 +187,9 @@ impl Sessions {
 
     /// Whether somebody wants his command to end (Ctrl-Y), once.
     pub fn take_stop(&mut self, who: Recipient) -> bool {
+        if who == Recipient::Nobody {
+            return self.button_stop.as_mut().is_some_and(core::mem::take);
+        }
         let session = who.session().and_then(|id| self.get_mut(id));
         session.is_some_and(|session| core::mem::take(&mut session.stop_requested))
     }
