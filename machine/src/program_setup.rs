@@ -1,8 +1,13 @@
 //! The configuration's words for the program, in `program`'s own types.
 
-use config::{CommandCode, FileDialect, MachineConfig, OutputKind, PrinterDialect, SwitchConfig};
+use config::{
+    CommandCode, FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig,
+};
 use gcode::Code;
-use program::{Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, Setup, SpindleSetup, ToolSettings};
+use program::{
+    Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup,
+    ToolSettings,
+};
 use units::{Axis, SwitchId};
 
 /// The dialect of what the machine writes itself and is configured to do: saved settings, scripts.
@@ -81,6 +86,12 @@ pub fn setup(config: &MachineConfig) -> Setup {
         heaters: config.temperatures.iter().map(heater).take(units::MAX_HEATERS).collect(),
         claims: claims(config),
         keeps_offsets: config.general.grbl_mode,
+        pulses: config
+            .switches
+            .iter()
+            .enumerate()
+            .filter_map(|(place, switch)| pulses(config, place, switch))
+            .collect(),
         io: config.switches.iter().enumerate().filter_map(io).collect(),
         is_preview: false,
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
@@ -88,6 +99,15 @@ pub fn setup(config: &MachineConfig) -> Setup {
         g30_parks: config.motion.nist_g30,
         cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
     }
+}
+
+/// What the pulses of a switch on a timer are.
+fn pulses(config: &MachineConfig, place: usize, switch: &SwitchConfig) -> Option<PulseSetup> {
+    let Some(OutputPin::Pwm(pwm)) = switch.output_pin else { return None };
+    let hertz = (*config.pwm_frequency_hz.get(usize::from(pwm.timer).checked_sub(1)?)?)?;
+    let ServoConfig { max_angle, pulse_us } = switch.servo;
+    let servo = (max_angle > 0.0).then_some(ServoSetup { max_angle, pulse_us });
+    Some(PulseSetup { switch: SwitchId(place as u8), percent_per_us: hertz as f32 / 1e4, servo })
 }
 
 /// The number by which M62 to M68 know a switch.
@@ -143,6 +163,11 @@ fn claims(config: &MachineConfig) -> Claims {
             if let Some(command) = command {
                 let _fits = claims.add(code(command), claim);
             }
+        }
+    }
+    for (place, rule) in (0..).zip(&config.temperature_switches) {
+        if let Some(number) = rule.arm_mcode {
+            let _fits = claims.add(Code::m(number), Claim::Arm(place));
         }
     }
     claims

@@ -3,7 +3,7 @@
 use gcode::Blocks;
 use motion::Refusal;
 use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
-use units::{Celsius, PerAxis};
+use units::{Celsius, Micros, PerAxis};
 
 use super::{
     Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator, program_io,
@@ -235,6 +235,9 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);
+            if let Effect::Arm { rule, armed } = effect {
+                machine.temperature_switches.arm(rule, armed);
+            }
         }
         return Ok(());
     }
@@ -254,11 +257,27 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
             Outputs::check(machine.config, switch, on, value, is_playing)?;
             machine.outputs.turn(machine.config, switch, on, value)
         }
+        Effect::Arm { rule, armed } => {
+            machine.temperature_switches.arm(rule, armed);
+            None
+        }
     };
-    match output {
-        Some(output) => ride(machine, output).await,
-        None => Ok(()),
+    let Some(output) = output else { return Ok(()) };
+    ride(machine, output).await?;
+    match effect {
+        Effect::Switch { switch, on: true, .. } => settle(machine, switch).await,
+        _ => Ok(()),
     }
+}
+
+/// What has been turned on takes its time to come up (`on_delay`): a power supply.
+async fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: units::SwitchId) -> Result<(), Failure> {
+    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), |switch| switch.on_delay);
+    if delay == Micros(0) || machine.safety.is_halted() {
+        return Ok(());
+    }
+    machine.standstill().await?;
+    machine.wait(delay).await
 }
 
 /// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and

@@ -9,7 +9,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, grbl, kept, recover, statistics, suspend};
+use super::{Machine, automatic, grbl, kept, recover, statistics, suspend};
 use crate::axes::internal_motors;
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -160,6 +160,7 @@ async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !(configured & configure_heat(machine) & wire(machine)) {
         return false;
     }
+    automatic::configure_fans(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
         // A switch takes anything.

@@ -8,7 +8,9 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::frames::Then;
-use super::{Hands, Machine, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend};
+use super::{
+    Hands, Machine, automatic, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
+};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::ports::Ports;
@@ -242,6 +244,10 @@ fn report<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Option<Outcome> {
+    if function == Function::ReportFans {
+        automatic::report_fans(machine, to);
+        return Some(Ok(Answer::Ok));
+    }
     let dialect = machine.sessions.dialect_of(to);
     let Machine { ports, program, sessions, axes, tuning, config, filament, filament_width, .. } = machine;
     let reply = &mut Reply::new(sessions, to);

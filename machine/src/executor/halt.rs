@@ -77,6 +77,7 @@ impl<P: Ports> Machine<'_, P> {
             let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.run_heat_now();
+        self.temperature_switches.halted(self.config);
         self.program.halt();
     }
 

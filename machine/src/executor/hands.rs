@@ -158,9 +158,9 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.sessions.take_stop(self.to)
     }
 
-    /// It was asked for by a session, which can stop it.
-    pub const fn is_asked_by_a_session(&self) -> bool {
-        self.to.session().is_some()
+    /// It was asked for by a session or a button, which can stop it.
+    pub const fn can_be_stopped(&self) -> bool {
+        self.to.session().is_some() || self.machine.sessions.button_stop.is_some()
     }
 
     // --- waiting ---

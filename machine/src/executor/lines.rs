@@ -2,6 +2,7 @@
 
 use core::pin::{Pin, pin};
 
+use config::ButtonWord;
 use gcode::{Line, Refusal};
 use motion::Tag;
 use program::{State, Waits};
@@ -291,13 +292,31 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 
 /// The command of an input switch that changed. False when there is none.
 async fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Machine { outputs, filament, config, tuning, .. } = machine;
+    let Machine { outputs, filament, buttons, config, tuning, .. } = machine;
     let command = outputs.take_command(config).or_else(|| filament.take_command(tuning));
-    let Some(command) = command else { return false };
+    let Some(command) = command else {
+        let Some(line) = buttons.take_line(config) else { return false };
+        run_button(machine, &line).await;
+        return true;
+    };
     machine.tag = Tag::NONE;
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
     run_own_line(machine, command.as_bytes(), source).await;
     true
+}
+
+/// The line of a button. A jog that it begins can be ended by a button.
+async fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
+    machine.tag = Tag::NONE;
+    let line = match ButtonWord::of(line) {
+        Some(ButtonWord::Suspend) if machine.jobs.is_suspended() => "M601",
+        Some(ButtonWord::Suspend) => "M600",
+        _ => line,
+    };
+    let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
+    machine.sessions.button_stop = Some(false);
+    run_own_line(machine, line.as_bytes(), source).await;
+    machine.sessions.button_stop = None;
 }
 
 /// Runs a line that comes from the machine itself.

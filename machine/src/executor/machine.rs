@@ -15,8 +15,10 @@ use super::passed::Passed;
 use super::polls::Polls;
 use crate::axes::Axes;
 use crate::bed::Bed;
+use crate::buttons::Buttons;
 use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Answer, Failure, Outcome, message};
+use crate::fans::Fans;
 use crate::filament::{self, Filament};
 use crate::files::Files;
 use crate::files::logs::Logs;
@@ -26,7 +28,7 @@ use crate::grbl::numbers::Error;
 use crate::jobs::Jobs;
 use crate::journal::{Journal, Recovery};
 use crate::motion_config::halts_out_of_reach;
-use crate::outputs::Outputs;
+use crate::outputs::{Outputs, TemperatureSwitches};
 use crate::paper::Paper;
 use crate::ports::Ports;
 use crate::probing::{DeltaRecords, Deployment};
@@ -62,6 +64,11 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// The paper test that is under way.
     pub(super) paper: Paper,
     pub(super) outputs: Outputs,
+    pub(super) buttons: Buttons,
+    /// Fans that run by themselves, and tachometers.
+    pub(super) fans: Fans,
+    /// What operates outputs by temperatures.
+    pub(super) temperature_switches: TemperatureSwitches,
     pub(super) filament: Filament,
     pub(super) filament_width: filament::Width,
     pub(super) jobs: Jobs,
@@ -128,6 +135,9 @@ impl<'c, P: Ports> Machine<'c, P> {
             paper: Paper::default(),
             thermal: Thermal::new(config),
             outputs: Outputs::new(&config.switches),
+            buttons: Buttons::new(config),
+            fans: Fans::new(config),
+            temperature_switches: TemperatureSwitches::new(config),
             filament: Filament::default(),
             filament_width: filament::Width::new(&config.filament_width),
             jobs: Jobs::new(crate::program_setup::file_dialect(config)),

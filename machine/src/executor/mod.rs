@@ -7,6 +7,7 @@
 
 mod actions;
 mod answers;
+mod automatic;
 mod axis_tests;
 mod blocks;
 mod boot;

@@ -81,6 +81,8 @@ impl Passed {
                     *last = Some((on, value));
                 }
             }
+            // It acts later, when a temperature passes its threshold: it was armed as it was read.
+            Effect::Arm { .. } => {}
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a program asks of switches and of the operator's overrides: M48 to M51, M66.
+//! What a program asks of switches and of the operator's overrides: M48 to M51, M66, M226.
 
 use program::{AwaitInput, InputEvent};
 
@@ -94,7 +94,7 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.override_spindle(100.0);
 }
 
-/// M66: reads an input once nothing moves, or waits for it. What was found is `#5399`.
+/// M66, M226: reads an input once nothing moves, or waits for it. What was found is `#5399`.
 pub(super) async fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
     machine.standstill().await?;
     let found = match wait.event {
@@ -123,6 +123,7 @@ async fn await_event<P: Ports>(
             InputEvent::Fall => !now && before,
             InputEvent::High => now,
             InputEvent::Low => !now,
+            InputEvent::Change => now != before,
         };
         if came {
             return Ok(Some(now));

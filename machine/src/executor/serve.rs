@@ -8,13 +8,14 @@ use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
-    Machine, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io, statistics,
+    Machine, automatic, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io,
+    statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
-use crate::ports::Ports;
+use crate::ports::{InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId};
 use crate::supervisor::{Supervisor, SupervisorEvent};
@@ -246,6 +247,8 @@ impl<P: Ports> Machine<'_, P> {
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
             self.outputs.look(levels, self.config, now);
+            self.watch_buttons(levels, now);
+            automatic::look(self, now);
         }
         self.follow_motion();
         if self.config.filament_detector.enable || self.config.filament_width.enable {
@@ -263,6 +266,19 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_frame();
         self.watch_turning(now);
         self.blink(now);
+    }
+
+    /// The button box: what is urgent is done, lines wait for their turn.
+    fn watch_buttons(&mut self, levels: InputLevels, now: Micros) {
+        let urgent = self.buttons.look(levels, self.config, now);
+        if urgent.kill {
+            self.halt(Alarm::Abort, format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n"));
+        }
+        if urgent.stop_jog
+            && let Some(stop) = &mut self.sessions.button_stop
+        {
+            *stop = true;
+        }
     }
 
     /// Tells the watch over drivers which motors turn slowly.

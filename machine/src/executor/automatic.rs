@@ -1,0 +1,100 @@
+//! Outputs that nobody switches: what follows temperatures and motors; and fans that ought to turn.
+
+use config::{FanConfig, FanFollows, StoppedFan, TemperatureSwitchConfig};
+use units::{Celsius, Micros, SwitchId};
+
+use super::Machine;
+use super::program_io::apply;
+use crate::fans::{Facts, Found};
+use crate::grbl::numbers::Alarm;
+use crate::heat::HeatControl;
+use crate::ports::Ports;
+use crate::sessions::{Recipient, Reply};
+
+/// Looks at temperatures, and has outputs follow. Whatever the state is: what is hot is cooled in a halt too.
+pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if !machine.config.temperature_switches.is_empty() {
+        follow_temperatures(machine, now);
+    }
+    if !machine.config.fans.is_empty() {
+        follow_by_fans(machine, now);
+        watch_tachometers(machine, now);
+    }
+}
+
+/// `[temperature switch]`.
+fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let Machine { ports, config, temperature_switches, .. } = machine;
+    let hottest = |rule: &TemperatureSwitchConfig| -> Option<Celsius> {
+        let watched = |place: usize| config.temperatures.get(place).is_some_and(|control| rule.watches(control));
+        ports.heat(|heat| {
+            let readings = heat.heaters().filter(|(id, _)| watched(id.index()));
+            readings.filter_map(|(_, heater)| heater.reading()).reduce(|a, b| if b > a { b } else { a })
+        })
+    };
+    for (switch, on) in temperature_switches.look(config, now, hottest) {
+        let change = machine.outputs.turn_plainly(machine.config, switch, on);
+        apply(machine, change);
+    }
+}
+
+/// Tells heat control which outputs drive fans. At boot, before any output changes.
+pub(super) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
+    let config = machine.config;
+    for fan in &config.fans {
+        let switch = config.switches.iter().position(|switch| switch.name == fan.name);
+        if let Some(switch) = switch {
+            // There are as many places as fans.
+            let _fits = machine.ports.heat(|heat| heat.add_fan(switch, fan.drive));
+        }
+    }
+}
+
+/// `[fan]`, where a fan follows something by itself.
+fn follow_by_fans<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let Machine { ports, config, fans, axes, .. } = machine;
+    let motors = axes.has_any_on();
+    let facts = |fan: &FanConfig| ports.heat(|heat| facts(fan, motors, heat));
+    for (switch, share) in fans.look(config, now, facts) {
+        let change = machine.outputs.drive(machine.config, switch, share);
+        apply(machine, change);
+    }
+}
+
+fn facts(fan: &FanConfig, motors: bool, heat: &HeatControl) -> Facts {
+    let watches_any = fan.follows == FanFollows::Electronics && fan.sensors.is_empty();
+    let watched = || heat.heaters().filter(|(id, _)| watches_any || fan.watches(id.index()));
+    let warmest = watched().try_fold(f32::NEG_INFINITY, |most, (_, heater)| Some(most.max(heater.reading()?.0)));
+    let heats = watched().any(|(_, heater)| heater.is_on());
+    Facts { warmest: warmest.map(Celsius), heats, motors }
+}
+
+/// Tachometers: a fan that has stopped is told, or halts the machine.
+fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let has_supply = machine.ports.supervisor(|supervisor| supervisor.fet_supply_on());
+    let Machine { ports, config, fans, .. } = machine;
+    let news = ports.heat(|heat| {
+        let driven = |switch: SwitchId| has_supply && !heat.is_halted() && heat.given(switch.index()) > 0.0;
+        fans.count(config, now, heat.pulses(), driven)
+    });
+    let Some((place, found)) = news else { return };
+    let Some(fan) = machine.config.fans.get(place) else { return };
+    let rpm = machine.fans.rpm(place);
+    let (name, least) = (fan.name.as_str(), fan.tachometer.min_rpm);
+    match (found, fan.tachometer.when_stopped) {
+        (Found::Stopped, StoppedFan::Halt) if !machine.safety.is_halted() => {
+            let why = format_args!("ERROR: fan {name} has stopped: {rpm:.0} rpm, not {least:.0}\n");
+            machine.halt(Alarm::Abort, why);
+        }
+        (Found::Stopped, _) => {
+            machine.announce(format_args!("WARNING: fan {name} has stopped: {rpm:.0} rpm, not {least:.0}\n"));
+        }
+        _ => machine.announce(format_args!("// NOTICE fan {name} turns again: {rpm:.0} rpm\n")),
+    }
+}
+
+/// M123: what fans are given, and how fast they turn.
+pub(super) fn report_fans<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+    let Machine { ports, config, fans, sessions, .. } = machine;
+    ports.heat(|heat| fans.report(config, |switch| heat.given(switch.index()), &mut Reply::new(sessions, to)));
+}
