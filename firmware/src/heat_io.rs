@@ -2,8 +2,9 @@
 //! scan.
 
 use bsp_prime::adc::Thermistors;
-use bsp_prime::pins::Output;
+use bsp_prime::pins::{Input, Output};
 use bsp_prime::pwm::Pwm;
+use config::MAX_FANS;
 use machine::heat::HeatControl;
 use machine::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit};
 use machine::tasks::{self, Due, HeatTask};
@@ -31,6 +32,8 @@ pub struct HeatIo {
     chip: Option<(Celsius, Micros)>,
     /// For each input of the filament width sensor, its place in the scan.
     pub filament_width: [Option<usize>; 2],
+    /// Inputs of tachometers, by the place of the fan in the configuration's list.
+    pub tachometers: [Option<Input>; MAX_FANS],
     /// Timers of hardware PWM switches.
     pub pwm: Pwm,
     /// Timer and channel of each hardware PWM switch.
@@ -51,6 +54,7 @@ impl Heat {
             of_chip: [false; MAX_HEATERS],
             chip: None,
             filament_width: [None; 2],
+            tachometers: [const { None }; MAX_FANS],
             pwm,
             pwm_switches: [None; MAX_SWITCHES],
             fets,
@@ -106,6 +110,11 @@ impl tasks::HeatIo for HeatIo {
 
     fn filament_width(&mut self) -> [SensorReading; 2] {
         self.filament_width.map(|input| reading(&self.thermistors, input))
+    }
+
+    fn tachometers(&mut self) -> u8 {
+        let on = |input: &Option<Input>| input.as_ref().is_some_and(Input::is_on);
+        self.tachometers.iter().rev().fold(0, |levels, input| levels << 1 | u8::from(on(input)))
     }
 
     /// Writes the pins whose level changes.

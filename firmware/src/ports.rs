@@ -34,7 +34,7 @@ use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe both ways, kill button.
-const MAX_INPUTS: usize = 33;
+const MAX_INPUTS: usize = 33 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
 
@@ -143,6 +143,7 @@ where
         // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
         // over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
+        heat.lock(|heat| wiring::tachometers(config, &mut owned.pins, &mut heat.io, report));
         heat.lock(|heat| {
             let HeatIo { switches, pwm, pwm_switches, .. } = &mut heat.io;
             let place = |index: usize, output| {

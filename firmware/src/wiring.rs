@@ -209,6 +209,14 @@ fn scanned(
     Some(channels.len() - 1)
 }
 
+/// Inputs of the tachometers of fans.
+pub fn tachometers(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat_io::HeatIo, report: &mut Report<'_>) {
+    for (slot, fan) in io.tachometers.iter_mut().zip(&config.fans) {
+        let Some(pin) = fan.tachometer.pin else { continue };
+        *slot = report.take(pins.input(spec(pin), &owner("fan", &fan.name, "tachometer_pin")));
+    }
+}
+
 /// Pins of the monitored voltages.
 pub fn voltages(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>) {
     for voltage in &config.voltages {
@@ -276,6 +284,10 @@ pub fn inputs(
     for (index, switch) in config.switches.iter().enumerate() {
         let owner = owner("switch", &switch.name, "input_pin");
         add(MachineInput::Switch(index as u8), switch.input_pin, &owner, false, report);
+    }
+    for (index, button) in config.buttons.iter().enumerate() {
+        let owner = owner("button box", &button.name, "pin");
+        add(MachineInput::Button(index as u8), button.pin, &owner, false, report);
     }
     if config.probe.enable {
         add(MachineInput::Probe, config.probe.pin, "zprobe.probe_pin", true, report);

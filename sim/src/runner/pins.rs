@@ -30,6 +30,7 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let probe = config.probe.pin.filter(|_| config.probe.enable);
     let kill = config.kill_button.pin.filter(|_| config.kill_button.enable);
     let switches = config.switches.iter().map(|switch| (switch.input_pin, format!("switch.{}", switch.name)));
+    let buttons = config.buttons.iter().map(|button| (button.pin, format!("button box.{}.pin", button.name)));
     let filament = &config.filament_detector;
     let parts = [
         (probe, "zprobe"),
@@ -38,7 +39,8 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
         (filament.level_pin(), "filament detector"),
         (filament.wheel_pin(), "filament detector.encoder_pin"),
     ];
-    stops.chain(switches).chain(parts.map(|(pin, user)| (pin, user.to_owned())))
+    let fans = config.fans.iter().map(|fan| (fan.tachometer.pin, format!("fan.{}.tachometer_pin", fan.name)));
+    stops.chain(switches).chain(fans).chain(buttons).chain(parts.map(|(pin, user)| (pin, user.to_owned())))
 }
 
 fn outputs(config: &MachineConfig) -> impl Iterator<Item = Used> {

@@ -34,13 +34,14 @@ impl Inputs {
         let input = |name: &str| {
             let endstop = machine.endstops.iter().position(|stop| stop.name == name).map(|n| Input::Endstop(n as u8));
             let switch = machine.switches.iter().position(|switch| switch.name == name);
+            let button = machine.buttons.iter().position(|button| button.name == name);
             match name {
                 "probe" => Some(Input::Probe),
                 "probe deployed" => Some(Input::ProbeDeployed),
                 "kill" => Some(Input::Kill),
                 "filament" => Some(Input::Filament),
                 "filament wheel" => Some(Input::FilamentWheel),
-                _ => endstop.or(switch.map(|n| Input::Switch(n as u8))),
+                _ => endstop.or(switch.map(|n| Input::Switch(n as u8))).or(button.map(|n| Input::Button(n as u8))),
             }
         };
         let world_config = world.config();
@@ -365,6 +366,18 @@ impl HeatIo for HeatPins<'_> {
             Some(input) => SensorReading::Counts(world.adc_counts(input)),
             None => SensorReading::Missing,
         })
+    }
+
+    fn tachometers(&mut self) -> u8 {
+        let wired = self.shared.wired.borrow();
+        let Some(config) = wired.as_ref().filter(|config| !config.fans.is_empty()) else { return 0 };
+        let world = self.shared.world.borrow();
+        let closed = |fan: &config::FanConfig| {
+            let switch = config.switches.iter().position(|switch| switch.name == fan.name);
+            let driven = switch.and_then(|switch| self.inputs.fans.get(switch).copied().flatten());
+            fan.tachometer.pin.is_some() && driven.is_some_and(|index| world.fan_tachometer(index))
+        };
+        config.fans.iter().rev().fold(0, |levels, fan| levels << 1 | u8::from(closed(fan)))
     }
 
     fn apply(&mut self, levels: OutputLevels) {

@@ -151,7 +151,16 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let deployed = machine.probe.deployed_pin.filter(|_| machine.probe.enable);
     let deployed = deployed.map(|input| button("probe deployed", input, !input.inverted));
     let wheel = detector.wheel_pin().map(|input| button("filament wheel", input, !input.inverted));
-    endstops.chain(probe).chain(kill).chain(inputs).chain(filament).chain(wheel).chain(deployed).collect()
+    let buttons = machine.buttons.iter().filter_map(|of| of.pin.map(|input| button(&of.name, input, !input.inverted)));
+    endstops
+        .chain(probe)
+        .chain(kill)
+        .chain(inputs)
+        .chain(buttons)
+        .chain(filament)
+        .chain(wheel)
+        .chain(deployed)
+        .collect()
 }
 
 /// As many motors as places are written, gamma and its slaves in their order.
@@ -269,7 +278,8 @@ fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
     let hot_end = machine.temperatures.iter().position(|heater| heater.heater_pin.is_some());
     let fan = |switch: &config::SwitchConfig| {
         let Some(OutputPin::Digital(output)) = switch.output_pin else { return None };
-        switch.name.contains("fan").then(|| FanConfig {
+        let is_fan = switch.name.contains("fan") || machine.fans.iter().any(|fan| fan.name == switch.name);
+        is_fan.then(|| FanConfig {
             name: switch.name.as_str().into(),
             pin: pin(output),
             on_high: !output.inverted,
