@@ -7,7 +7,7 @@ use program::codes;
 use scenarios::{Bench, CARTESIAN, Plan};
 
 /// Codes that do what the configuration says, and it says nothing here.
-const NOBODY_S: [&str; 6] = ["M4", "M7", "M8", "M9", "M80", "M81"];
+const NOBODY_S: [&str; 7] = ["M4", "M7", "M8", "M9", "M80", "M81", "M280"];
 
 fn start() -> Bench {
     Plan::new(CARTESIAN)

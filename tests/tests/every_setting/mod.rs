@@ -2,6 +2,7 @@
 //! values of it, and something to see that differs. What is seen is the machine's behaviour: step edges,
 //! temperatures, replies, driver registers. A setting without a row fails the test, so none can be forgotten.
 
+mod fans;
 mod filament;
 mod heat;
 mod homing;
@@ -115,7 +116,7 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 11] {
+fn tables() -> [(&'static str, &'static [Row]); 12] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
@@ -126,6 +127,7 @@ fn tables() -> [(&'static str, &'static [Row]); 11] {
         ("homing", homing::ROWS),
         ("probe", probe::ROWS),
         ("switches", switches::ROWS),
+        ("fans", fans::ROWS),
         ("kinematics", kinematics::ROWS),
         ("leveling", leveling::ROWS),
     ]

@@ -20,6 +20,19 @@ const SPINDLE: &[&str] = &[
     "[switch] spindle.input_on_command = M3",
     "[switch] spindle.input_off_command = M5",
 ];
+/// A servo on a timer.
+const SERVO: &[&str] = &[
+    "[pwm1] frequency = 50",
+    "[switch] spindle.enable = true",
+    "[switch] spindle.output_pin = PWM1_1",
+    "[switch] spindle.output_type = hwpwm",
+    "[switch] spindle.input_on_command = M280",
+    "[switch] spindle.servo_max_angle = 180",
+];
+/// A button of the button box.
+const BOX: &[&str] = &["[button box] one.pin = PB7^", "[button box] one.press = M106"];
+const LONG: &[&str] =
+    &["[button box] one.pin = PB7^", "[button box] one.press = M106", "[button box] one.long_press = M107"];
 const STATE: &[&str] = &["M106", "switch fan", "M107", "switch fan"];
 
 pub const ROWS: &[Row] = &[
@@ -40,8 +53,20 @@ pub const ROWS: &[Row] = &[
     row("[switch] fan.startup_state", "false", "true", Look(fan)),
     row("[switch] fan.startup_value", "255", "100", Look(full)),
     row("[switch] spindle.default_on_value", "0", "60", Say(&["M3", "switch spindle"])).with(SPINDLE),
+    row("[switch] fan.on_delay", "0", "2", Look(on_takes)),
+    row("[switch] spindle.servo_max_angle", "0", "90", Look(turned)).with(SERVO),
+    row("[switch] spindle.servo_min_us", "1000", "500", Look(turned)).with(SERVO),
+    row("[switch] spindle.servo_max_us", "2000", "2500", Look(turned)).with(SERVO),
     row("[switch] fan.halt_set_to", "false", "true", Say(&["M106", "M112", "switch fan"])).with(DIGITAL),
     row("[switch] fan.ignore_on_halt", "false", "true", Say(&["M106", "M112", "switch fan"])).with(DIGITAL),
+    row("[button box] one.enable", "true", "false", Look(held)).with(BOX),
+    row("[button box] one.pin", "PB7^", "nc", Look(held)).with(BOX),
+    row("[button box] one.pin", "PB7^", "PE1", Boot).with(BOX),
+    row("[button box] one.press", "M106", "M107", Look(held)).with(BOX),
+    row("[button box] one.release", "", "M107", Look(held)).with(BOX),
+    row("[button box] one.long_press", "", "M107", Look(held)).with(BOX),
+    row("[button box] one.long_press_time", "1", "5", Look(held)).with(LONG),
+    row("[button box] common.poll_frequency_hz", "20", "1", Look(held)).with(BOX),
     row("[pwm1] frequency", "10000", "500", Board("settings.rs")),
     row("[pwm2] frequency", "10000", "500", Board("settings.rs")),
 ];
@@ -54,6 +79,38 @@ fn pressed(bench: &mut Bench) -> String {
         let _ = bench.world(|world| world.press(at_ns, "button", down));
         bench.hear(0.2);
         said += &bench.say("switch fan");
+    }
+    said
+}
+
+/// A button that is held for two seconds, after half a second.
+fn held(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    bench.hear(0.5);
+    for down in [true, false] {
+        let at_ns = (bench.now_s() * 1e9) as u64;
+        let _ = bench.world(|world| world.press(at_ns, "one", down));
+        for _ in 0..10 {
+            bench.hear(0.2);
+            said += &bench.say("switch fan");
+        }
+    }
+    said
+}
+
+/// When a line is answered that turns the fan on.
+fn on_takes(bench: &mut Bench) -> String {
+    let before = bench.now_s();
+    bench.say("M106");
+    format!("{:.1}", bench.now_s() - before)
+}
+
+/// Pulses of a servo.
+fn turned(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    for line in ["M280 S0", "M280 S45", "M280 S180"] {
+        bench.say(line);
+        said += &bench.world(|world| format!("{:.4} ", world.pwm_duty(0, 0)));
     }
     said
 }
