@@ -61,8 +61,8 @@ fn setup() -> Setup {
 struct NoNames;
 
 impl extended::Names for NoNames {
-    fn switch(&self, _: &str) -> Option<gcode::Code> {
-        Some(gcode::Code::m(106))
+    fn switch(&self, _: &str) -> Option<extended::NamedSwitch> {
+        Some(extended::NamedSwitch { on: gcode::Code::m(106), off: Some(gcode::Code::m(107)), full: 255.0 })
     }
 
     fn heater(&self, _: &str) -> Option<(gcode::Code, u8)> {

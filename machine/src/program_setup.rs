@@ -4,6 +4,7 @@ use config::{
     CommandCode, FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig,
 };
 use gcode::Code;
+use program::extended::NamedSwitch;
 use program::{
     Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup,
     ToolSettings,
@@ -45,12 +46,14 @@ pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
 pub struct PartNames<'c>(pub &'c MachineConfig);
 
 impl program::extended::Names for PartNames<'_> {
-    fn switch(&self, name: &str) -> Option<Code> {
+    fn switch(&self, name: &str) -> Option<NamedSwitch> {
         let outputs = || self.0.switches.iter().filter(|switch| !switch.is_input());
         let named = outputs().find(|switch| switch.name.eq_ignore_ascii_case(name));
         let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| code(on) == Code::m(106)));
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
-        switch.and_then(|switch| switch.input_on_command).map(code)
+        let switch = switch?;
+        let full = if switch.output_kind == OutputKind::HardwarePwm { 100.0 } else { 255.0 };
+        Some(NamedSwitch { on: code(switch.input_on_command?), off: switch.input_off_command.map(code), full })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {

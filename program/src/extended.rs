@@ -12,7 +12,7 @@ mod row;
 
 use gcode::Extended;
 use row::Becomes;
-pub use row::{CodeLine, ExtendedFault, ExtendedInfo, Names};
+pub use row::{CodeLine, ExtendedFault, ExtendedInfo, NamedSwitch, Names};
 
 /// What a command asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,7 @@
 //! number 1, switch 4 on M7, 5 on M8, both off by M9, switch 2 on M106 alone, heater 2 that reads only.
 
 use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
-use program::extended::{Asked, CodeLine, Names, translate};
+use program::extended::{Asked, CodeLine, NamedSwitch, Names, translate};
 use program::{
     Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place,
     PulseSetup, ServoSetup, Setup, SpindleSetup, ToolSettings,
@@ -299,8 +299,8 @@ impl Session {
 
 /// `fan` is switch 0, `extruder` heater 0, `heater_bed` heater 1.
 impl Names for Session {
-    fn switch(&self, name: &str) -> Option<Code> {
-        (name == "fan").then_some(Code::m(106))
+    fn switch(&self, name: &str) -> Option<NamedSwitch> {
+        (name == "fan").then_some(NamedSwitch { on: Code::m(106), off: Some(Code::m(107)), full: 255.0 })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {

@@ -50,6 +50,21 @@ fn a_servo_that_is_described_takes_angles() {
 }
 
 #[test]
+fn commands_by_name_switch_off_what_has_no_levels_and_turn_servos() {
+    let plan = servo().set("[switch] arm.servo_max_angle = 180").set("[switch] fan.output_type = digital");
+    let mut bench = plan.start();
+    for (line, says) in [("SET_PIN PIN=fan VALUE=1", "is 1"), ("SET_PIN PIN=fan VALUE=0", "is 0")] {
+        bench.say(line);
+        assert!(bench.say("switch fan").contains(says), "{line}");
+    }
+    for (line, us) in [("SET_SERVO SERVO=arm ANGLE=45", 1_250.0), ("SET_SERVO SERVO=arm WIDTH=0.0017", 1_700.0)] {
+        bench.say(line);
+        let is = pulse_us(&mut bench);
+        assert!((is - us).abs() < 1.0, "{line}: {is}");
+    }
+}
+
+#[test]
 fn a_servo_is_refused_where_its_pulses_do_not_fit() {
     for (line, says) in [
         ("[pwm1] frequency = 10000", "do not fit into the period of 10000 Hz"),

@@ -6,7 +6,8 @@ use gcode::Extended;
 
 use super::outline;
 use super::row::{
-    Becomes, CodeLine, ExtendedFault, ExtendedInfo, Names, codes, label, number, passed_over, put, put_number,
+    Becomes, CodeLine, ExtendedFault, ExtendedInfo, NamedSwitch, Names, codes, label, number, passed_over, put,
+    put_number,
 };
 
 pub(super) const COMMANDS: &[ExtendedInfo] = &[
@@ -65,6 +66,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("SET_PRESSURE_ADVANCE", "ADVANCE SMOOTH_TIME EXTRUDER", "pressure advance, as M900", pressure_advance),
     passed_over("SET_LED", "colour of a light"),
     passed_over("SET_PRINT_STATS_INFO", "layers, for a display"),
+    codes("SET_SERVO", "SERVO ANGLE WIDTH", "turn a servo that is described, by the name of its switch", servo),
     codes(
         "SET_VELOCITY_LIMIT",
         "VELOCITY ACCEL ACCEL_TO_DECEL MINIMUM_CRUISE_RATIO SQUARE_CORNER_VELOCITY",
@@ -149,8 +151,27 @@ fn output(
 ) -> Result<(), ExtendedFault> {
     let name = command.get(which).ok_or(ExtendedFault::MustSupply(which))?;
     let share = number(command, value)?.ok_or(ExtendedFault::MustSupply(value))?;
-    let code = names.switch(name).ok_or(ExtendedFault::NoFan)?;
-    write!(line, "{code} S{}", libm::round(share.clamp(0.0, 1.0) * 255.0)).map_err(|_| ExtendedFault::TooLong)
+    let NamedSwitch { on, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    // A tenth of a percent, or a whole step of 255.
+    let fine = if full <= 100.0 { 10.0 } else { 1.0 };
+    // What is on or off takes any S for on.
+    let written = match off.filter(|_| share <= 0.0) {
+        Some(off) => write!(line, "{off}"),
+        None => write!(line, "{on} S{}", libm::round(share.clamp(0.0, 1.0) * full * fine) / fine),
+    };
+    written.map_err(|_| ExtendedFault::TooLong)
+}
+
+/// `ANGLE=` in degrees or `WIDTH=` in seconds, as the switch of a servo takes them as S.
+fn servo(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let name = command.get("SERVO").ok_or(ExtendedFault::MustSupply("SERVO"))?;
+    let NamedSwitch { on, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let written = match (number(command, "ANGLE")?, number(command, "WIDTH")?) {
+        (Some(angle), _) => write!(line, "{on} S{angle}"),
+        (None, Some(width)) => write!(line, "{on} S{}", libm::round(width * 1e6)),
+        (None, None) => return Err(ExtendedFault::MustSupply("ANGLE")),
+    };
+    written.map_err(|_| ExtendedFault::TooLong)
 }
 
 /// `Z=` is where the shift is to be, `Z_ADJUST=` by how much it is to change.

@@ -101,14 +101,14 @@ fn probe_accuracy(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::extended::{Asked, translate};
+    use crate::extended::{Asked, NamedSwitch, translate};
     use gcode::Code;
     use std::string::{String, ToString};
 
     struct Nothing;
 
     impl Names for Nothing {
-        fn switch(&self, _: &str) -> Option<Code> {
+        fn switch(&self, _: &str) -> Option<NamedSwitch> {
             None
         }
 

@@ -10,12 +10,23 @@ pub type CodeLine = String<{ gcode::MAX_LINE_LENGTH }>;
 
 /// What the machine calls its parts.
 pub trait Names {
-    /// The code that switches an output of this name on, its S from 0 to 255.
-    fn switch(&self, name: &str) -> Option<Code>;
+    /// How codes switch an output of this name.
+    fn switch(&self, name: &str) -> Option<NamedSwitch>;
     /// The code that sets the target of a heater of this name, and the heater's id.
     fn heater(&self, name: &str) -> Option<(Code, u8)>;
     /// The same of the heaters in turn.
     fn heater_at(&self, place: usize) -> Option<(Code, u8)>;
+}
+
+/// How codes switch an output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NamedSwitch {
+    /// The code that switches it on.
+    pub on: Code,
+    /// The code that switches it off, where there is one.
+    pub off: Option<Code>,
+    /// What S of full power is: 255, 100 for percent.
+    pub full: f64,
 }
 
 /// A row of the table.

@@ -6,8 +6,13 @@ use std::string::{String as Text, ToString};
 struct Machine;
 
 impl Names for Machine {
-    fn switch(&self, name: &str) -> Option<Code> {
-        (name == "fan").then_some(Code::m(106))
+    fn switch(&self, name: &str) -> Option<NamedSwitch> {
+        Some(match name {
+            "fan" => NamedSwitch { on: Code::m(106), off: None, full: 255.0 },
+            "lamp" => NamedSwitch { on: Code::m(8), off: Some(Code::m(9)), full: 255.0 },
+            "arm" => NamedSwitch { on: Code::m(280), off: None, full: 100.0 },
+            _ => return None,
+        })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {
@@ -43,6 +48,11 @@ fn commands_become_codes() {
         ("SET_GCODE_OFFSET Z=0.1 Z_ADJUST=5 X_ADJUST=-0.2", "M290 R0 Q0 Z0.1 M290 Q0 X-0.2 Z5"),
         ("SET_GCODE_OFFSET Z_ADJUST=-0.05 MOVE=1", "M290 Z-0.05"),
         ("SET_FAN_SPEED FAN=fan SPEED=0.5", "M106 S128"),
+        ("SET_PIN PIN=lamp VALUE=1", "M8 S255"),
+        ("SET_PIN PIN=lamp VALUE=0", "M9"),
+        ("SET_PIN PIN=arm VALUE=0.075", "M280 S7.5"),
+        ("SET_SERVO SERVO=arm ANGLE=12.5", "M280 S12.5"),
+        ("SET_SERVO SERVO=arm WIDTH=0.0015", "M280 S1500"),
         ("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60", "M140 S60 T254"),
         ("TURN_OFF_HEATERS", "M104 S0 T0 M140 S0 T254"),
         ("RESPOND TYPE=command MSG=\"a;b\"", "M118 a,b"),
