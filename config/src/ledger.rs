@@ -9,7 +9,7 @@ use heapless::{String, Vec};
 
 /// Settings a file can write. A full printer configuration has about 150.
 pub(crate) const MAX_WRITTEN: usize = 512;
-const MAX_PINS: usize = 160;
+const MAX_PINS: usize = 180;
 const MAX_WISHES: usize = 64;
 /// Beyond these, findings that only follow from others are reported too.
 const MAX_UNREADABLE: usize = 32;
@@ -175,5 +175,40 @@ impl Ledger {
 
     pub(crate) fn has_section(&self, name: &str) -> bool {
         crate::schema::section(name).is_some_and(|(index, _)| self.sections & (1 << index) != 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::{CannotCreate, Kind};
+
+    /// How many instances of a section there can be.
+    fn most(section: &Section) -> usize {
+        let Some(instances) = section.instances() else { return 1 };
+        if instances.noun == crate::schema::UNREAD {
+            return 1;
+        }
+        let mut config = MachineConfig::default();
+        for place in 0.. {
+            match (instances.create)(&mut config, &std::format!("n{place}")) {
+                Ok(_) => {}
+                Err(CannotCreate::UnknownName(names)) => return names.len(),
+                Err(_) => return place,
+            }
+        }
+        unreachable!("every list is full at some time")
+    }
+
+    #[test]
+    fn there_is_a_place_for_every_pin_that_a_file_can_ask_for() {
+        let is_pin = |setting: &&Setting| matches!(setting.kind, Kind::Pin(..));
+        let of = |section: &Section| {
+            let (common, own): (Vec<_, 64>, Vec<_, 64>) =
+                section.settings.iter().filter(is_pin).partition(|setting| setting.is_common);
+            common.len() + own.len() * most(section)
+        };
+        let pins: usize = SECTIONS.iter().map(of).sum();
+        assert!(pins <= MAX_PINS, "{pins} settings with pins, {MAX_PINS} places");
     }
 }

@@ -24,7 +24,7 @@ enum Owner {
     Bus(&'static str),
 }
 
-const MAX_CLAIMS: usize = 180;
+const MAX_CLAIMS: usize = 200;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     fixed(checks);
