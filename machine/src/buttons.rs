@@ -1,6 +1,6 @@
 //! `[button box]`: what buttons ask for.
 
-use config::{ButtonWord, Command, MAX_BUTTONS, MachineConfig};
+use config::{ButtonConfig, ButtonWord, Command, MAX_BUTTONS, MachineConfig};
 use heapless::{Deque, Vec};
 use units::Micros;
 
@@ -41,10 +41,13 @@ pub(crate) struct Buttons {
     buttons: Vec<Button, MAX_BUTTONS>,
     waiting: Deque<(u8, Act), WAITING>,
     due: Micros,
+    /// They have been looked at since boot.
+    known: bool,
 }
 
 impl Buttons {
-    /// None pressed: one that is held at boot counts as pressed then.
+    /// Before the first look. A button that is held then does nothing by that: it is stuck, or shorted, and
+    /// must not start a job. One that halts does halt.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         Self { buttons: config.buttons.iter().map(|_| Button::default()).collect(), ..Self::default() }
@@ -56,13 +59,16 @@ impl Buttons {
         if now < self.due {
             return urgent;
         }
+        let is_first = !core::mem::replace(&mut self.known, true);
         self.due = now.plus(Micros(1_000_000 / u64::from(config.button_poll_hz.max(1))));
         for place in 0..self.buttons.len() {
-            // A press and its release fit, of each.
-            if self.waiting.len() + 2 > WAITING {
-                break;
+            let Some(settings) = config.buttons.get(place) else { break };
+            // A press and its release fit, of each; what is urgent is heard all the same.
+            if self.waiting.len() + 2 > WAITING && !is_urgent(settings) {
+                continue;
             }
-            for act in self.acts(place, levels.is_active(Input::Button(place as u8)), config, now) {
+            let level = levels.is_active(Input::Button(place as u8));
+            for act in self.acts(place, level, settings, now, is_first) {
                 let line = line_of(config, place as u8, act);
                 match line.and_then(|line| ButtonWord::of(line)) {
                     Some(ButtonWord::Kill) => urgent.kill = true,
@@ -71,6 +77,7 @@ impl Buttons {
                         self.drop_jogs(config);
                     }
                     _ if line.is_some() => {
+                        // Without room the press of an urgent button is lost: its jog does not begin.
                         let _fits = self.waiting.push_back((place as u8, act));
                     }
                     _ => {}
@@ -92,11 +99,9 @@ impl Buttons {
     }
 
     /// What a button does that has this level now.
-    fn acts(&mut self, place: usize, level: bool, config: &MachineConfig, now: Micros) -> Vec<Act, 2> {
+    fn acts(&mut self, place: usize, level: bool, settings: &ButtonConfig, now: Micros, is_first: bool) -> Vec<Act, 2> {
         let mut acts = Vec::new();
-        let (Some(button), Some(settings)) = (self.buttons.get_mut(place), config.buttons.get(place)) else {
-            return acts;
-        };
+        let Some(button) = self.buttons.get_mut(place) else { return acts };
         let has_long = !settings.long_press.is_empty();
         let mut add = |act| {
             // Two are the most there can be.
@@ -104,8 +109,9 @@ impl Buttons {
         };
         match (button.pressed, level) {
             (None, true) => {
-                *button = Button { pressed: Some(now), was_long: false };
-                if !has_long {
+                *button = Button { pressed: Some(now), was_long: is_first };
+                let halts = ButtonWord::of(&settings.press) == Some(ButtonWord::Kill);
+                if !has_long && (!is_first || halts) {
                     add(Act::Press);
                 }
             }
@@ -132,6 +138,12 @@ impl Buttons {
     }
 }
 
+/// Whether a line of this button cannot wait for others.
+fn is_urgent(settings: &ButtonConfig) -> bool {
+    let words = [&settings.press, &settings.release, &settings.long_press].map(|line| ButtonWord::of(line));
+    words.contains(&Some(ButtonWord::Kill)) || words.contains(&Some(ButtonWord::StopJog))
+}
+
 fn line_of(config: &MachineConfig, place: u8, act: Act) -> Option<&Command> {
     let settings = config.buttons.get(usize::from(place))?;
     let line = match act {
@@ -145,7 +157,6 @@ fn line_of(config: &MachineConfig, place: u8, act: Act) -> Option<&Command> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use config::ButtonConfig;
 
     fn machine(press: &str, release: &str, long_press: &str) -> MachineConfig {
         let mut config = MachineConfig { button_poll_hz: 20, ..MachineConfig::default() };
@@ -204,9 +215,39 @@ mod tests {
         let config = machine("$J -c X1", "$J STOP", "");
         let mut buttons = Buttons::new(&config);
         let pressed = InputLevels::default().with(Input::Button(0));
-        assert_eq!(buttons.look(pressed, &config, Micros(0)), Urgent::default());
-        assert!(buttons.look(InputLevels::default(), &config, Micros::from_millis(50)).stop_jog);
+        for (ms, levels) in [(0, InputLevels::default()), (50, pressed)] {
+            assert_eq!(buttons.look(levels, &config, Micros::from_millis(ms)), Urgent::default());
+        }
+        assert!(buttons.look(InputLevels::default(), &config, Micros::from_millis(100)).stop_jog);
         assert_eq!(buttons.take_line(&config), None);
+    }
+
+    #[test]
+    fn a_jog_ends_though_no_more_lines_fit() {
+        let mut config = machine("M24", "M25", "");
+        let jog = machine("$J -c X1", "$J STOP", "").buttons.remove(0);
+        assert!(config.buttons.push(jog).is_ok());
+        let mut buttons = Buttons::new(&config);
+        let jogs = InputLevels::default().with(Input::Button(1));
+        let mut ms = 0;
+        let mut look = |buttons: &mut Buttons, levels| {
+            ms += 50;
+            buttons.look(levels, &config, Micros::from_millis(ms))
+        };
+        look(&mut buttons, InputLevels::default());
+        look(&mut buttons, jogs);
+        for _ in 0..10 {
+            look(&mut buttons, jogs.with(Input::Button(0)));
+            look(&mut buttons, jogs);
+        }
+        assert!(look(&mut buttons, InputLevels::default()).stop_jog);
+    }
+
+    #[test]
+    fn a_button_that_is_held_at_boot_starts_nothing_but_halts() {
+        assert_eq!(sent(&machine("M24", "", ""), &[(0, 500), (900, 1_000)]), ["M24"]);
+        assert_eq!(sent(&machine("M24", "", "abort"), &[(0, 3_000), (3_500, 3_700)]), ["M24"]);
+        assert_eq!(sent(&machine("KILL", "", ""), &[(0, 500)]), ["halted"]);
     }
 
     #[test]
