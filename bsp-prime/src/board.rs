@@ -5,6 +5,7 @@ use stm32h7xx_hal::pac;
 use crate::adc::{Supplies, Thermistors};
 use crate::clocks::{self, ClockError};
 use crate::identity::{self, Identity};
+use crate::last_words;
 use crate::memory;
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
@@ -17,9 +18,9 @@ use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::watchdog::Watchdog;
 
-/// Longest time between two feedings. Longer than the slowest SD command with its repetitions; heaters have
-/// shorter guards of their own.
-const WATCHDOG_LIMIT_MS: u32 = 4_000;
+/// Longest time between two feedings, which come ten times a second: a pin that nobody controls any more may be
+/// on for so long.
+const WATCHDOG_LIMIT_MS: u32 = 900;
 /// Rate of the debug console.
 const DEBUG_BAUD: u32 = 115_200;
 
@@ -114,6 +115,7 @@ impl Board {
         let reset_cause = identity::take_reset_cause(&device.RCC);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
         let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
+        let last_words = last_words::take();
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::enable_peripherals();
         memory::prepare_d2();
@@ -125,7 +127,7 @@ impl Board {
         let mut debug = uart::port(PortName::Debug);
         debug.1.open(DEBUG_BAUD, uart::Frame::PLAIN);
         Ok(Self {
-            identity: Identity::read(reset_cause),
+            identity: Identity::read(reset_cause, last_words),
             pins,
             guards,
             leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),

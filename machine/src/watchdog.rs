@@ -1,5 +1,5 @@
-//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner, the slow watch
-//! over drivers and supplies, and the dispatcher; all of them.
+//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner and the slow watch
+//! over drivers and supplies, each since the last feeding; and the dispatcher, which may wait for a card.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -18,27 +18,47 @@ pub enum Reporter {
     Dispatcher,
 }
 
+/// Feedings that the dispatcher may miss in a row. All others have reported within a tenth of a second, so it
+/// may be away for some three seconds: as long as the slowest card with its repetitions.
+const PATIENCE: u8 = 30;
+
 /// Reports since the watchdog was last fed. Lives in a `static`.
 #[derive(Debug, Default)]
-pub struct Reports(AtomicU8);
+pub struct Reports {
+    reported: AtomicU8,
+    /// Feedings since the dispatcher last reported.
+    missed: AtomicU8,
+}
 
 impl Reports {
-    const ALL: u8 = 0b1_1111;
+    const DISPATCHER: u8 = 1 << Reporter::Dispatcher as u8;
+    const TASKS: u8 = 0b1_1111 & !Self::DISPATCHER;
 
     /// Nobody has reported.
     #[must_use]
     pub const fn new() -> Self {
-        Self(AtomicU8::new(0))
+        Self { reported: AtomicU8::new(0), missed: AtomicU8::new(0) }
     }
 
     /// This reporter is alive.
     pub fn report(&self, reporter: Reporter) {
-        self.0.fetch_or(1 << reporter as u8, Ordering::Relaxed);
+        self.reported.fetch_or(1 << reporter as u8, Ordering::Relaxed);
     }
 
-    /// True when all have reported since this last returned true: feed the watchdog.
+    /// True when all tasks have reported since this last returned true, and the dispatcher not too long ago:
+    /// feed the watchdog. For one caller.
     pub fn take_complete(&self) -> bool {
-        self.0.compare_exchange(Self::ALL, 0, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+        let reported = self.reported.load(Ordering::Relaxed);
+        if reported & Self::TASKS != Self::TASKS {
+            return false;
+        }
+        self.reported.fetch_and(!reported, Ordering::Relaxed);
+        let missed = match reported & Self::DISPATCHER {
+            0 => self.missed.load(Ordering::Relaxed).saturating_add(1),
+            _ => 0,
+        };
+        self.missed.store(missed, Ordering::Relaxed);
+        missed <= PATIENCE
     }
 }
 
@@ -46,19 +66,45 @@ impl Reports {
 mod tests {
     use super::*;
 
+    use Reporter::{Dispatcher, Heat, Planner, StepFeed, Supervisor};
+
+    const TASKS: [Reporter; 4] = [Heat, StepFeed, Planner, Supervisor];
+
+    fn all_report(reports: &Reports) {
+        TASKS.into_iter().for_each(|task| reports.report(task));
+    }
+
     #[test]
     fn the_watchdog_is_fed_only_when_all_have_reported() {
-        use Reporter::{Dispatcher, Heat, Planner, StepFeed, Supervisor};
-        let all = [Heat, StepFeed, Planner, Supervisor, Dispatcher];
-        for silent in all {
+        for silent in TASKS {
             let reports = Reports::new();
+            reports.report(Dispatcher);
             for _ in 0..3 {
-                all.into_iter().filter(|reporter| *reporter != silent).for_each(|reporter| reports.report(reporter));
+                TASKS.into_iter().filter(|task| *task != silent).for_each(|task| reports.report(task));
                 assert!(!reports.take_complete(), "{silent:?} is missing");
             }
             reports.report(silent);
             assert!(reports.take_complete());
             assert!(!reports.take_complete(), "all must report anew");
         }
+    }
+
+    #[test]
+    fn a_dispatcher_may_be_away_for_a_while_and_no_longer() {
+        let reports = Reports::new();
+        for _ in 0..2 {
+            reports.report(Dispatcher);
+            all_report(&reports);
+            assert!(reports.take_complete());
+            for _ in 0..PATIENCE {
+                all_report(&reports);
+                assert!(reports.take_complete());
+            }
+        }
+        all_report(&reports);
+        assert!(!reports.take_complete());
+        reports.report(Dispatcher);
+        all_report(&reports);
+        assert!(reports.take_complete(), "it has come back");
     }
 }
