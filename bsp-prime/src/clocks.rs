@@ -58,6 +58,15 @@ pub fn start_crystal(rcc: &pac::RCC) -> Result<(), ClockError> {
     wait::until(CRYSTAL_START_LIMIT_US, || rcc.cr.read().hserdy().is_ready()).map_err(|_| ClockError::NoCrystal)
 }
 
+/// Watches the crystal: when it stops, the core runs on from the 64 MHz oscillator and takes an NMI (RM0399
+/// section 9.5.3). Without, a processor whose clock has stopped would leave every output as it is until the
+/// watchdog, which has a clock of its own, resets it. A reset ends the watch.
+fn watch_crystal() {
+    // RM0399 section 9.7.2, RCC_CR: HSECSSON; set by software, cleared by a reset alone.
+    // SAFETY: `freeze` consumed the RCC token, and this runs once, before any interrupt is enabled.
+    unsafe { (*pac::RCC::ptr()).cr.modify(|_, w| w.hsecsson().on()) };
+}
+
 /// Sets supply and clocks. Call once, after [`start_crystal`] and with the watchdog running.
 ///
 /// # Errors
@@ -90,6 +99,7 @@ pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr
         return Err(ClockError::Wrong(core));
     }
     stop_hsi48();
+    watch_crystal();
     slow_flash()?;
     Ok(ccdr)
 }

@@ -5,6 +5,7 @@ use core::fmt;
 
 use stm32h7xx_hal::pac;
 
+use crate::last_words::Text;
 use crate::pins::{self, Input, Mode, PinSpec, Pull, table};
 use crate::silicon;
 
@@ -30,6 +31,8 @@ pub struct Identity {
     pub chips: MotorChips,
     /// Why the last reset happened.
     pub reset_cause: ResetCause,
+    /// What the firmware said when it ended itself, where that was the cause.
+    pub last_words: Option<Text>,
     /// The option bytes have the Cortex-M4 start as well, which must not be.
     pub second_core_starts: bool,
 }
@@ -95,7 +98,7 @@ pub(crate) fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
 }
 
 impl Identity {
-    pub(crate) fn read(reset_cause: ResetCause) -> Self {
+    pub(crate) fn read(reset_cause: ResetCause, last_words: Option<Text>) -> Self {
         // SAFETY: three words of read-only memory that every chip of the family has.
         let unique_id = unsafe { [0, 1, 2].map(|word| UNIQUE_ID.add(word).read_volatile()) };
         // SAFETY: read-only register.
@@ -108,6 +111,7 @@ impl Identity {
             board,
             chips,
             reset_cause,
+            last_words,
             second_core_starts: silicon::second_core_starts(),
         }
     }

@@ -20,6 +20,7 @@ mod copy;
 pub mod dma;
 pub mod fpu;
 pub mod identity;
+pub mod last_words;
 pub mod memory;
 pub mod pins;
 pub mod pwm;

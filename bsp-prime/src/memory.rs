@@ -229,6 +229,15 @@ fn stack_limit() -> u32 {
     (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES) + STACK_GUARD_BYTES
 }
 
+/// Whether this address lies in the guard of a stack.
+#[must_use]
+pub fn is_stack_guard(address: u32) -> bool {
+    let below_main = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
+    [(below_main, STACK_GUARD_BYTES), (thread_stack::guard(), thread_stack::GUARD_BYTES as u32)]
+        .iter()
+        .any(|(guard, bytes)| (*guard..guard + bytes).contains(&address))
+}
+
 /// How many bytes the stack may grow to before it meets the guard.
 #[must_use]
 pub fn stack_room_bytes() -> u32 {

@@ -1,13 +1,17 @@
-//! The end of the line: what a panic, a hard fault or a board that will not come up do. Outputs off first,
-//! then a report, then a reset.
+//! The end of the line: what a panic, a fault of the processor, a crystal that stops or a board that will not
+//! come up do. Outputs off first, then a report over RTT and for the next start, then a reset.
 
+use core::fmt::{Arguments, Write};
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
+use bsp_prime::identity::{Identity, ResetCause};
+use bsp_prime::last_words::{self, Text};
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
+use machine::ports::{LastWords, Start};
 
 /// A panic while reporting must not report again.
 static REPORTED: AtomicBool = AtomicBool::new(false);
@@ -25,6 +29,17 @@ fn end(report: impl FnOnce()) -> ! {
     SCB::sys_reset()
 }
 
+/// Ends with these words, which the next start tells.
+fn end_with(words: Arguments<'_>) -> ! {
+    end(|| {
+        let mut text = Text::new();
+        // A text takes what has room in it.
+        let _ = text.write_fmt(words);
+        last_words::leave(&text);
+        defmt::error!("{=str}", text.as_str());
+    })
+}
+
 /// A reset that a person or a host asked for.
 pub fn reset_as_asked() -> ! {
     end(|| defmt::info!("reset as asked"))
@@ -32,15 +47,88 @@ pub fn reset_as_asked() -> ! {
 
 /// The board did not come up.
 pub fn board_failed(error: BoardError) -> ! {
-    end(|| defmt::error!("board: {}", defmt::Debug2Format(&error)))
+    end_with(format_args!("board: {error:?}"))
+}
+
+/// Why this start.
+pub fn start(identity: &Identity) -> Start {
+    match (identity.reset_cause, &identity.last_words) {
+        (ResetCause::Watchdog, _) => Start::Watchdog,
+        (ResetCause::BrownOut, _) => Start::BrownOut,
+        // A text has no more bytes than there is room for.
+        (ResetCause::Software, Some(text)) => Start::Ended(LastWords::try_from(text.as_str()).unwrap_or_default()),
+        _ => Start::Asked,
+    }
 }
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    end(|| defmt::error!("panic: {}", defmt::Display2Format(info)))
+    match info.location() {
+        // The file first: a text may lose its end.
+        Some(place) => end_with(format_args!("panic at {}:{}", place.file(), place.line())),
+        None => end_with(format_args!("panic")),
+    }
 }
 
+/// An interrupt that nobody expects.
 #[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    end(|| defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr()))
+unsafe fn DefaultHandler(number: i16) {
+    end_with(format_args!("unexpected interrupt {number}"));
+}
+
+/// The crystal has stopped (RM0399 rev 4 section 9.5.3); no other source of this interrupt is on.
+#[exception]
+unsafe fn NonMaskableInt() {
+    end_with(format_args!("the 25 MHz crystal stopped"));
+}
+
+/// Hands over where it happened. The stack that overflowed may be the one that this runs on, and then the
+/// processor could not store the frame, and the first push would lock it up (ARMv7-M ARM B1.5.15): so the
+/// main stack begins anew. Nothing returns to what was on it.
+#[unsafe(naked)]
+// SAFETY: the name is the one that the vector table of `cortex-m-rt` refers to; nobody else defines it.
+#[unsafe(no_mangle)]
+#[allow(non_snake_case, reason = "the vector table's name")]
+extern "C" fn HardFault() -> ! {
+    core::arch::naked_asm!(
+        // Bit 2 of EXC_RETURN: the frame is on the process stack (B1.5.8).
+        "tst lr, #4",
+        "ite eq",
+        "mrseq r3, msp",
+        "mrsne r3, psp",
+        // CFSR; MSTKERR and STKERR say that there is no frame (B3.2.15).
+        "movw r2, #0xED28",
+        "movt r2, #0xE000",
+        "ldr r2, [r2]",
+        "movs r0, #0",
+        "movs r1, #0",
+        "movw r12, #0x1010",
+        "tst r2, r12",
+        "bne 1f",
+        // The frame's PC and LR (B1.5.6).
+        "ldr r0, [r3, #24]",
+        "ldr r1, [r3, #20]",
+        "1:",
+        "movw r3, #:lower16:_stack_start",
+        "movt r3, #:upper16:_stack_start",
+        "msr msp, r3",
+        "b {report}",
+        report = sym hard_fault,
+    )
+}
+
+/// MemManage fault: MMARVALID of CFSR, MMFAR holds the address (ARMv7-M ARM B3.2.15, B3.2.17).
+const ADDRESS_VALID: u32 = 1 << 7;
+/// MSTKERR and STKERR of CFSR.
+const NO_FRAME: u32 = 0x1010;
+
+extern "C" fn hard_fault(pc: u32, lr: u32, status: u32) -> ! {
+    // SAFETY: a read without side effects.
+    let address = unsafe { (*SCB::PTR).mmfar.read() };
+    let overflowed =
+        status & NO_FRAME != 0 || status & ADDRESS_VALID != 0 && bsp_prime::memory::is_stack_guard(address);
+    if overflowed {
+        end_with(format_args!("stack overflow at {pc:#010x}"))
+    }
+    end_with(format_args!("hard fault at {pc:#010x}, called from {lr:#010x}, status {status:#x}"))
 }

@@ -44,7 +44,6 @@ static REPORTS: Reports = Reports::new();
 
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
 mod app {
-    use bsp_prime::identity::ResetCause;
     use bsp_prime::sd::SdCard;
     use bsp_prime::step_engine;
     use bsp_prime::time::{self, Ticker};
@@ -122,7 +121,7 @@ mod app {
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
             board_id: board.identity.board,
-            after_watchdog: board.identity.reset_cause == ResetCause::Watchdog,
+            start: fault::start(identity),
             second_core_starts: board.identity.second_core_starts,
             rtc: board.rtc,
         };

@@ -14,8 +14,8 @@ use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
-    Storage, StorageError, Workspace,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
+    StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -33,8 +33,9 @@ use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
 
-/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe both ways, kill button.
-const MAX_INPUTS: usize = 33 + config::MAX_BUTTONS;
+/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe and whether it is out, kill
+/// button, door, filament and its wheel, buttons.
+const MAX_INPUTS: usize = 34 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
 
@@ -47,7 +48,7 @@ pub struct Owned {
     pub debug: UartPort,
     pub uarts: [UartPort; 2],
     pub board_id: u8,
-    pub after_watchdog: bool,
+    pub start: Start,
     pub second_core_starts: bool,
     pub rtc: Rtc,
 }
@@ -358,7 +359,7 @@ where
             core_mhz: bsp_prime::clocks::CORE_HZ / 1_000_000,
             version: env!("VELVET_VERSION"),
             build_date: env!("VELVET_BUILD_DATE"),
-            after_watchdog: self.owned.after_watchdog,
+            start: self.owned.start.clone(),
             second_core_starts: self.owned.second_core_starts,
         }
     }

@@ -298,6 +298,9 @@ pub fn inputs(
         let pin = config.kill_button.pin.map(|pin| Pin { inverted: !pin.inverted, ..pin });
         add(MachineInput::Kill, pin, "kill button.pin", false, report);
     }
+    if config.safety_door.enable {
+        add(MachineInput::Door, config.safety_door.pin, "safety door.pin", false, report);
+    }
     let filament = &config.filament_detector;
     add(MachineInput::Filament, filament.level_pin(), "filament detector", false, report);
     add(MachineInput::FilamentWheel, filament.wheel_pin(), "filament detector.encoder_pin", false, report);

@@ -21,7 +21,9 @@ use units::Micros;
 
 use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
-pub use board::{Board, BoardInfo, MemoryReport, PinPort, PinTaken, StepTimes, SupplyVoltages, WiringError};
+pub use board::{
+    Board, BoardInfo, LastWords, MemoryReport, PinPort, PinTaken, Start, StepTimes, SupplyVoltages, WiringError,
+};
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers};

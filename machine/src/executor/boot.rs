@@ -18,7 +18,7 @@ use crate::heat::{HeatControl, HeaterSettings};
 use crate::leveling;
 use crate::motion_config::motion_config;
 use crate::needs::tell_what_is_off;
-use crate::ports::{MotorDrivers, OpenMode, Ports, StorageError};
+use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError};
 use crate::safety::Event;
 use crate::sessions::{Recipient, Reply, Sessions};
 use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
@@ -54,8 +54,17 @@ fn greet<P: Ports>(ports: &P, sessions: &mut Sessions) {
     let board = ports.board();
     let mut reply = Reply::new(sessions, Recipient::All);
     reply.say(format_args!("Velvet {} on Prime, board id {}\n", board.version, board.board_id));
-    if board.after_watchdog {
-        reply.say(format_args!("WARNING: the watchdog reset the board: the firmware had stopped answering\n"));
+    match &board.start {
+        Start::Asked => {}
+        Start::Watchdog => {
+            reply.say(format_args!("WARNING: the watchdog reset the board: the firmware had stopped answering\n"));
+        }
+        Start::BrownOut => {
+            reply.say(format_args!(
+                "WARNING: the board's own supply had sagged and reset it: check the 24 V and 5 V supply\n"
+            ));
+        }
+        Start::Ended(words) => reply.say(format_args!("WARNING: the firmware had ended itself: {words}\n")),
     }
     if board.second_core_starts {
         reply.say(format_args!(

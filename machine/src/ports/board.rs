@@ -9,8 +9,24 @@ pub type WiringError = heapless::String<128>;
 /// Why a pin is not to be had: who has it.
 pub type PinTaken = heapless::String<80, u8>;
 
+/// What a firmware says when it ends itself.
+pub type LastWords = heapless::String<76, u8>;
+
+/// Why the firmware starts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Power came, or somebody asked for a reset.
+    Asked,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The board's own supply had sagged.
+    BrownOut,
+    /// It ended itself: a panic, a fault of the processor, a clock that stopped.
+    Ended(LastWords),
+}
+
 /// What a board says about itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoardInfo {
     /// Chip name, for `version`.
     pub mcu: &'static str,
@@ -22,8 +38,8 @@ pub struct BoardInfo {
     pub version: &'static str,
     /// Build date.
     pub build_date: &'static str,
-    /// It starts anew because the watchdog was not fed.
-    pub after_watchdog: bool,
+    /// Why it starts.
+    pub start: Start,
     /// The chip is set to start its second core, which nothing tells what to do.
     pub second_core_starts: bool,
 }

@@ -67,6 +67,8 @@ pub enum Input {
     ProbeDeployed,
     /// A button of the button box, by its place in the configuration's list.
     Button(u8),
+    /// The safety door is open.
+    Door,
 }
 
 impl Input {
@@ -84,6 +86,7 @@ impl Input {
             Self::FilamentWheel => 33,
             Self::ProbeDeployed => 34,
             Self::Button(index) => 40 + (index & 0xF),
+            Self::Door => 35,
         }
     }
 

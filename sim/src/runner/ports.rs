@@ -6,8 +6,8 @@ use config::{BoardId, MachineConfig, Pin, Pull};
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, StepTimes,
-    Storage, StorageError, Workspace,
+    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
+    StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -255,7 +255,7 @@ impl Board for HostPorts {
             core_mhz: 400,
             version: env!("CARGO_PKG_VERSION"),
             build_date: "-",
-            after_watchdog: false,
+            start: Start::Asked,
             second_core_starts: false,
         }
     }
