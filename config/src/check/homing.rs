@@ -29,6 +29,9 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     if config.probe.enable {
         probe(checks);
     }
+    if config.safety_door.enable && config.safety_door.pin.is_none() {
+        checks.error(("safety door", 0, "pin"), format_args!("the safety door needs a pin"), format_args!("write one"));
+    }
     if config.kill_button.enable && config.kill_button.pin.is_none() {
         checks.error(("kill button", 0, "pin"), format_args!("the kill button needs a pin"), format_args!("write one"));
     }

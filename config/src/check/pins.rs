@@ -87,6 +87,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("uart console", _) => config.uart.enable,
             ("zprobe", _) => config.probe.enable,
             ("kill button", _) => config.kill_button.enable,
+            ("safety door", _) => config.safety_door.enable,
             ("filament detector", "detector_pin") => {
                 config.filament_detector.enable && config.filament_detector.bulge_pin.is_none()
             }

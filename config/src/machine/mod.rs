@@ -41,7 +41,7 @@ pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, Pla
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
-    PrinterDialect, SystemConfig, ToolChangeConfig, UartConfig,
+    PrinterDialect, SafetyDoor, SystemConfig, ToolChangeConfig, UartConfig,
 };
 pub use temperature_switches::{TemperatureSwitchConfig, Trigger};
 
@@ -139,6 +139,8 @@ pub struct MachineConfig {
     pub voltages: Vec<VoltageMonitor, MAX_VOLTAGES>,
     /// `[kill button]`
     pub kill_button: KillButton,
+    /// `[safety door]`
+    pub safety_door: SafetyDoor,
     /// `[player]`
     pub player: PlayerConfig,
     /// `[tool change]`

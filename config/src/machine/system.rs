@@ -126,6 +126,15 @@ pub struct KillButton {
     pub unkill: bool,
 }
 
+/// `[safety door]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SafetyDoor {
+    /// Whether there is one.
+    pub enable: bool,
+    /// The input; open is high.
+    pub pin: Option<Pin>,
+}
+
 /// `[player]`
 #[derive(Clone, Debug, Default)]
 pub struct PlayerConfig {

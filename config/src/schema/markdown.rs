@@ -26,7 +26,17 @@ pub fn markdown() -> String {
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "The board and its consoles",
-        &["general", "system", "consoles", "uart console", "kill button", "player", "tool change", "network"],
+        &[
+            "general",
+            "system",
+            "consoles",
+            "uart console",
+            "kill button",
+            "safety door",
+            "player",
+            "tool change",
+            "network",
+        ],
     ),
     ("Motion", &["motion control", "planner", "conveyor", "input shaper"]),
     (

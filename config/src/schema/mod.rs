@@ -80,6 +80,7 @@ pub const SECTIONS: &[Section] = &[
     alignment::AXIS_TWIST,
     alignment::Z_THERMAL,
     system::KILL_BUTTON,
+    system::SAFETY_DOOR,
     system::PLAYER,
     system::TOOL_CHANGE,
     kinematics::LINEAR_DELTA,

@@ -1,4 +1,4 @@
-//! `[general]`, `[system]`, `[consoles]`, `[uart console]`, `[kill button]`, `[player]`.
+//! `[general]`, `[system]`, `[consoles]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]`.
 
 use units::Micros;
 
@@ -208,6 +208,24 @@ pub const KILL_BUTTON: Section = Section {
             "It may clear a halt: a latching one by its release, a push button by holding it for 2 seconds.",
         )
         .v1("unkill_enable"),
+    ],
+};
+
+pub const SAFETY_DOOR: Section = Section {
+    name: "safety door",
+    summary: "The contact of a door or lid. Opened, the machine holds and spindle, laser and coolant are off; closed again, ~ \
+              or M24 goes on. It does not replace a door switch in the supply of what can hurt.",
+    form: Form::Plain,
+    settings: &[
+        bool("enable", "false", |c, _, v| c.safety_door.enable = v, "There is such a contact. (Velvet only.)"),
+        pin(
+            "pin",
+            "nc",
+            PinRole::Input,
+            |c, _, v| c.safety_door.pin = v.and_then(PinName::digital),
+            "Its input, logically high while the door is open: a contact to ground that the closed door closes, so that a \
+             broken wire is an open door. (Velvet only.)",
+        ),
     ],
 };
 

@@ -15,7 +15,7 @@ use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
-use crate::ports::{InputLevels, Ports};
+use crate::ports::{Input, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId};
 use crate::supervisor::{Supervisor, SupervisorEvent};
@@ -43,6 +43,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
         machine.watch_kill_button(now);
+        machine.watch_door();
         filament::count(machine);
         journal::watch_supply(machine);
     }
@@ -172,6 +173,17 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
+    /// The safety door, at each of its looks: an open one opens whatever may be interrupted.
+    fn watch_door(&mut self) {
+        if self.is_door_open() && self.safety.state() != State::Door {
+            self.feed_hold(Event::DoorOpens);
+        }
+    }
+
+    fn is_door_open(&self) -> bool {
+        self.config.safety_door.enable && self.ports.inputs().is_active(Input::Door)
+    }
+
     fn feed_resume(&mut self) {
         if self.hold.take_back() {
             return;
@@ -181,6 +193,10 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let was_door = self.safety.state() == State::Door;
+        if was_door && self.is_door_open() {
+            self.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
+            return;
+        }
         if !self.safety.apply(Event::Resume) {
             return;
         }

@@ -69,7 +69,7 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
         (place, motion.speed(), of.overrides(motion), size.saturating_sub(used), motion.speed().0 == 0.0)
     });
     let mut line = Line::new();
-    add!(line, "<{}{}", of.mode.state().name(), sub_state(of.mode.state(), rests));
+    add!(line, "<{}{}", of.mode.state().name(), sub_state(of.mode.state(), rests, is_door_open(of.config, ports)));
     let shows_machine = of.own.report_mask & 1 != 0;
     add!(line, "|{}:", if shows_machine { "MPos" } else { "WPos" });
     add_point(&mut line, of, &if shows_machine { place } else { of.program.modal().work(&place) });
@@ -94,9 +94,15 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
     reply.say(format_args!("{line}>\n"));
 }
 
-/// What of a hold or an open door is over: 0 it rests and may go on, else it still brakes.
-const fn sub_state(state: State, rests: bool) -> &'static str {
+fn is_door_open(config: &MachineConfig, ports: &impl Inputs) -> bool {
+    config.safety_door.enable && ports.inputs().is_active(Input::Door)
+}
+
+/// What of a hold or an open door is over: 0 it rests and may go on; else it still brakes, or rests and the
+/// door is open.
+const fn sub_state(state: State, rests: bool, is_open: bool) -> &'static str {
     match (state, rests) {
+        (State::Door, true) if is_open => ":1",
         (State::Hold | State::Door, true) => ":0",
         (State::Hold, false) => ":1",
         (State::Door, false) => ":2",
@@ -124,7 +130,7 @@ fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
     if of.config.probe.enable && of.config.probe.pin.is_some() && touches(levels, of.tuning) {
         let _ = pins.push('P');
     }
-    if of.mode.state() == State::Door {
+    if of.mode.state() == State::Door || is_door_open(of.config, ports) {
         let _ = pins.push('D');
     }
     if !pins.is_empty() {

@@ -20,6 +20,9 @@ pub(crate) fn modules(config: &MachineConfig, reply: &mut Reply<'_>) {
     if config.kill_button.enable {
         reply.say(format_args!("killbutton\n"));
     }
+    if config.safety_door.enable {
+        reply.say(format_args!("safetydoor\n"));
+    }
     reply.say(format_args!("player\nrobot\n"));
     named("switch", switches, reply);
     named("temperature control", heaters, reply);

@@ -29,6 +29,7 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let stops = stops.map(|stop| (stop.pin, format!("endstops.{}", stop.name)));
     let probe = config.probe.pin.filter(|_| config.probe.enable);
     let kill = config.kill_button.pin.filter(|_| config.kill_button.enable);
+    let door = config.safety_door.pin.filter(|_| config.safety_door.enable);
     let switches = config.switches.iter().map(|switch| (switch.input_pin, format!("switch.{}", switch.name)));
     let buttons = config.buttons.iter().map(|button| (button.pin, format!("button box.{}.pin", button.name)));
     let filament = &config.filament_detector;
@@ -36,6 +37,7 @@ fn inputs(config: &MachineConfig) -> impl Iterator<Item = Used> {
         (probe, "zprobe"),
         (config.probe.deployed_pin.filter(|_| config.probe.enable), "zprobe.deployed_pin"),
         (kill, "kill button"),
+        (door, "safety door"),
         (filament.level_pin(), "filament detector"),
         (filament.wheel_pin(), "filament detector.encoder_pin"),
     ];

@@ -39,6 +39,7 @@ impl Inputs {
                 "probe" => Some(Input::Probe),
                 "probe deployed" => Some(Input::ProbeDeployed),
                 "kill" => Some(Input::Kill),
+                "door" => Some(Input::Door),
                 "filament" => Some(Input::Filament),
                 "filament wheel" => Some(Input::FilamentWheel),
                 _ => endstop.or(switch.map(|n| Input::Switch(n as u8))).or(button.map(|n| Input::Button(n as u8))),

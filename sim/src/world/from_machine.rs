@@ -144,6 +144,8 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let kill = machine.kill_button.enable.then_some(machine.kill_button.pin).flatten();
     // Pressed is low, whatever the pin's name says besides.
     let kill = kill.map(|input| button("kill", input, input.inverted));
+    let door = machine.safety_door.pin.filter(|_| machine.safety_door.enable);
+    let door = door.map(|input| button("door", input, !input.inverted));
     let inputs =
         machine.switches.iter().filter_map(|switch| switch.input_pin.map(|p| button(&switch.name, p, !p.inverted)));
     let detector = &machine.filament_detector;
@@ -155,6 +157,7 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     endstops
         .chain(probe)
         .chain(kill)
+        .chain(door)
         .chain(inputs)
         .chain(buttons)
         .chain(filament)

@@ -1,9 +1,10 @@
-//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[player]`, `[voltage monitor]`.
+//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]`, `[voltage monitor]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, edges, row};
 
 const BUTTON: &[&str] = &["[kill button] enable = true", "[kill button] pin = PB7^"];
+const DOOR: &[&str] = &["[safety door] enable = true", "[safety door] pin = PB7^"];
 const LATCHING: &[&str] =
     &["[kill button] enable = true", "[kill button] pin = PB7^", "[kill button] toggle_enable = true"];
 const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
@@ -38,6 +39,8 @@ pub const ROWS: &[Row] = &[
     row("[kill button] pin", "PB7^", "PD3^", Boot).with(BUTTON),
     row("[kill button] toggle_enable", "true", "false", Look(pressed)).with(BUTTON),
     row("[kill button] unkill_enable", "true", "false", Look(pressed)).with(LATCHING),
+    row("[safety door] enable", "true", "false", Look(opened)).with(DOOR),
+    row("[safety door] pin", "PB7^", "PD3^", Boot).with(DOOR),
     row("[player] on_boot_gcode", "/sd/on_boot.gcode", "/sd/other.g", Look(at_boot)).with(BOOT_FILE),
     row("[player] on_boot_gcode_enable", "true", "false", Look(at_boot)),
     row("[player] leave_heaters_on_suspend", "true", "false", Say(&["M104 S50", "M600", "get temp hotend"])),
@@ -109,6 +112,16 @@ fn pressed(bench: &mut Bench) -> String {
         said += &bench.status();
     }
     said
+}
+
+/// The door opened while X moves.
+fn opened(bench: &mut Bench) -> String {
+    bench.type_in("G1 X50 F600\n");
+    bench.hear(0.5);
+    let at_ns = (bench.now_s() * 1e9) as u64;
+    // Without a contact there is none to open.
+    let _ = bench.world(|world| world.press(at_ns, "door", true));
+    bench.hear(0.5) + &bench.status()
 }
 
 fn at_boot(bench: &mut Bench) -> String {
