@@ -184,6 +184,8 @@ impl World {
             Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
             Fault::ThermistorSlips(name) => self.heater_named(name)?.seat.slips = true,
             Fault::ThermistorLoose(name) => self.heater_named(name)?.seat.loose = true,
+            Fault::ThermistorDrifts(name, kelvin_per_s) => self.heater_named(name)?.seat.drift_k_per_s = *kelvin_per_s,
+            Fault::HeaterWeak(name, share) => self.heater_named(name)?.strength = *share,
             Fault::ThermistorsSwapped(one, other) => {
                 let place = |name: &str| self.heater_index(name).ok_or_else(|| format!("no heater `{name}`"));
                 self.swapped = Some([place(one)?, place(other)?]);
@@ -199,6 +201,7 @@ impl World {
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
             Fault::SwitchBounces(name) => self.set_switch_fault(name, switch::Fault::Bounces)?,
             Fault::DriverSilent(motor) => self.driver_of(*motor)?.condition.silent = true,
+            Fault::DriverBitErrors(motor, every) => self.driver_of(*motor)?.condition.bit_error_every = *every,
             Fault::DriverTemperature(motor, celsius) => self.driver_of(*motor)?.condition.temperature_c = *celsius,
             Fault::DriverOpenLoad(motor) => self.driver_of(*motor)?.condition.open_load[0] = true,
             Fault::DriverShort(motor) => self.driver_of(*motor)?.condition.short_to_ground[0] = true,
@@ -215,6 +218,7 @@ impl World {
         for heater in &mut self.heaters {
             heater.wiring = crate::models::thermistor::Wiring::Sound;
             heater.stuck = None;
+            heater.strength = 1.0;
             heater.seat = heat::Seat::default();
         }
         for fan in &mut self.fans {

@@ -45,6 +45,8 @@ pub struct Condition {
     pub short_to_supply: [bool; 2],
     /// Chip temperature in degrees Celsius.
     pub temperature_c: i32,
+    /// A bit of every so many replies arrives wrong; 0 for none.
+    pub bit_error_every: u32,
 }
 
 /// Registers at power-on are all zero: 256 microsteps, single edge, TOFF = 0 (bridges off), STEP/DIR mode.
@@ -339,7 +341,13 @@ impl Tmc26x {
             (_, Chip::Tmc2590) => self.diagnostics(),
             (_, Chip::Tmc2660) => 0,
         };
-        selected << 10 | self.flags(now_ns)
+        (selected << 10 | self.flags(now_ns)) ^ self.bit_error()
+    }
+
+    /// The bit of this reply that arrives wrong, another one each time.
+    fn bit_error(&self) -> u32 {
+        let every = u64::from(self.condition.bit_error_every);
+        if every == 0 || !self.frames.is_multiple_of(every) { 0 } else { 1 << (self.frames / every * 7 % 20) }
     }
 
     /// Full diagnosis, TMC2590 with RDSEL = 3: supply, ENN input, shorts, temperature comparators.

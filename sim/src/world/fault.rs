@@ -13,6 +13,8 @@ pub enum Fault {
     ThermistorSlips(String),
     /// The plug of this heater's sensor is loose: the reading jumps.
     ThermistorLoose(String),
+    /// The sensor of this heater comes to read more and more too much, or too little: kelvin per second.
+    ThermistorDrifts(String, f64),
     /// The sensors of these two heaters are in each other's plugs.
     ThermistorsSwapped(String, String),
     /// The converter of the thermistors stands: what it converted last stays.
@@ -21,6 +23,9 @@ pub enum Fault {
     HeaterStuckOn(String),
     /// The heater gives no heat.
     HeaterDead(String),
+    /// The heater gives this share of its power, 0 to 1: an element of several that has burnt out, a bad
+    /// contact.
+    HeaterWeak(String, f64),
     /// Something holds the fan of this name.
     FanStopped(String),
     /// The fan of this name hardly turns.
@@ -33,6 +38,8 @@ pub enum Fault {
     SwitchBounces(String),
     /// The driver chip does not answer on SPI.
     DriverSilent(Actuator),
+    /// One bit of every so many replies of the driver chip arrives wrong.
+    DriverBitErrors(Actuator, u32),
     /// The driver chip is this hot, degrees Celsius.
     DriverTemperature(Actuator, i32),
     /// Coil A of the motor is not connected.
@@ -61,8 +68,8 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER fan-stopped:FAN fan-slow:FAN \
-switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-overheat:MOTOR driver-prewarn:MOTOR \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
+switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-bit-errors:MOTOR,EVERY driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
 
@@ -85,9 +92,16 @@ impl TimedFault {
             "" => Err(format!("fault `{text}`: which one? write {kind}:NAME")),
             name => Ok(name.to_owned()),
         };
-        let motor = || {
-            Actuator::from_name(object)
-                .ok_or_else(|| format!("fault `{text}`: `{object}` is not a motor (alpha to zeta)"))
+        let motor_named = |name: &str| {
+            Actuator::from_name(name).ok_or_else(|| format!("fault `{text}`: `{name}` is not a motor (alpha to zeta)"))
+        };
+        let motor = || motor_named(object);
+        let with_number = || {
+            let (name, number) = object.split_once(',')?;
+            Some((name, number.parse::<f64>().ok()?))
+        };
+        let named_number = || {
+            with_number().ok_or_else(|| format!("fault `{text}`: which one, and how much? write {kind}:NAME,NUMBER"))
         };
         let volts =
             || object.parse().map_err(|_| format!("fault `{text}`: `{object}` is not a voltage, write {kind}:VOLTS"));
@@ -97,6 +111,18 @@ impl TimedFault {
             "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
             "thermistor-slip" => Fault::ThermistorSlips(named()?),
             "thermistor-loose" => Fault::ThermistorLoose(named()?),
+            "thermistor-drifts" => {
+                let (name, kelvin_per_s) = named_number()?;
+                Fault::ThermistorDrifts(name.to_owned(), kelvin_per_s)
+            }
+            "heater-weak" => {
+                let (name, share) = named_number()?;
+                Fault::HeaterWeak(name.to_owned(), share)
+            }
+            "driver-bit-errors" => {
+                let (name, every) = named_number()?;
+                Fault::DriverBitErrors(motor_named(name)?, every as u32)
+            }
             "thermistors-swapped" => {
                 let two = object.split_once(',');
                 let (one, other) = two.ok_or_else(|| format!("fault `{text}`: which two? write {kind}:NAME,NAME"))?;

@@ -62,6 +62,9 @@ pub(super) struct Seat {
     out: f64,
     /// Its plug is loose.
     pub(super) loose: bool,
+    /// How fast it drifts, and how far it has.
+    pub(super) drift_k_per_s: f64,
+    drift_k: f64,
 }
 
 /// How far a sensor slides out, and within what time it comes to feel that.
@@ -79,6 +82,8 @@ pub(super) struct HeaterState {
     pub(super) wiring: Wiring,
     /// A switch that conducts always or never.
     pub(super) stuck: Option<bool>,
+    /// Share of its power that it still gives.
+    pub(super) strength: f64,
     pub(super) seat: Seat,
     max_c: f64,
     /// Mean drive over about the last second, for reports.
@@ -93,6 +98,7 @@ impl HeaterState {
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
             stuck: None,
+            strength: 1.0,
             seat: Seat::default(),
             max_c: air_c,
             smooth_duty: 0.0,
@@ -121,10 +127,11 @@ impl World {
             let wind =
                 |(fan, &duty): (usize, &f64)| if self.config.fans[fan].cools == Some(index) { duty } else { 0.0 };
             let blown: f64 = fans.iter().enumerate().map(wind).sum();
-            state.heater.pass(seconds, duty * power, blown, self.config.air_c);
+            state.heater.pass(seconds, duty * power * state.strength, blown, self.config.air_c);
             if state.seat.slips {
                 state.seat.out += (HALF_OUT - state.seat.out) * seconds / SLIPS_WITHIN_S;
             }
+            state.seat.drift_k += state.seat.drift_k_per_s * seconds;
             state.max_c = state.max_c.max(state.heater.body_c());
             state.smooth_duty += (commanded - state.smooth_duty) * seconds;
         }
@@ -255,6 +262,7 @@ impl World {
         let state = &self.heaters[index];
         let air_c = self.config.air_c;
         let mut felt_c = state.heater.sensor_c() + (air_c - state.heater.sensor_c()) * state.seat.out;
+        felt_c += state.seat.drift_k;
         if state.seat.loose && self.now_ns % LOOSE_PERIOD_NS < LOOSE_PERIOD_NS / 2 {
             felt_c += LOOSE_C;
         }
