@@ -89,6 +89,8 @@ pub struct Probe {
     pub masked: bool,
     /// The step queue to look at, as [`QueueProbe::find`] takes it.
     pub queue: Option<String>,
+    /// A hard fault is part of the run, and does not end it.
+    pub faults_are_meant: bool,
 }
 
 /// The instruments, set up for one image.
@@ -112,7 +114,9 @@ impl Instruments {
         if let Some(block) = rtt {
             points.entry(block + RTT_WRITE).or_default().push(Point::Rtt);
         }
-        for handler in HARD_FAULT.into_iter().filter_map(|name| symbols.function(name)) {
+        for handler in
+            HARD_FAULT.into_iter().filter(|_| !probe.faults_are_meant).filter_map(|name| symbols.function(name))
+        {
             points.entry(handler.address).or_default().push(Point::Crash);
         }
         let records = Records::default();

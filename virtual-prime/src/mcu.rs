@@ -124,6 +124,17 @@ impl PrimeMcu {
         self.part.flash = flash;
     }
 
+    /// The crystal stops. Whether the clock security system noticed: it switches to the internal oscillator and
+    /// sets HSECSSF (RM0399 section 9.5.3). Its wire to the NMI is not modelled.
+    pub fn stop_crystal(&mut self, at: VirtualNanos) -> bool {
+        let Ok(spare) = Stm32h743::new() else { return false };
+        let mut clocks = std::mem::replace(&mut self.part.rcc, spare.rcc);
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.slots.rcc);
+        clocks.fail_hse(registers, &mut context);
+        self.part.rcc = clocks;
+        rcc::cifr::HSECSSF.is_set(self.register(self.slots.rcc, rcc::Register::Cifr))
+    }
+
     fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {
         Mcu::bus(&self.part).slots()[slot].registers().get(register)
     }

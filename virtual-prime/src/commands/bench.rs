@@ -49,7 +49,12 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<(), String> {
     let scratch = std::env::temp_dir().join(format!("virtual-prime-bench-{}", std::process::id()));
     let out = options.out.as_ref().unwrap_or(&scratch);
-    let probe = Probe { functions: options.function.clone(), masked: options.masked, queue: options.queue.clone() };
+    let probe = Probe {
+        functions: options.function.clone(),
+        masked: options.masked,
+        queue: options.queue.clone(),
+        ..Probe::default()
+    };
     let hold_delay_ns = options.hold_delay_us * 1_000;
     let study = Study { probe, flood: options.flood, hold_after: options.hold_after, hold_delay_ns };
     let finished = play(&options.job, &study, out)?;

@@ -14,12 +14,6 @@ pub fn image_that_hangs_in(function: &str) -> PathBuf {
     image_with(function, &[FOR_EVER], "hangs")
 }
 
-/// A copy of the firmware where this function, which returns nothing, does nothing.
-pub fn image_that_skips(function: &str) -> PathBuf {
-    // BX LR (A7.7.20, encoding T1).
-    image_with(function, &[0x4770], "skips")
-}
-
 /// A copy of the firmware where this function, which returns nothing, only keeps all interrupts off for twice
 /// so many instructions.
 pub fn image_that_masks_interrupts_in(function: &str, loops: u16) -> PathBuf {

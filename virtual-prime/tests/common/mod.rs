@@ -3,6 +3,7 @@
 pub mod hang;
 pub mod machine;
 pub mod print;
+pub mod switched;
 pub mod velvet;
 pub mod writes;
 
@@ -73,13 +74,13 @@ pub fn boot_on(name: &str, board: PrimeBoard) -> Bench {
 
 /// This board running this image.
 pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
-    boot_watched(elf, board, Vec::new())
+    boot_watched(elf, board, Vec::new(), &Probe::default())
 }
 
 /// The same, with an ear for writes to these addresses.
-pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>) -> Bench {
+pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>, probe: &Probe) -> Bench {
     let (console, uart) = (board.console(0).clone(), board.console(1).clone());
-    let (instruments, records) = Instruments::new(elf, &Probe::default()).expect("an image with symbols");
+    let (instruments, records) = Instruments::new(elf, probe).expect("an image with symbols");
     let writes = writes::WriteLog::default();
     let listener = writes::Listener { inner: Box::new(instruments), addresses, log: writes.clone() };
     let vm = Vm::start(board, elf, Some(Box::new(listener))).expect("the image loads");

@@ -10,6 +10,7 @@ use sim::world::{Fault, TimedFault, World, WorldConfig};
 use units::Actuator;
 use virtual_prime::board::PrimeBoard;
 use virtual_prime::console::Arrived;
+use virtual_prime::instruments::Probe;
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
@@ -54,6 +55,8 @@ pub struct Plan {
     traits: Traits,
     keeps_writes: bool,
     carriages: Vec<f64>,
+    soaked: Vec<(&'static str, f64)>,
+    faults_are_meant: bool,
 }
 
 impl Plan {
@@ -73,6 +76,8 @@ impl Plan {
             traits: Traits::default(),
             keeps_writes: false,
             carriages: Vec::new(),
+            soaked: Vec::new(),
+            faults_are_meant: false,
         }
     }
 
@@ -91,6 +96,12 @@ impl Plan {
     /// The carriages stand here at power-on, mm, in the order of the motors.
     pub fn carriages(mut self, places: &[f64]) -> Self {
         self.carriages = places.to_vec();
+        self
+    }
+
+    /// This heater has this temperature at power-on, C.
+    pub fn soaked(mut self, heater: &'static str, celsius: f64) -> Self {
+        self.soaked.push((heater, celsius));
         self
     }
 
@@ -171,6 +182,12 @@ impl Plan {
         self
     }
 
+    /// The image is to meet a hard fault, which does not end the run.
+    pub const fn meaning_faults(mut self) -> Self {
+        self.faults_are_meant = true;
+        self
+    }
+
     /// Switches the machine on and waits for its prompt.
     #[track_caller]
     pub fn start(self) -> Velvet {
@@ -203,12 +220,18 @@ impl Plan {
             card.keep_writes();
         }
         board.insert(card);
+        for (heater, celsius) in self.soaked {
+            let mut world = board.world().lock();
+            let heater = world.heater_index(heater).expect("a heater of this machine");
+            world.soak(heater, celsius);
+        }
         for fault in self.faults {
             let mut world = board.world().lock();
             let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
             done.expect("a fault of this machine");
         }
-        Velvet { bench: boot_watched(&self.elf, board, self.watched), said: String::new() }
+        let probe = Probe { faults_are_meant: self.faults_are_meant, ..Probe::default() };
+        Velvet { bench: boot_watched(&self.elf, board, self.watched, &probe), said: String::new() }
     }
 }
 
