@@ -95,12 +95,12 @@ peers: target/toolchain.mk
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
 
-## make faults                   the power cut at every block write of a job, on both runners; a page of each in out/faults; half an hour
+## make faults                   every fault of docs/safety.md in every state, and the power cut at every block write of a job; pages in out/faults; half an hour
 faults: virtual-prime firmware
 	@$(CARGO) test -q --locked -p scenarios power_loss:: -- --ignored --nocapture
 	@mkdir -p out/faults
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FAULTS_OUT="$(CURDIR)/out/faults" \
-	    $(VP_CARGO) test -q --locked --release --ignore-rust-version power_cuts:: -- --ignored --nocapture
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version -- power_cuts:: faults:: --ignored --nocapture
 
 ## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
 stream: virtual-prime firmware

@@ -70,5 +70,8 @@ fn the_phase_read_from_the_driver_homes_a_noisy_switch_to_the_same_step() {
     let said = velvet.ask("M875", SECOND);
     // The sample's X counts up with DIR low, as the driver's counter does.
     let phase = format!("phase {}.00 of 1024", homed[0].1);
-    assert!(said.contains(&phase) && said.contains("4 homings") && !velvet.said().contains("WARNING"), "{phase}: {said}");
+    assert!(
+        said.contains(&phase) && said.contains("4 homings") && !velvet.said().contains("WARNING"),
+        "{phase}: {said}"
+    );
 }

@@ -48,7 +48,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     ("voltage monitor", "vmotor = ADC3_5,11         # input and divider\nvfet = ADC3_2,11\n"),
     ("kill button", "enable = true\npin = PJ6^                 # pressed is low\n"),
-    ("safety door", "enable = true\npin = PJ9^                 # the closed door pulls it low\n"),
+    ("safety door", "enable = true\npin = PJ8^                 # the closed door pulls it low\n"),
     (
         "player",
         "on_boot_gcode = /sd/start.g\non_boot_gcode_enable = true\nafter_suspend_gcode = G91 G0 Z10\nbefore_resume_gcode = G91 G0 Z-10\n",

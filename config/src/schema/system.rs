@@ -217,15 +217,16 @@ pub const SAFETY_DOOR: Section = Section {
               or M24 goes on. It does not replace a door switch in the supply of what can hurt.",
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", |c, _, v| c.safety_door.enable = v, "There is such a contact. (Velvet only.)"),
+        bool("enable", "false", |c, _, v| c.safety_door.enable = v, "There is such a contact.").velvet(),
         pin(
             "pin",
             "nc",
             PinRole::Input,
             |c, _, v| c.safety_door.pin = v.and_then(PinName::digital),
             "Its input, logically high while the door is open: a contact to ground that the closed door closes, so that a \
-             broken wire is an open door. (Velvet only.)",
-        ),
+             broken wire is an open door.",
+        )
+        .velvet(),
     ],
 };
 

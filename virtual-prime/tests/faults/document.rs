@@ -42,6 +42,11 @@ const ELSEWHERE: &[Elsewhere] = &[
         tests: &[("tests/tests/faults.rs", "a_heater_that_is_too_slow_is_given_up_when_its_time_is_over")],
     },
     Elsewhere {
+        what: "a fan with a tachometer stops, or turns too slowly",
+        does: "told once, or halt, as `[fan] alarm` says; a fan without power is no fault",
+        tests: &[("tests/tests/fans.rs", "a_fan_that_stops_is_told_once_or_halts_and_one_without_power_is_not")],
+    },
+    Elsewhere {
         what: "a mistake of control: a pin on without a target",
         does: "outputs closed and halt after two looks, 0.1 s",
         tests: &[("machine/src/heat_safety/tests.rs", "a_pin_that_is_on_for_nobody_is_told_and_closed")],
