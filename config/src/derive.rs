@@ -8,8 +8,6 @@ use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
 const LAST_FREE_TOOL: ToolId = ToolId(252);
-/// From here on a tool number is a bed's or a chamber's, with the M-codes of a bed.
-const FIRST_BED_TOOL: ToolId = ToolId(100);
 /// Pieces of a straight move on the two deltas.
 const DELTA_SEGMENTS_PER_SECOND: f64 = 100.0;
 const DEFAULT_PWM_HZ: u32 = 10_000;
@@ -84,6 +82,10 @@ const BED_GAIN_TIME: Micros = Micros::from_seconds(60);
 /// The same for a hot end.
 const HOT_END_GAIN_TIME: Micros = Micros::from_seconds(20);
 
+/// Usual powers of a bed and of a hot end.
+const BED_WATTS: f32 = 200.0;
+const HOT_END_WATTS: f32 = 40.0;
+
 fn temperatures(config: &mut MachineConfig, written: Written) {
     const SECTION: &str = "temperature control";
     let has_own_number = |place: usize, name: &str| {
@@ -101,15 +103,23 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
         if !written(SECTION, place, "runaway_cooling_timeout") {
             heater.runaway.cooling_timeout = heater.runaway.heating_timeout;
         }
-        let is_bed = heater.tool_id >= FIRST_BED_TOOL;
+        let is_bed = heater.tool_id >= ToolId::FIRST_BED;
         if !written(SECTION, place, "verify_gain_time") {
             heater.verify.gain_time = Some(if is_bed { BED_GAIN_TIME } else { HOT_END_GAIN_TIME });
         }
+        let [sets, waits] = match (heater.name.as_str(), is_bed) {
+            ("chamber", _) => [141, 191],
+            (_, true) => [140, 190],
+            (_, false) => [104, 109],
+        };
         if !written(SECTION, place, "set_m_code") {
-            heater.set_m_code = if is_bed { 140 } else { 104 };
+            heater.set_m_code = sets;
         }
         if !written(SECTION, place, "set_and_wait_m_code") {
-            heater.set_and_wait_m_code = if is_bed { 190 } else { 109 };
+            heater.set_and_wait_m_code = waits;
+        }
+        if !written(SECTION, place, "heater_power") {
+            heater.model.power_w = if is_bed { BED_WATTS } else { HOT_END_WATTS };
         }
     }
 }
@@ -267,8 +277,8 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     name_parts(config);
 }
 
-/// Finds what combined sensors are made of and what fans watch, now that every temperature control has its
-/// place.
+/// Finds what combined sensors are made of, which fans blow at heaters and what fans watch, now that everything
+/// has its place.
 fn name_parts(config: &mut MachineConfig) {
     for place in 0..config.temperatures.len() {
         let Some(heater) = config.temperatures.get(place) else { return };
@@ -278,6 +288,8 @@ fn name_parts(config: &mut MachineConfig) {
         }
         if let Some(heater) = config.temperatures.get_mut(place) {
             heater.sensor.parts = parts;
+            let named = |switch: &crate::SwitchConfig| switch.name == heater.model.fan_name && !switch.is_input();
+            heater.model.fan = config.switches.iter().position(named).and_then(|place| u8::try_from(place).ok());
         }
     }
     let MachineConfig { fans, temperatures, .. } = config;

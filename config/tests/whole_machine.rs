@@ -438,3 +438,26 @@ fn a_curve_of_voltages_is_checked() {
     let (_, findings) = read(&edited("bed.bang_bang = false", to));
     assert!(findings.iter().any(|finding| finding.reason.contains("has no such curve")), "{findings:#?}");
 }
+
+/// Control by a model needs one, and a fan that there is; presets have temperatures.
+#[test]
+fn control_by_a_model_is_checked() {
+    let figures = "bed.model_capacity = 400\nbed.model_late = 4\n";
+    for (lines, reason) in [
+        ("bed.control = model\nbed.model_capacity = 400", "control = model needs it"),
+        ("bed.control = model\nbed.bang_bang = true", "bang_bang = true is another control"),
+        ("bed.presets = pla 60, petg", "no temperature follows petg"),
+        ("bed.presets = pla 60, abs 150", "abs: 150"),
+        ("bed.fan = fam", "there is no [switch] fam"),
+    ] {
+        let (_, findings) = read(&edited("bed.bang_bang = false", lines));
+        assert!(findings.iter().any(|finding| finding.reason.contains(reason)), "{lines}: {findings:#?}");
+    }
+    let lines = format!("{figures}bed.control = model\nbed.fan = fan");
+    let (config, findings) = read(&edited("bed.bang_bang = false", &lines));
+    assert!(findings.is_empty(), "{findings:#?}");
+    let bed = config.temperatures.iter().find(|heater| heater.name == "bed").expect("a bed");
+    assert_eq!(bed.control(), config::ControlLaw::Model);
+    let fan = bed.model.fan.map(|place| config.switches[usize::from(place)].name.as_str());
+    assert_eq!((fan, bed.model.power_w), (Some("fan"), 200.0));
+}

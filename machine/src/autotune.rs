@@ -1,12 +1,18 @@
-//! M303: finds the PID gains of a heater, uses them and says them.
+//! M303 and M306: find out how a heater answers, and have it controlled by that: by PID, or by a model.
+//!
+//! Both swing it around a target, a few times (see [`crate::heat::StepTest`]). It goes off whatever happens,
+//! and keeps the control it had unless everything was found. Questions are answered meanwhile, and heat
+//! safety watches as ever.
+
+mod fan;
 
 use config::{HeaterId, MachineConfig};
 use program::{Part, Words};
 use units::{Celsius, Micros};
 
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
-use crate::heat::{HeatControl, LawSettings, Relay};
+use crate::failure::{Failure, Outcome, message};
+use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
 use crate::needs::needs;
 use crate::ports::Ports;
@@ -15,54 +21,147 @@ use crate::sessions::Reply;
 /// How often progress is said.
 const REPORT_PERIOD: Micros = Micros::from_seconds(1);
 /// Longest tuning: a slow bed takes minutes a swing.
-const TIMEOUT: Micros = Micros::from_seconds(2 * 3_600);
+const TIMEOUT: Micros = Micros::from_seconds(3_600);
 /// Target and swings when the words are left out.
-const DEFAULT: (f64, f64) = (150.0, 8.0);
+const DEFAULT: (f64, f64) = (150.0, 3.0);
+/// It swings so far above the target at most, which `max_temp` must allow.
+const HEADROOM: f32 = 15.0;
+/// A target nearer to the air than this tells nothing of what is lost.
+const LEAST_ABOVE_AIR: f32 = 20.0;
+/// What reads less than this has been off for long: it is as warm as the air.
+const COLD: Celsius = Celsius(45.0);
+/// The first rise begins below this share of the way from the air to the target: all lags are to have died
+/// away at its end.
+const RISES_FROM: f32 = 0.7;
+
+/// What is to be found out.
+#[derive(Clone, Copy, Debug)]
+struct Ask {
+    number: u16,
+    heater: HeaterId,
+    target: Celsius,
+    swings: u8,
+    air: Celsius,
+}
 
 /// `M303 P<tool_id> [S<target>] [C<swings>]`; without P it says which there are.
 ///
 /// # Errors
-/// When that is no heater with PID control, its target is not allowed, there is no supply, or it does not
-/// swing.
+/// When that is no heater with PID control, its target is not allowed or tells nothing, there is no supply,
+/// or it answers like no heater.
 pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
-    let Some(word) = words.get('P') else {
+    if !words.has('P') {
         say_choice(config, &mut hands.reply());
-        return Ok(Answer::Ok);
+        return Ok(crate::failure::Answer::Ok);
+    }
+    let ask = asked(hands, words, 303, 'P')?;
+    if let Some(described) = config.heater(ask.heater) {
+        let (label, name, id) = (&described.designator, &described.name, described.tool_id);
+        hands.say(format_args!("// Running autopid on ({label}) {name}, toolid {id}, control X to abort\n"));
+        hands.say(format_args!("Target: {:5.1}\n", ask.target.0));
+        hands.say(format_args!("{label}: Starting PID Autotune, {} max cycles, control X aborts\n", ask.swings));
+    }
+    let found = swing(hands, &ask).await;
+    let law = match (&found, config.heater(ask.heater)) {
+        (Ok(answer), Some(described)) => {
+            let settings = hands.heat(|heat| heat.heater(ask.heater).map(|heater| heater.settings.clone()));
+            let Some(settings) = settings else { return Ok(crate::failure::Answer::Unknown) };
+            let before = match settings.law {
+                LawSettings::Pid(gains) => gains,
+                _ => PidGains::from(described),
+            };
+            let gains = answer.gains(settings.max_duty);
+            Some(LawSettings::Pid(PidGains { p: gains.p, i: gains.i, d: gains.d, ..before }))
+        }
+        _ => None,
     };
-    let heater = heater_named(config, 303, 'P', word)?;
+    end(hands, ask.heater, law);
+    let answer = found?;
+    explain(hands, &ask, &answer);
+    if let Some(LawSettings::Pid(PidGains { p, i, d, .. })) = law {
+        hands.say(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
+        hands.say(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
+    }
+    Ok(crate::failure::Answer::Ok)
+}
+
+/// `M306 T<tool_id> [S<target>] [C<swings>] [R<air>]`: the model of a heater, and that of the fan that blows
+/// at it.
+///
+/// # Errors
+/// As of [`tune_pid`]; and when it is warm and nobody says how warm the air is.
+pub(crate) async fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let config = hands.config();
+    let ask = asked(hands, words, 306, 'T')?;
+    let reading = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
+    if !words.has('R') && reading.is_none_or(|reading| reading > COLD) {
+        return Err(Failure::refused("M306: it is warm: let it cool below 45 C, or say how warm the air is with R"));
+    }
+    let Some(described) = config.heater(ask.heater) else { return Ok(crate::failure::Answer::Unknown) };
+    hands.say(format_args!("// Finding the model of {}, control X to abort\n", described.name));
+    let blower = fan::Blower::stop(hands, described.model.fan);
+    let found = match swing(hands, &ask).await {
+        Ok(answer) => {
+            explain(hands, &ask, &answer);
+            let model = model(hands, &ask, &answer);
+            fan::measure(hands, &ask, model, blower).await
+        }
+        Err(failure) => Err(failure),
+    };
+    blower.restore(hands);
+    end(hands, ask.heater, found.as_ref().ok().map(|model| LawSettings::Model(*model)));
+    let model = found?;
+    let ModelSettings { power_w, capacity, loss, fan_loss, late_s, .. } = model;
+    hands.say(format_args!(
+        "Model found, of {power_w} W: model_capacity = {capacity:.3} model_loss = {loss:.4} model_fan_loss = {fan_loss:.4} \
+         model_late = {late_s:.2}\n"
+    ));
+    hands.say(format_args!("It is in use until reset: keep it with M500, or with control = model in config.ini\n"));
+    Ok(crate::failure::Answer::Ok)
+}
+
+/// What the words ask for.
+///
+/// # Errors
+/// When the heater is not to be tuned so.
+fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16, letter: char) -> Result<Ask, Failure> {
+    let config = hands.config();
+    let word = words.get(letter).unwrap_or(0.0);
+    let heater = heater_named(config, number, letter, word)?;
     let swings = words.get('C').unwrap_or(DEFAULT.1) as u8;
     let target = Celsius(words.get('S').unwrap_or(DEFAULT.0) as f32);
     needs(config, Part::Heater(heater), hands.is_playing())?;
     let target = meant(config, heater, target);
     hands.heat(|heat| allow_target(heat, config, heater, target))?;
     check_supply(hands, target)?;
-    hands.standstill().await?;
-    let tunable = hands.heat(|heat| {
-        let heater = heat.heater_mut(heater)?;
-        let is_pid = heater.settings.heats && matches!(heater.settings.law, LawSettings::Pid(_));
-        is_pid.then(|| heater.start_tuning(swings))
+    let state = hands.heat(|heat| {
+        let heater = heat.heater(heater)?;
+        let is_tunable = heater.settings.heats && !matches!(heater.settings.law, LawSettings::BangBang { .. });
+        is_tunable.then(|| (heater.settings.max, heater.reading(), heater.is_on()))
     });
-    if tunable.is_none() {
-        return Err(Failure::Refused(message(format_args!("M303: P{word} is no heater with PID control"))));
-    }
-    if let Some(described) = config.heater(heater) {
-        let (label, name, id) = (&described.designator, &described.name, described.tool_id);
-        hands.say(format_args!("// Running autopid on ({label}) {name}, toolid {id}, control X to abort\n"));
-        hands.say(format_args!("Target: {:5.1}\n", target.0));
-        hands.say(format_args!("{label}: Starting PID Autotune, {swings} max cycles, control X aborts\n"));
-    }
-    let tuned = match hands.heat(|heat| change_target(heat, config, heater, target)) {
-        Ok(()) => watch_tuning(hands, heater).await,
-        Err(refused) => Err(refused),
+    let Some((max, reading, is_on)) = state else {
+        let text = format_args!("M{number}: {letter}{word} is no heater with PID control");
+        return Err(Failure::Refused(message(text)));
     };
-    // Whatever happened, the heater gets a law that holds a temperature; a failure leaves the old gains.
-    hands.heat(|heat| {
-        // Off is never refused.
-        let _ = heat.set_target(heater, Celsius(0.0));
-        adopt(heat, heater);
-    });
-    tuned
+    if reading.is_none() {
+        let text = format_args!("M{number}: {letter}{word} gives no temperature: check its sensor");
+        return Err(Failure::Refused(message(text)));
+    }
+    let read = reading.filter(|reading| !is_on && *reading < COLD);
+    let air = words.get('R').map(|air| Celsius(air as f32)).or(read).unwrap_or(Celsius(AIR_C));
+    if target.0 > max.0 - HEADROOM {
+        let most = max.0 - HEADROOM;
+        let text =
+            format_args!("M{number} swings {HEADROOM} C above its target, and max_temp is {max}: S{most} at most");
+        return Err(Failure::Refused(message(text)));
+    }
+    if target.0 < air.0 + LEAST_ABOVE_AIR {
+        let least = air.0 + LEAST_ABOVE_AIR;
+        let text = format_args!("M{number}: so near to the air's {air:.0} nothing is found: S{least:.0} at least");
+        return Err(Failure::Refused(message(text)));
+    }
+    Ok(Ask { number, heater, target, swings, air })
 }
 
 /// What a target means: 1 and 2 stand for the presets.
@@ -83,47 +182,124 @@ fn say_choice(config: &MachineConfig, reply: &mut Reply<'_>) {
     }
 }
 
-async fn watch_tuning<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Outcome {
-    let (since, mut report_due) = (hands.now(), hands.now().plus(REPORT_PERIOD));
+/// In words.
+fn explain<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) {
+    let Answer { rise, late_s, holds, .. } = answer;
+    let percent = holds * 100.0;
+    hands.say(format_args!(
+        "Full output warms it by {rise:.2} C/s less what it loses, its sensor tells {late_s:.1} s late, {percent:.0} % of \
+         the output holds {:.0} C\n",
+        ask.target.0
+    ));
+}
+
+/// The model that an answer makes.
+fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> ModelSettings {
+    let configured = hands.config().heater(ask.heater).map(ModelSettings::from).unwrap_or_default();
+    let settings =
+        hands.heat(|heat| heat.heater(ask.heater).map(|heater| (heater.settings.law, heater.settings.max_duty)));
+    let (before, share) = match settings {
+        Some((LawSettings::Model(model), max)) => (model, f32::from(max.0) / 255.0),
+        Some((_, max)) => (configured, f32::from(max.0) / 255.0),
+        None => (configured, 1.0),
+    };
+    let capacity = before.power_w * share / answer.rise;
+    ModelSettings { capacity, loss: answer.loss * capacity, late_s: answer.late_s, ..before }
+}
+
+/// Swings it around the target until it is known how it answers. It is left on.
+///
+/// # Errors
+/// When it answers like no heater, takes too long, or the machine halts.
+async fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
+    let config = hands.config();
+    hands.standstill().await?;
+    check_supply(hands, ask.target)?;
+    let began = hands.now();
+    cool(hands, ask, began).await?;
+    hands.heat(|heat| {
+        if let Some(heater) = heat.heater_mut(ask.heater) {
+            heater.start_tuning(ask.swings, ask.air);
+        }
+        change_target(heat, config, ask.heater, ask.target)
+    })?;
+    let mut report_due = hands.now().plus(REPORT_PERIOD);
     loop {
-        let now = hands.now();
-        let relay = hands.heat(|heat| heat.heater(heater).and_then(|heater| heater.tuning().copied()));
-        let relay = relay.ok_or_else(|| Failure::refused("M303: tuning was ended by another command"))?;
-        if let Some(gains) = relay.gains() {
-            let (p, i, d) = (gains.p, gains.i, gains.d);
-            hands.say(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
-            hands.say(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
-            return Ok(Answer::Ok);
+        let test = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.tuning().copied()));
+        let Some(test) = test else { return Err(refused(ask, "it was ended by another command")) };
+        match test.answer(ask.target) {
+            Some(Ok(answer)) => return Ok(answer),
+            Some(Err(why)) => return Err(refused(ask, why.text())),
+            None => {}
         }
-        if now.since(since) > TIMEOUT {
-            return Err(Failure::refused("M303: the temperature does not swing, heater left as it was"));
+        let is_off = hands.heat(|heat| heat.heater(ask.heater).is_none_or(|heater| !heater.is_on()));
+        if is_off && !hands.heat(|heat| heat.is_halted()) {
+            return Err(refused(ask, "the heater was switched off"));
         }
-        if now >= report_due {
-            report_due = now.plus(REPORT_PERIOD);
-            let (counted, wanted) = relay.progress();
-            let now = hands.heat(|heat| {
-                let heater = heat.heater(heater)?;
-                Some((heater.reading()?.0, heater.target().0, heater.duty().0))
-            });
-            if let Some((reading, target, duty)) = now {
-                let text = format_args!("// Autopid Status - {reading:5.1}/{target:5.1} @{duty} {counted}/{wanted}\n");
-                hands.say(text);
-            }
-        }
-        if let Err(failure) = hands.pause().await {
-            hands.say(format_args!("Autopid aborted\n"));
-            return Err(failure);
-        }
+        turn(hands, ask, began, test.progress(), &mut report_due).await?;
     }
 }
 
-/// Puts found gains into force, or the old ones back.
-fn adopt(heat: &mut HeatControl, id: HeaterId) {
-    let Some(heater) = heat.heater(id) else { return };
-    let found = heater.tuning().and_then(Relay::gains);
-    let (mut law, max_duty) = (heater.settings.law, heater.settings.max_duty);
-    if let (LawSettings::Pid(gains), Some(found)) = (&mut law, found) {
-        (gains.p, gains.i, gains.d) = (found.p, found.i, found.d);
+/// Waits, off, until it is so far below the target that its first rise tells all.
+async fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Result<(), Failure> {
+    let below = ask.air.0 + (ask.target.0 - ask.air.0) * RISES_FROM;
+    let reading =
+        |hands: &mut Hands<'_, '_, P>| hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
+    if reading(hands).is_some_and(|reading| reading.0 > below) {
+        hands.say(format_args!("It cools to {below:.0} C first\n"));
+        // Off is never refused.
+        let _ = hands.heat(|heat| heat.set_target(ask.heater, Celsius(0.0)));
     }
-    heat.set_law(id, law, max_duty);
+    let mut report_due = hands.now().plus(REPORT_PERIOD);
+    while reading(hands).is_none_or(|reading| reading.0 > below) {
+        turn(hands, ask, began, (0, ask.swings), &mut report_due).await?;
+    }
+    Ok(())
+}
+
+/// One turn of a wait, with a word on how far it has come.
+async fn turn<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    ask: &Ask,
+    began: Micros,
+    (counted, wanted): (u8, u8),
+    report_due: &mut Micros,
+) -> Result<(), Failure> {
+    let now = hands.now();
+    if now.since(began) > TIMEOUT {
+        return Err(refused(ask, "it has taken an hour and is not done: the heater is too weak, or air moves"));
+    }
+    if now >= *report_due {
+        *report_due = now.plus(REPORT_PERIOD);
+        let state = hands.heat(|heat| {
+            let heater = heat.heater(ask.heater)?;
+            Some((heater.reading()?.0, heater.target().0, heater.duty().0))
+        });
+        if let Some((reading, target, duty)) = state {
+            let text = format_args!("// Autopid Status - {reading:5.1}/{target:5.1} @{duty} {counted}/{wanted}\n");
+            hands.say(text);
+        }
+    }
+    if let Err(failure) = hands.pause().await {
+        hands.say(format_args!("Autopid aborted\n"));
+        return Err(failure);
+    }
+    Ok(())
+}
+
+fn refused(ask: &Ask, why: &str) -> Failure {
+    Failure::Refused(message(format_args!("M{}: {why}", ask.number)))
+}
+
+/// Whatever happened, the heater is off and gets a law that holds a temperature: what was found, or what it
+/// had.
+fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, found: Option<LawSettings>) {
+    hands.heat(|heat| {
+        // Off is never refused.
+        let _ = heat.set_target(id, Celsius(0.0));
+        let before = heat.heater(id).map(|heater| (heater.settings.law, heater.settings.max_duty));
+        if let Some((law, max_duty)) = before {
+            heat.set_law(id, found.unwrap_or(law), max_duty);
+        }
+    });
 }

@@ -14,25 +14,27 @@ mod effects;
 mod fan_drive;
 mod filter;
 mod law;
+mod model;
 mod modulator;
 mod pulses;
 mod sensor;
 mod settings;
+mod step_test;
 mod switch_outputs;
-mod tuning;
 
 use config::HeaterId;
 use heapless::Vec;
 use motion::Mark;
-use units::{Celsius, Duty, Micros};
+use units::{Celsius, Duty, Micros, ToolId};
 
 pub use combined::{Parts, Rule, read as read_sensor};
 pub use effects::{Effects, Full, Output};
 pub use law::{BangBang, Law, Pid, PidGains};
+pub use model::{AIR_C, Model, ModelSettings, Surroundings};
 pub use modulator::{MODULATION_HZ, Modulators};
 pub use sensor::{Sensor, SensorFault};
 pub use settings::{HeaterSettings, LawSettings};
-pub use tuning::{Gains, Relay};
+pub use step_test::{Answer, Gains, StepTest, TestFailed};
 
 use crate::heat_safety::HeatSafety;
 pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
@@ -46,6 +48,8 @@ pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
 /// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
 /// command.
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
+/// What was said to be extruded counts for so long.
+const FLOW_STALE: Micros = Micros::from_seconds(1);
 /// Why a target was not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TargetRefused {
@@ -106,23 +110,30 @@ impl Heater {
         self.target > OFF_BELOW
     }
 
-    /// Exchanges the control law's settings; the integral starts afresh.
+    /// Exchanges the control law's settings.
     fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
         self.settings.law = law;
         self.settings.max_duty = max_duty;
-        self.law = Law::new(&law, max_duty);
+        self.go_on_with(law, max_duty);
     }
 
-    /// Swings around the target to find gains, until [`HeatControl::set_law`].
-    pub fn start_tuning(&mut self, swings: u8) {
-        self.law = Law::Tuning(Relay::new(self.settings.max_duty, swings));
+    /// Another law goes on from the present reading and output.
+    fn go_on_with(&mut self, law: LawSettings, max_duty: Duty) {
+        self.law = Law::new(&law, max_duty);
+        self.law.start(self.reading().unwrap_or_default(), self.duty);
+    }
+
+    /// Swings around the target to find how it answers, in air of this temperature, until
+    /// [`HeatControl::set_law`].
+    pub fn start_tuning(&mut self, swings: u8, air: Celsius) {
+        self.law = Law::Tuning(StepTest::new(self.settings.max_duty, swings, air));
     }
 
     /// What tuning has found so far.
     #[must_use]
-    pub const fn tuning(&self) -> Option<&Relay> {
+    pub const fn tuning(&self) -> Option<&StepTest> {
         match &self.law {
-            Law::Tuning(relay) => Some(relay),
+            Law::Tuning(test) => Some(test),
             _ => None,
         }
     }
@@ -147,12 +158,12 @@ impl Heater {
 
     /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
     /// fault is for [`HeatSafety`] to say.
-    fn sample(&mut self, read: Result<Celsius, SensorFault>) {
+    fn sample(&mut self, read: Result<Celsius, SensorFault>, around: Surroundings) {
         self.reading = self.filter.pass(read);
         let allowed = self.settings.min..=self.settings.max;
         let believable = read.is_ok_and(|read| allowed.contains(&read));
         self.duty = match self.reading().filter(|_| self.is_on() && believable) {
-            Some(reading) => self.law.update(self.target, reading, self.settings.period),
+            Some(reading) => self.law.update(self.target, reading, self.settings.period, around),
             None => Duty::OFF,
         };
     }
@@ -178,6 +189,9 @@ pub struct HeatControl {
     pulses: Pulses,
     /// What the inputs of the filament width sensor read, which are of the same scan as the thermistors'.
     filament_width: [SensorReading; 2],
+    /// What is extruded, mm3/s, when that was said, and by which tool.
+    flow: (f32, Micros),
+    flow_tool: Option<ToolId>,
 }
 
 impl Default for HeatControl {
@@ -204,6 +218,8 @@ impl HeatControl {
             switches: SwitchOutputs::new(),
             pulses: Pulses::new(),
             filament_width: [SensorReading::Missing; 2],
+            flow: (0.0, Micros(0)),
+            flow_tool: None,
         }
     }
 
@@ -255,13 +271,26 @@ impl HeatControl {
         self.heaters.get_mut(id.index())
     }
 
-    /// Exchanges the control law's settings and its output's ceiling; the integral starts afresh. False when
-    /// there is no such controller.
+    /// Exchanges the control law's settings and its output's ceiling; it goes on from the present output.
+    /// False when there is no such controller.
     pub fn set_law(&mut self, id: HeaterId, law: LawSettings, max_duty: Duty) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()) else { return false };
         heater.set_law(law, max_duty);
         self.safety.set_full_share(id, heater.settings.safety_limits().full_share);
         true
+    }
+
+    /// Has another law in force until the next [`Self::set_law`]; the settings stay.
+    pub fn set_trial_law(&mut self, id: HeaterId, law: LawSettings, max_duty: Duty) {
+        if let Some(heater) = self.heaters.get_mut(id.index()) {
+            heater.go_on_with(law, max_duty);
+        }
+    }
+
+    /// What a switch is given, 0 to 1, by its place in the configuration's list.
+    #[must_use]
+    pub fn switch_duty(&self, switch: u8) -> f32 {
+        self.switches.given(usize::from(switch))
     }
 
     /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted,
@@ -418,6 +447,17 @@ impl HeatControl {
         self.filament_width
     }
 
+    /// What a tool extrudes now, mm3/s. It counts until it is said anew, or for a second.
+    pub const fn set_flow(&mut self, tool: ToolId, mm3_per_s: f32, now: Micros) {
+        (self.flow, self.flow_tool) = ((mm3_per_s, now), Some(tool));
+    }
+
+    /// Whether some heater reckons with what is extruded.
+    #[must_use]
+    pub fn wants_flow(&self) -> bool {
+        self.heaters.iter().any(|heater| matches!(heater.law, Law::Model(_)) && heater.settings.melts_for.is_some())
+    }
+
     /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.
     pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
         self.modulation_ticks_since_control = 0;
@@ -434,7 +474,11 @@ impl HeatControl {
             let read = read_sensor(&self.heaters, |heater| &heater.settings.sensor, readings, id);
             let Some(heater) = self.heaters.get_mut(id.index()) else { break };
             heater.due = now.plus(heater.settings.period);
-            heater.sample(read);
+            let fan = heater.settings.fan.map_or(0.0, |switch| self.switches.given(usize::from(switch)));
+            let (flow, as_of) = self.flow;
+            let melts = heater.settings.melts_for.is_some_and(|tool| Some(tool) == self.flow_tool);
+            let flow = if melts && now.since(as_of) <= FLOW_STALE { flow } else { 0.0 };
+            heater.sample(read, Surroundings { fan, flow });
             self.drive_heater(id.index());
         }
         self.switches.tick(&mut self.modulators);

@@ -2,6 +2,7 @@
 
 mod gains;
 pub(crate) mod named;
+mod preheat;
 mod sensors;
 
 use core::fmt;
@@ -16,8 +17,9 @@ use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 use crate::needs::needs;
 use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
-pub(crate) use gains::{maximum_temperature, pid_gains};
+pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::heater_named;
+pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
 
 /// How often a wait says the temperature.
@@ -27,7 +29,8 @@ const NO_READING: f32 = -100.0;
 
 // --- setting and waiting ---
 
-/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it.
+/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it; where it
+/// `cools`, also until it has come down to it.
 ///
 /// # Errors
 /// Before anything waits or changes: when the heater does not allow that target or stays off, or there is no
@@ -36,6 +39,7 @@ pub(crate) async fn heat_and_wait<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     heater: HeaterId,
     target: Celsius,
+    cools: bool,
 ) -> Result<(), Failure> {
     let config = hands.config();
     if target > OFF_BELOW {
@@ -47,7 +51,7 @@ pub(crate) async fn heat_and_wait<P: Ports>(
     // The way to standstill may have taken minutes.
     check_supply(hands, target)?;
     hands.heat(|heat| change_target(heat, config, heater, target))?;
-    wait_for_temperature(hands, heater).await
+    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm }).await
 }
 
 /// Refuses to heat without the heaters' supply.
@@ -74,18 +78,46 @@ pub(crate) async fn wait_for_temperature<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     heater: HeaterId,
 ) -> Result<(), Failure> {
-    wait_until(hands, heater, None).await
+    wait_until(hands, heater, Until::Warm).await
 }
 
-/// Waits until the reading has come up to the target, or is within bounds.
-async fn wait_until<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    heater: HeaterId,
-    bounds: Option<(Celsius, Celsius)>,
-) -> Result<(), Failure> {
+/// What a wait is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Until {
+    /// The reading has come up to the target.
+    Warm,
+    /// It has come to the target, from below or from above.
+    Near,
+    /// It is between these.
+    Between(Celsius, Celsius),
+}
+
+/// From above, a target counts as reached this far from it, where `wait_window` is less.
+const NEAR: f32 = 1.0;
+
+/// Waits for a reading, for as long as its settings say.
+async fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
     let config = hands.config();
-    let mut report_due = hands.now().plus(WAIT_REPORT);
-    while !hands.heat(|heat| has_arrived(heat, heater, bounds)) {
+    let Some(described) = config.heater(heater) else { return Ok(()) };
+    let wait = described.wait;
+    let (began, mut arrived) = (hands.now(), None);
+    let mut report_due = began.plus(WAIT_REPORT);
+    loop {
+        let now = hands.now();
+        if hands.heat(|heat| has_arrived(heat, heater, until, wait.window)) {
+            let is_off = hands.heat(|heat| heat.heater(heater).is_none_or(|heater| !heater.is_on()));
+            if is_off || now.since(*arrived.get_or_insert(now)) >= wait.dwell {
+                return Ok(());
+            }
+        } else {
+            arrived = None;
+        }
+        if wait.timeout > Micros(0) && now.since(began) > wait.timeout {
+            let (name, seconds) = (&described.name, wait.timeout.seconds());
+            let text =
+                format_args!("{name} is not at its target after {seconds} s, its wait_timeout; it goes on heating");
+            return Err(Failure::Refused(message(text)));
+        }
         if hands.now() >= report_due {
             report_due = report_due.plus(WAIT_REPORT);
             if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
@@ -97,7 +129,6 @@ async fn wait_until<P: Ports>(
             return Err(failure);
         }
     }
-    Ok(())
 }
 
 /// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
@@ -113,34 +144,40 @@ pub(crate) async fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: 
     }
     let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
     let (least, most) = (bound('A'), bound('B'));
-    let bounds = (least.is_some() || most.is_some())
-        .then_some((Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))));
+    let until = match (least, most) {
+        (None, None) => Until::Warm,
+        _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
+    };
     hands.standstill().await?;
     for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
         let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
-        if let (Some((least, _)), Some((reading, target))) = (bounds, state)
+        if let (Until::Between(least, _), Some((reading, target))) = (until, state)
             && reading.is_none_or(|reading| reading < least)
             && target < least
         {
             return Err(Failure::refused("M116: that heater is not set to become so warm"));
         }
-        wait_until(hands, heater, bounds).await?;
+        wait_until(hands, heater, until).await?;
     }
     Ok(())
 }
 
 /// Whether a wait for a heater is over.
-fn has_arrived(heat: &HeatControl, heater: HeaterId, bounds: Option<(Celsius, Celsius)>) -> bool {
+fn has_arrived(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius) -> bool {
     match heat.heater(heater).map(|heater| (heater.reading(), heater.target())) {
         // A fault has taken the target away. The machine halts at one of the next waiting points; going on to
         // the next line before that would move a machine that must stand.
         _ if heat.is_halted() => false,
-        Some((reading, _)) if let Some((least, most)) = bounds => {
+        Some((reading, _)) if let Until::Between(least, most) = until => {
             reading.is_some_and(|reading| reading >= least && reading <= most)
         }
-        Some((Some(reading), target)) if reading >= target => true,
         // Without a target it was turned off meanwhile: there is nothing to wait for.
-        Some((_, target)) => target <= Celsius(0.0),
+        Some((_, target)) if target <= Celsius(0.0) => true,
+        Some((Some(reading), target)) => {
+            let most = Celsius(target.0 + window.0.max(NEAR));
+            reading >= target - window && (until == Until::Warm || reading <= most)
+        }
+        Some((None, _)) => false,
         None => true,
     }
 }
@@ -401,8 +438,8 @@ mod tests {
         let config = config();
         let mut control = control(&config);
         let hotend = HeaterId::all().nth(1).unwrap();
-        assert!(has_arrived(&control, hotend, None));
+        assert!(has_arrived(&control, hotend, Until::Warm, Celsius(0.0)));
         control.halt();
-        assert!(!has_arrived(&control, hotend, None));
+        assert!(!has_arrived(&control, hotend, Until::Warm, Celsius(0.0)));
     }
 }

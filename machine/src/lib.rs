@@ -35,6 +35,7 @@ mod jog;
 mod journal;
 mod least_squares;
 mod leveling;
+mod melt;
 mod motion_codes;
 pub mod motion_config;
 mod motors;

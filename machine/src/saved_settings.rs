@@ -256,6 +256,14 @@ fn write_heaters(text: &mut Text, ports: &mut impl HeatPort, config: &MachineCon
                     ";PID settings, i_max, max_pwm, PonM:\nM301 S{tool_id} P{p} I{i} D{d} X{i_max} Y{duty} Z{on_measurement}"
                 )?;
             }
+            if let LawSettings::Model(model) = settings.law {
+                let figures = [model.power_w, model.capacity, model.loss, model.fan_loss, model.late_s, model.filament_heat];
+                write!(text, ";Model of the heater (W, J/K, W/K, W/K, s, J/mm3/K):\nM307 S{tool_id}")?;
+                for (letter, figure) in ['P', 'C', 'K', 'F', 'D', 'H'].into_iter().zip(figures) {
+                    write!(text, " {letter}{}", Value(f64::from(figure), 4))?;
+                }
+                writeln!(text)?;
+            }
             let max = Value(f64::from(settings.max.0), 4);
             writeln!(text, ";Max temperature setting:\nM143 S{tool_id} P{max}")?;
             write_sensor(text, controller, id, tuning)?;

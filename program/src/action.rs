@@ -19,6 +19,8 @@ pub enum Action<'b> {
         heater: HeaterId,
         /// The target; presets are resolved.
         target: Celsius,
+        /// Also until it has come down to it (M109 R); else what is warmer is warm enough.
+        cools: bool,
     },
     /// Find the switches of these axes, or of all that have one. The position comes back.
     Home(AxisSet),
@@ -405,6 +407,7 @@ pub enum Function {
     ReportTemperatures,
     MaximumTemperature,
     PidGains,
+    HeaterModel,
     TunePid,
     Sensor,
     WaitForHeaters,

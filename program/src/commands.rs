@@ -77,6 +77,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     ),
     command("config-load", "file", "replay saved settings").working(),
     command("load", "file", "replay saved settings").working(),
+    command("preheat", "[name|off]", "set every heater that has a preset of this name; without one, list them").working(),
     command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
     command("thermistors", "", "sensors that are known by name").question(),
     command("calc_thermistor", "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),

@@ -53,7 +53,7 @@ impl fmt::Display for Described<'_, '_> {
             Action::Effect(Effect::Arm { rule, armed }) => {
                 write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
             }
-            Action::HeatAndWait { heater, target } => {
+            Action::HeatAndWait { heater, target, .. } => {
                 write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
             }
             Action::Home(axes) if axes.is_empty() => f.write_str("home"),

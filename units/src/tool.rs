@@ -8,6 +8,9 @@ use core::fmt;
 pub struct ToolId(pub u8);
 
 impl ToolId {
+    /// From here on a number is a bed's or a chamber's, and below a tool's.
+    pub const FIRST_BED: Self = Self(100);
+
     /// The number a G-code word names; `None` when no tool can have it.
     #[must_use]
     pub fn from_word(value: f64) -> Option<Self> {

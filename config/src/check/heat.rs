@@ -12,6 +12,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         sensor(checks, place, heater);
         if heater.heater_pin.is_some() {
             safety(checks, place, heater);
+            model(checks, place, heater);
         }
         let earlier = config.temperatures.iter().enumerate().take(place).filter(|(_, other)| other.enable);
         for (other_place, other) in earlier {
@@ -121,6 +122,31 @@ fn flaw(points: &[Option<[f64; 2]>]) -> Option<&'static str> {
     (rises && falls).then_some("temperature must rise with voltage all the way, or fall all the way")
 }
 
+/// Control by a model needs one.
+fn model(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) {
+    let model = &heater.model;
+    let switches = &checks.config.switches;
+    let is_fan = |name: &str| switches.iter().any(|switch| switch.enable && !switch.is_input() && switch.name == name);
+    if !model.fan_name.is_empty() && !is_fan(&model.fan_name) {
+        let reason = format_args!("there is no [switch] {} that is enabled and has an output", model.fan_name);
+        checks.error((SECTION, place, "fan"), reason, format_args!("write the name of the part fan's switch"));
+    }
+    if !heater.by_model {
+        return;
+    }
+    if heater.bang_bang {
+        let reason = format_args!("bang_bang = true is another control");
+        checks.error((SECTION, place, "control"), reason, format_args!("write one of them"));
+    }
+    for (key, figure) in [("model_capacity", model.capacity), ("model_late", model.late_s)] {
+        if figure <= 0.0 {
+            let reason = format_args!("control = model needs it");
+            let fix = format_args!("write control = pid, let M306 find it and M500 keep it, or write what M307 says");
+            checks.error((SECTION, place, key), reason, fix);
+        }
+    }
+}
+
 fn safety(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) {
     if heater.min_temp >= heater.max_temp {
         let reason = format_args!("max_temp {} is not above min_temp {}", heater.max_temp, heater.min_temp);
@@ -134,6 +160,20 @@ fn safety(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
         if preset > heater.max_temp {
             let reason = format_args!("{preset} is above max_temp {}", heater.max_temp);
             checks.error((SECTION, place, key), reason, format_args!("write less than max_temp"));
+        }
+    }
+    for (name, celsius) in heater.named_presets() {
+        let at = (SECTION, place, "presets");
+        match celsius {
+            None => {
+                let reason = format_args!("no temperature follows {name}");
+                checks.error(at, reason, format_args!("write as in pla 205, petg 235"));
+            }
+            Some(celsius) if celsius > heater.max_temp => {
+                let reason = format_args!("{name}: {celsius} is above max_temp {}", heater.max_temp);
+                checks.error(at, reason, format_args!("write less than max_temp"));
+            }
+            Some(_) => {}
         }
     }
     if heater.max_pwm.0 == 0 {

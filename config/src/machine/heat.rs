@@ -144,10 +144,33 @@ pub struct Pid {
     pub d: f32,
     /// Limit of the integral term, duty steps.
     pub i_max: f32,
+    /// Time constant of the derivative's filter, s; 0: none.
+    pub d_filter_s: f32,
     /// Proportional on measurement.
     pub on_measurement: bool,
-    /// Update the integral only while the output is not saturated.
+    /// At a limit of the output the integral does not move towards it.
     pub windup: bool,
+}
+
+/// What is known of a heater: control by a model of it.
+#[derive(Clone, Debug, Default)]
+pub struct ThermalModel {
+    /// Of the heater at full output, W.
+    pub power_w: f32,
+    /// Heat capacity of what it heats, J/K; 0: not known.
+    pub capacity: f32,
+    /// Loss to still air, W/K.
+    pub loss: f32,
+    /// More with the fan full on, W/K.
+    pub fan_loss: f32,
+    /// Dead time and lag of the sensor, s; 0: not known.
+    pub late_s: f32,
+    /// What filament takes, J/(mm3 K).
+    pub filament_heat: f32,
+    /// Name of the switch of the fan that blows at it; empty: none.
+    pub fan_name: Name,
+    /// The same by its place in the list of switches.
+    pub fan: Option<u8>,
 }
 
 /// How the heater follows the target.
@@ -155,6 +178,8 @@ pub struct Pid {
 pub enum ControlLaw {
     /// PID by [`Pid`].
     Pid,
+    /// By [`ThermalModel`].
+    Model,
     /// On below, off above the target by this much.
     BangBang {
         /// Half width of the dead band.
@@ -196,6 +221,17 @@ pub struct Verify {
     pub hold_timeout: Option<Micros>,
 }
 
+/// When M109 and its like have waited long enough.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TemperatureWait {
+    /// So near below the target counts as reached.
+    pub window: Celsius,
+    /// It must be there for so long.
+    pub dwell: Micros,
+    /// The wait ends with an error after so long; 0: never.
+    pub timeout: Micros,
+}
+
 /// One temperature controller, or a sensor when it has no heater.
 #[derive(Clone, Debug, Default)]
 pub struct TemperatureConfig {
@@ -217,6 +253,10 @@ pub struct TemperatureConfig {
     pub max_pwm: Duty,
     /// Gains.
     pub pid: Pid,
+    /// Control by a model instead of PID.
+    pub by_model: bool,
+    /// What the model needs to know.
+    pub model: ThermalModel,
     /// On/off control instead of PID.
     pub bang_bang: bool,
     /// Half width of the on/off dead band.
@@ -229,6 +269,8 @@ pub struct TemperatureConfig {
     pub runaway: Runaway,
     /// How it must answer.
     pub verify: Verify,
+    /// When a wait for it is over.
+    pub wait: TemperatureWait,
     /// M-code that sets the target.
     pub set_m_code: u16,
     /// M-code that sets the target and waits.
@@ -237,6 +279,8 @@ pub struct TemperatureConfig {
     pub get_m_code: u16,
     /// Meaning of S1 and S2; zero: off.
     pub presets: [Celsius; 2],
+    /// Presets with names, as they are written.
+    pub preset_names: String<96>,
 }
 
 impl TemperatureConfig {
@@ -245,9 +289,34 @@ impl TemperatureConfig {
         self.combines.split([',', ' ', '\t']).filter(|name| !name.is_empty())
     }
 
+    /// Presets with names; none where no temperature follows.
+    pub fn named_presets(&self) -> impl Iterator<Item = (&str, Option<Celsius>)> {
+        self.preset_names.split(',').map(str::trim).filter(|preset| !preset.is_empty()).map(|preset| {
+            let (name, celsius) = preset.split_once([' ', '\t']).unwrap_or((preset, ""));
+            (name, celsius.trim().parse().ok().filter(|celsius: &f32| *celsius > 0.0).map(Celsius))
+        })
+    }
+
+    /// The temperature of a preset.
+    #[must_use]
+    pub fn preset(&self, name: &str) -> Option<Celsius> {
+        let mut presets = self.named_presets();
+        presets.find(|(preset, _)| preset.eq_ignore_ascii_case(name)).and_then(|(_, celsius)| celsius)
+    }
+
     /// The control law chosen.
     #[must_use]
     pub const fn control(&self) -> ControlLaw {
-        if self.bang_bang { ControlLaw::BangBang { hysteresis: self.hysteresis } } else { ControlLaw::Pid }
+        match (self.bang_bang, self.by_model) {
+            (true, _) => ControlLaw::BangBang { hysteresis: self.hysteresis },
+            (false, true) => ControlLaw::Model,
+            (false, false) => ControlLaw::Pid,
+        }
+    }
+
+    /// It melts filament: its number is that of a tool, not of a bed or a chamber.
+    #[must_use]
+    pub fn is_hot_end(&self) -> bool {
+        self.heater_pin.is_some() && self.tool_id < ToolId::FIRST_BED
     }
 }

@@ -29,7 +29,8 @@ pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
 pub use fans::{FanConfig, FanControl, FanDriveConfig, FanFollows, StoppedFan, TachometerConfig};
 pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
 pub use heat::{
-    ControlLaw, MAX_VOLTAGE_POINTS, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig,
+    ControlLaw, MAX_VOLTAGE_POINTS, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, TemperatureWait,
+    ThermalModel, ThermistorConfig,
 };
 pub use homing::{
     EndstopConfig, EndstopPhaseConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops,

@@ -42,6 +42,7 @@ const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[endstops] <name>.axis", "must be written: an endstop of no axis is a mistake"),
     ("[current control] <name>.current", "must be written"),
     ("[general] config-override", "on with grbl_mode: what a sender sets is to outlive the reset"),
+    ("[temperature control] <name>.windup", "a heat-up at full output is not to overshoot"),
     ("[switch] <name>.output_type", "must be written; an output of no type does nothing"),
 ];
 

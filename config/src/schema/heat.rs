@@ -1,6 +1,7 @@
 //! `[temperature control]`
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, places, text, word};
+use super::heat_control as control;
 use super::{CannotCreate, Form, Instances, PinRole, Section};
 use crate::machine::{MAX_TEMPERATURES, MAX_VOLTAGE_POINTS, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
@@ -30,6 +31,8 @@ macro_rules! heater {
         }
     };
 }
+
+pub(super) use heater;
 
 fn positive_seconds(seconds: i64) -> Option<Micros> {
     (seconds > 0).then(|| Micros::from_seconds(seconds.unsigned_abs()))
@@ -261,6 +264,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             .klipper("[extruder] pid_Kd")
             .unit("s")
             .v1("temperature_control.<name>.d_factor"),
+        control::D_FILTER,
         bool(
             "use_ponm",
             "false",
@@ -278,11 +282,20 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         .v1("temperature_control.<name>.i_max"),
         bool(
             "windup",
-            "false",
+            "true",
             heater!(|h, v| h.pid.windup = v),
-            "Update the integral only while the output is not at its limit. false updates it always.",
+            "At a limit of the output the integral does not move further towards it: no overshoot after a heat-up. false \
+             updates it always.",
         )
         .v1("temperature_control.<name>.windup"),
+        control::CONTROL,
+        control::HEATER_POWER,
+        control::MODEL_CAPACITY,
+        control::MODEL_LOSS,
+        control::MODEL_FAN_LOSS,
+        control::MODEL_LATE,
+        control::FILAMENT_HEAT,
+        control::FAN,
         bool("bang_bang", "false", heater!(|h, v| h.bang_bang = v), "Switch fully on and off instead of PID.")
             .klipper("[extruder] control")
             .v1("temperature_control.<name>.bang_bang"),
@@ -435,6 +448,9 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         )
         .unit("Hz")
         .v1("temperature_control.<name>.readings_per_second"),
+        control::WAIT_WINDOW,
+        control::WAIT_DWELL,
+        control::WAIT_TIMEOUT,
         integer(
             "set_m_code",
             "104",
@@ -442,7 +458,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             heater!(|h, v| h.set_m_code = v as u16),
             "M-code that sets the target.",
         )
-        .derived("104, or 140 when tool_id is 100 or more")
+        .derived("104, or 140 when tool_id is 100 or more, or 141 of the name chamber")
         .v1("temperature_control.<name>.set_m_code"),
         integer(
             "set_and_wait_m_code",
@@ -451,7 +467,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             heater!(|h, v| h.set_and_wait_m_code = v as u16),
             "M-code that sets the target and waits for it.",
         )
-        .derived("109, or 190 when tool_id is 100 or more")
+        .derived("109, or 190 when tool_id is 100 or more, or 191 of the name chamber")
         .v1("temperature_control.<name>.set_and_wait_m_code"),
         integer(
             "get_m_code",
@@ -479,5 +495,6 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         )
         .unit("C")
         .v1("temperature_control.<name>.preset2"),
+        control::PRESETS,
     ],
 };

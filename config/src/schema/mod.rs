@@ -20,6 +20,7 @@ mod fans;
 mod filament;
 mod filament_width;
 mod heat;
+mod heat_control;
 #[cfg(any(test, feature = "std"))]
 mod json;
 mod kinematics;

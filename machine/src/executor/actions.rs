@@ -158,7 +158,7 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
             crate::probing::leave_out(hands);
             ended
         }
-        Action::HeatAndWait { heater, target } => heat_and_wait(machine, heater, target, to).await,
+        Action::HeatAndWait { heater, target, cools } => heat_and_wait(machine, (heater, target, cools), to).await,
         Action::EndProgram => end_program(machine).await,
         Action::Pause(why) => operator::pause(machine, why).await,
         Action::ChangeTool(tool) => tool_change::begin(machine, tool).await,
@@ -181,15 +181,14 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
 
 async fn heat_and_wait<P: Ports>(
     machine: &mut Machine<'_, P>,
-    heater: units::HeaterId,
-    target: Celsius,
+    (heater, target, cools): (units::HeaterId, Celsius, bool),
     to: Recipient,
 ) -> Outcome {
     if target > crate::heat::OFF_BELOW {
         needs(machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);
-    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target).await;
+    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target, cools).await;
     machine.jobs.set_heating(false);
     heated.map(|()| Answer::Ok)
 }

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
+use crate::heat_codes;
 use crate::jog;
 use crate::motors;
 use crate::needs::needs;
@@ -358,7 +359,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
     // Where a file that is read over asks for a pause may lie behind that.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
     if machine.safety.state() == State::Check
-        && matches!(word, "pause" | "suspend" | "resume" | "$H" | "test" | "gpio")
+        && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "gpio")
         && !is_place
     {
         return Ok(Answer::Ok);
@@ -369,6 +370,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to).await,
         "resume" => suspend::resume(machine, to).await,
         "switch" => switch(machine, arguments, to).await,
+        "preheat" => heat_codes::preheat(&mut Hands::new(machine, to), arguments),
         "config-set" => {
             files::config_edit::config_set(&mut Hands::new(machine, to), arguments).await.map(|()| Answer::Said)
         }

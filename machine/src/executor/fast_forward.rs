@@ -100,7 +100,7 @@ pub(super) async fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &A
         }
         Action::Effect(what) => passed.note(what),
         Action::Move(ref request) => passed.go(request),
-        Action::HeatAndWait { heater, target } => passed.note_target(heater, target),
+        Action::HeatAndWait { heater, target, .. } => passed.note_target(heater, target),
         Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => passed.has_asked = true,
         Action::Home(axes) => {
             let place = homing::ends_at(machine.config, &machine.tuning, axes, machine.program.position());

@@ -91,6 +91,7 @@ pub(super) async fn run<P: Ports>(
         Function::StartJob => suspend::resume(machine, to).await,
         Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).await.map(|()| Answer::Ok),
         Function::TunePid => autotune::tune_pid(hands, &words).await,
+        Function::HomeOffsetsFromHere => autotune::tune_model(hands, &words).await,
         Function::SaveSettings => save_settings(machine, words.text(), to).await,
         _ => Ok(Answer::Unknown),
     }
@@ -157,7 +158,9 @@ fn set_standing<P: Ports>(
         Function::Microsteps => motors::microsteps(ports, config, words, reply),
         Function::DriverRegister => motors::write_register(ports, config, words, reply),
         Function::MotorPositions => arms::motor_positions(ports, words),
-        Function::HomeOffsetsFromHere => arms::home_offsets_from_here(ports, config, axes, tuning, words, reply),
+        Function::HomeOffsetsFromHere if !words.has('T') => {
+            arms::home_offsets_from_here(ports, config, axes, tuning, words, reply)
+        }
         Function::StepsPerMm => motion_codes::steps_per_mm(ports, config, program.tools(), words, reply),
         Function::PressureAdvance => motion_codes::pressure_advance(ports, config, program.tools(), words, reply),
         Function::InputShaping => motion_codes::input_shaping(ports, words, reply),
@@ -227,6 +230,7 @@ fn motion_or_heat<P: Ports>(
         Function::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, reply),
         Function::MaximumTemperature => heat_codes::maximum_temperature(ports, config, words, reply),
         Function::PidGains => heat_codes::pid_gains(ports, config, words, reply),
+        Function::HeaterModel => heat_codes::heater_model(ports, config, words, reply),
         Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
         Function::DriverOption => motors::driver_option(ports, config, words, reply),

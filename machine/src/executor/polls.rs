@@ -3,6 +3,7 @@
 use units::Micros;
 
 use crate::failure::Message;
+use crate::melt::Flow;
 use crate::slow_turning::SlowTurning;
 
 /// When what is due, and what is remembered between two looks.
@@ -13,6 +14,7 @@ pub(super) struct Polls {
     pub led_due: Micros,
     pub led_phase: u8,
     pub slow_turning: SlowTurning,
+    pub flow: Flow,
     /// What was wrong with the line of saved settings that just ended.
     pub settings_problem: Option<Message>,
 }

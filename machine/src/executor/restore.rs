@@ -28,7 +28,7 @@ pub(super) async fn heat<P: Ports>(
             }
             let hands = &mut Hands::new(machine, to);
             hands.announce(format_args!("// {} heats to {:.0} C\n", heater.name, target.0));
-            heat_codes::heat_and_wait(hands, id, *target).await?;
+            heat_codes::heat_and_wait(hands, id, *target, false).await?;
         }
     }
     Ok(())

@@ -280,6 +280,7 @@ impl<P: Ports> Machine<'_, P> {
         journal::tick(self, now);
         statistics::sample(self, now);
         self.watch_frame();
+        self.watch_flow(now);
         self.watch_turning(now);
         self.blink(now);
     }
@@ -304,6 +305,17 @@ impl<P: Ports> Machine<'_, P> {
         if let Some(slow) = self.polls.slow_turning.look(now, &made, microsteps) {
             self.ports.supervisor(|supervisor| supervisor.set_slow(slow, now));
         }
+    }
+
+    /// Tells heaters what is extruded.
+    fn watch_flow(&mut self, now: Micros) {
+        if now < self.polls.flow.due() || !self.ports.heat(|heat| heat.wants_flow()) {
+            return;
+        }
+        let Some(tool) = self.program.tools().active().map(|tool| &tool.settings) else { return };
+        let pushed = self.ports.motion(|motion| motion.live_position())[tool.axis];
+        let flow = self.polls.flow.look(now, (tool.id, pushed), tool.filament_diameter);
+        self.ports.heat(|heat| heat.set_flow(tool.id, flow, now));
     }
 
     /// How warm the frame is, and what that means for Z.

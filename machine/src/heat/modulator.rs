@@ -72,6 +72,11 @@ impl Modulators {
         }
     }
 
+    /// A switch's duty.
+    pub fn switch(&self, index: usize) -> Duty {
+        self.switches.get(index).map_or(Duty::OFF, |modulator| Duty(modulator.duty))
+    }
+
     /// All heaters off.
     pub fn heaters_off(&mut self) {
         for modulator in &mut self.heaters {

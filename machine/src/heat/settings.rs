@@ -1,9 +1,10 @@
 //! What a temperature controller is told once, and how the configuration says it.
 
 use config::{ControlLaw, TemperatureConfig};
-use units::{Celsius, Duty, Micros};
+use units::{Celsius, Duty, Micros, ToolId};
 
 use super::law::PidGains;
+use super::model::ModelSettings;
 use super::sensor::Sensor;
 use crate::heat_safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimits, TimeLimits};
 
@@ -12,6 +13,8 @@ use crate::heat_safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimi
 pub enum LawSettings {
     /// PID.
     Pid(PidGains),
+    /// By a model of the heater.
+    Model(ModelSettings),
     /// On and off.
     BangBang {
         /// Half width of the dead band.
@@ -46,6 +49,10 @@ pub struct HeaterSettings {
     pub period: Micros,
     /// Time constant of the filter between sensor and control, s; 0: none.
     pub filter_s: f32,
+    /// The switch of the fan that blows at it, by its place in the configuration's list.
+    pub fan: Option<u8>,
+    /// It melts the filament of this tool.
+    pub melts_for: Option<ToolId>,
 }
 
 impl From<&TemperatureConfig> for HeaterSettings {
@@ -76,6 +83,8 @@ impl From<&TemperatureConfig> for HeaterSettings {
             },
             period: Micros(1_000_000 / u64::from(config.sensor.readings_per_second.max(1))),
             filter_s: config.sensor.filter_s,
+            fan: config.model.fan,
+            melts_for: config.is_hot_end().then_some(config.tool_id),
         }
     }
 }
@@ -99,13 +108,37 @@ impl HeaterSettings {
 fn law(config: &TemperatureConfig) -> LawSettings {
     match config.control() {
         ControlLaw::BangBang { hysteresis } => LawSettings::BangBang { hysteresis },
-        ControlLaw::Pid => LawSettings::Pid(PidGains {
-            p: config.pid.p,
-            i: config.pid.i,
-            d: config.pid.d,
-            i_max: config.pid.i_max,
-            on_measurement: config.pid.on_measurement,
-            conditional_integral: config.pid.windup,
-        }),
+        ControlLaw::Pid => LawSettings::Pid(PidGains::from(config)),
+        ControlLaw::Model => LawSettings::Model(ModelSettings::from(config)),
+    }
+}
+
+impl From<&TemperatureConfig> for PidGains {
+    fn from(config: &TemperatureConfig) -> Self {
+        let pid = &config.pid;
+        Self {
+            p: pid.p,
+            i: pid.i,
+            d: pid.d,
+            i_max: pid.i_max,
+            d_filter_s: pid.d_filter_s,
+            on_measurement: pid.on_measurement,
+            conditional_integral: pid.windup,
+        }
+    }
+}
+
+impl From<&TemperatureConfig> for ModelSettings {
+    fn from(config: &TemperatureConfig) -> Self {
+        let model = &config.model;
+        Self {
+            power_w: model.power_w,
+            capacity: model.capacity,
+            loss: model.loss,
+            fan_loss: model.fan_loss,
+            late_s: model.late_s,
+            // A bed melts nothing.
+            filament_heat: if config.is_hot_end() { model.filament_heat } else { 0.0 },
+        }
     }
 }

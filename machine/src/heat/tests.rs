@@ -13,8 +13,15 @@ fn thermistor() -> Thermistor {
 }
 
 fn settings() -> HeaterSettings {
-    let gains =
-        PidGains { p: 10.0, i: 0.3, d: 200.0, i_max: 255.0, on_measurement: false, conditional_integral: false };
+    let gains = PidGains {
+        p: 10.0,
+        i: 0.3,
+        d: 200.0,
+        i_max: 255.0,
+        d_filter_s: 0.5,
+        on_measurement: false,
+        conditional_integral: true,
+    };
     HeaterSettings {
         heats: true,
         sensor: Sensor::Thermistor(thermistor()),
@@ -38,6 +45,8 @@ fn settings() -> HeaterSettings {
         },
         period: Micros::from_millis(50),
         filter_s: 0.0,
+        fan: None,
+        melts_for: None,
     }
 }
 

@@ -1,4 +1,4 @@
-//! M143 and M301: the highest temperature of a heater, and its gains.
+//! M143, M301, M304 and M307: the highest temperature of a heater, its gains, and the model of it.
 
 use config::{HeaterId, MachineConfig, ToolId};
 use program::Words;
@@ -6,7 +6,7 @@ use units::{Celsius, Duty};
 
 use super::heater_named;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::heat::{HeatControl, HeaterSettings, LawSettings};
+use crate::heat::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
 
@@ -26,7 +26,7 @@ pub(crate) fn maximum_temperature(
     })
 }
 
-/// M301: the PID gains of a heater, or of all; S is the `tool_id`.
+/// M301: the PID gains of a heater, or of all; S is the `tool_id`. M304 is the same of the bed, without S.
 ///
 /// # Errors
 /// When nobody has that id, or it has no gains.
@@ -47,11 +47,35 @@ pub(crate) fn pid_gains(
                 g.d,
                 g.i_max,
             )),
+            LawSettings::Model(_) => {
+                reply.say(format_args!("{name}(S{tool_id}): model, see M307; max pwm: {max_duty}\n"));
+            }
             LawSettings::BangBang { hysteresis } => reply.say(format_args!(
                 "{name}(S{tool_id}): bang bang, hysteresis: {:.6} max pwm: {max_duty}\n",
                 hysteresis.0
             )),
         }
+    })
+}
+
+/// M307: what control by a model knows of a heater; S is the `tool_id`.
+///
+/// # Errors
+/// When nobody has that id, or with these figures nothing can be controlled.
+pub(crate) fn heater_model(
+    ports: &mut impl HeatPort,
+    config: &MachineConfig,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    change_or_report(ports, config, words, reply, set_model, |settings, name, tool_id, reply| match settings.law {
+        LawSettings::Model(ModelSettings { power_w, capacity, loss, fan_loss, late_s, filament_heat }) => {
+            reply.say(format_args!(
+                "{name}(S{tool_id}): P: {power_w:.2} C: {capacity:.4} K: {loss:.5} F: {fan_loss:.5} D: {late_s:.3} H: \
+                 {filament_heat:.6}\n"
+            ));
+        }
+        _ => reply.say(format_args!("{name}(S{tool_id}): not controlled by a model, see M306\n")),
     })
 }
 
@@ -61,13 +85,16 @@ fn change_or_report(
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
-    change: fn(&mut HeatControl, HeaterId, &Words<'_>) -> bool,
+    change: fn(&mut HeatControl, &MachineConfig, HeaterId, &Words<'_>) -> bool,
     report: fn(&HeaterSettings, &str, ToolId, &mut Reply<'_>),
 ) -> Outcome {
     let number = words.code().number;
-    let named = words.get('S').map(|word| heater_named(config, number, 'S', word)).transpose()?;
-    if let Some(id) = named.filter(|_| words.count() > 1) {
-        let changed = ports.heat(|heat| change(heat, id, words));
+    let (named, selects) = match number {
+        304 => (Some(bed(config)?), 0),
+        _ => (words.get('S').map(|word| heater_named(config, number, 'S', word)).transpose()?, 1),
+    };
+    if let Some(id) = named.filter(|_| words.count() > selects) {
+        let changed = ports.heat(|heat| change(heat, config, id, words));
         return if changed {
             Ok(Answer::Ok)
         } else {
@@ -84,19 +111,55 @@ fn change_or_report(
     Ok(Answer::Ok)
 }
 
-fn set_maximum(heat: &mut HeatControl, id: HeaterId, words: &Words<'_>) -> bool {
+/// The bed: the heater that M140 sets.
+fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
+    let bed = config.heaters().find(|(_, heater)| heater.set_m_code == 140 && heater.heater_pin.is_some());
+    bed.map(|(id, _)| id).ok_or_else(|| Failure::refused("M304: there is no bed: no heater has set_m_code = 140"))
+}
+
+fn set_maximum(heat: &mut HeatControl, _: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
     let celsius = words.get('P').filter(|celsius| *celsius > 0.0);
     celsius.is_some_and(|celsius| heat.set_maximum(id, Celsius(celsius as f32)))
 }
 
-fn set_gains(heat: &mut HeatControl, id: HeaterId, words: &Words<'_>) -> bool {
+/// Gains of a heater that a model controls are taken from the configuration and the words: PID controls it
+/// from now on.
+fn set_gains(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
     let Some(settings) = heat.heater(id).map(|heater| &heater.settings) else { return false };
-    let LawSettings::Pid(mut gains) = settings.law else { return false };
+    let configured = config.heater(id).map(PidGains::from);
+    let (mut gains, max_duty) = match (settings.law, configured) {
+        (LawSettings::Pid(gains), _) | (LawSettings::Model(_), Some(gains)) => (gains, settings.max_duty),
+        _ => return false,
+    };
     let places = [('P', &mut gains.p), ('I', &mut gains.i), ('D', &mut gains.d), ('X', &mut gains.i_max)];
     for (letter, place) in places {
         *place = words.get(letter).map_or(*place, |value| value as f32);
     }
     gains.on_measurement = words.get('Z').map_or(gains.on_measurement, |value| value == 1.0);
-    let max_duty = words.get('Y').map_or(settings.max_duty, |value| Duty(value.clamp(0.0, 255.0) as u8));
+    let max_duty = words.get('Y').map_or(max_duty, |value| Duty(value.clamp(0.0, 255.0) as u8));
     heat.set_law(id, LawSettings::Pid(gains), max_duty)
+}
+
+/// What the words leave out is as it was, or as the configuration has it.
+fn set_model(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
+    let Some(settings) = heat.heater(id).map(|heater| &heater.settings).filter(|settings| settings.heats) else {
+        return false;
+    };
+    let configured = config.heater(id).map(ModelSettings::from);
+    let (mut model, max_duty) = match (settings.law, configured) {
+        (LawSettings::Model(model), _) | (LawSettings::Pid(_), Some(model)) => (model, settings.max_duty),
+        _ => return false,
+    };
+    let places = [
+        ('P', &mut model.power_w),
+        ('C', &mut model.capacity),
+        ('K', &mut model.loss),
+        ('F', &mut model.fan_loss),
+        ('D', &mut model.late_s),
+        ('H', &mut model.filament_heat),
+    ];
+    for (letter, place) in places {
+        *place = words.get(letter).map_or(*place, |value| value as f32);
+    }
+    model.is_usable() && heat.set_law(id, LawSettings::Model(model), max_duty)
 }

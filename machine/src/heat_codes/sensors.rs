@@ -107,6 +107,7 @@ fn describe(
     let how = match (settings.heats, settings.law) {
         (false, _) => "Readonly",
         (true, crate::heat::LawSettings::Pid(_)) => "PID",
+        (true, crate::heat::LawSettings::Model(_)) => "a model",
         _ => "Bang bang",
     };
     reply.say(format_args!("{name}(S{tool_id}): using {how} - active: {}\n", u8::from(target.0 > 0.0)));

@@ -41,7 +41,7 @@ impl Reading<'_, '_> {
                 self.standstill().await;
                 self.wait(time.0 as f64 * 1e-6);
             }
-            Action::HeatAndWait { heater, target } => {
+            Action::HeatAndWait { heater, target, .. } => {
                 self.standstill().await;
                 self.waits_for(heater, target);
                 return self.target(heater, target);

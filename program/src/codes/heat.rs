@@ -13,6 +13,12 @@ const TARGET_WORDS: &[WordInfo] = &[
     word('T', Unit::Id, "of this tool; of the one in use where it is left out"),
 ];
 
+const TARGET_AND_WAIT_WORDS: &[WordInfo] = &[
+    word('S', Unit::Celsius, "the target; what is warmer is warm enough; 1 and 2 stand for the presets"),
+    word('R', Unit::Celsius, "the target, where it is also to cool down to it"),
+    word('T', Unit::Id, "of this tool; of the one in use where it is left out"),
+];
+
 /// How a code is read that sets a heater's target.
 pub const TARGET: CodeInfo = target(Code::m(104));
 /// How a code is read that also waits.
@@ -68,6 +74,24 @@ pub const ROWS: &[CodeInfo] = &[
             word('Z', Unit::Number, "1: proportional on measurement"),
         ])
         .differs("an id that nobody has is ignored"),
+    CodeInfo::asks(Code::m(304), Function::PidGains, "the PID gains of the bed, as M301 without S")
+        .takes(&[
+            word('P', Unit::Number, "proportional"),
+            word('I', Unit::Number, "integral, per second"),
+            word('D', Unit::Number, "derivative, seconds"),
+        ])
+        .differs("not known"),
+    CodeInfo::asks(Code::m(307), Function::HeaterModel, "the model that a heater is controlled by, from now on")
+        .takes(&[
+            word('S', Unit::Id, "its tool_id"),
+            word('P', Unit::Number, "power at full output, W").above(0.0),
+            word('C', Unit::Number, "heat capacity, J/K").above(0.0),
+            word('K', Unit::Number, "loss to the air, W/K").least(0.0),
+            word('F', Unit::Number, "more with the fan full on, W/K").least(0.0),
+            word('D', Unit::Number, "how late the sensor tells, seconds").above(0.0),
+            word('H', Unit::Number, "what filament takes, J/mm3/K").least(0.0),
+        ])
+        .differs("not known"),
     CodeInfo::asks(Code::m(305), Function::Sensor, "the thermistor of a heater; without words, say all")
         .takes(&[
             word('S', Unit::Id, "its tool_id; alone: as configured again"),
@@ -84,10 +108,10 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[
             word('P', Unit::Id, "its tool_id"),
             word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
-            word('C', Unit::Number, "swings, 8 where it is left out").within(3.0, 50.0),
+            word('C', Unit::Number, "swings, 3 where it is left out").within(3.0, 50.0),
         ])
         .waits(Waits::Result)
-        .differs("the swing's amplitude is counted twice: its gains are double"),
+        .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),
     CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on, where [switch] says so; S of moves that follow")
         .takes(&[word('S', Unit::Number, "power")])
         .group(Group::Spindle)
@@ -136,7 +160,7 @@ const fn target(code: Code) -> CodeInfo {
 
 const fn target_and_wait(code: Code) -> CodeInfo {
     CodeInfo::claimed(code, "set a heater's target and wait until it is reached")
-        .takes(TARGET_WORDS)
+        .takes(TARGET_AND_WAIT_WORDS)
         .waits(Waits::Result)
         .differs("more than max_temp is cut in silence")
 }

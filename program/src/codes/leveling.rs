@@ -140,14 +140,19 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(
         Code::m(306),
         Function::HomeOffsetsFromHere,
-        "correct homing positions: where the machine is reads as given from the next homing on",
+        "correct homing positions: this place reads as given from now on; T: find a heater's model",
     )
     .takes(&[
         word('X', Unit::Mm, "what this place is to read"),
         word('Y', Unit::Mm, "what this place is to read"),
         word('Z', Unit::Mm, "what this place is to read"),
+        word('T', Unit::Id, "find the model of the heater with this tool_id, and use it: see M307"),
+        word('S', Unit::Celsius, "with T: temperature to swing around, 150 where it is left out"),
+        word('C', Unit::Number, "with T: swings, 3 where it is left out").within(3.0, 50.0),
+        word('R', Unit::Celsius, "with T: temperature of the air, where the heater is not cold"),
     ])
-    .waits(Waits::Standstill),
+    .waits(Waits::Standstill)
+    .differs("knows no T"),
     CodeInfo::asks(Code::m(211), Function::SoftEndstops, "the ends of travel that moves are held against; says them")
         .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
         .differs("not known"),

@@ -28,7 +28,8 @@ pub(crate) fn heat<'b>(
     let (heater, waits) = addressed(program, claims, context)?;
     let target = meant(program, heater, celsius);
     if waits {
-        return Ok(Meaning::Action(Action::HeatAndWait { heater, target }));
+        let cools = !words.has('S');
+        return Ok(Meaning::Action(Action::HeatAndWait { heater, target, cools }));
     }
     program.by_the_way(Effect::Target { heater, target });
     NOTHING

@@ -1,0 +1,113 @@
+//! What a fan takes from a heater: the output that holds a temperature without it and with it.
+
+use config::{HeaterId, OutputKind};
+use units::{Duty, Micros};
+
+use super::Ask;
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::heat::{AIR_C, LawSettings, ModelSettings, Output};
+use crate::heat_codes::change_target;
+use crate::ports::Ports;
+
+/// The output is averaged over so long...
+const AVERAGED: Micros = Micros::from_seconds(30);
+/// ...once it has had so many times what the sensor is late, and so long, to come to rest.
+const SETTLES: (f32, Micros) = (10.0, Micros::from_seconds(20));
+
+/// The fan that blows at a heater, and what it did before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blower {
+    place: Option<u8>,
+    before: f32,
+}
+
+impl Blower {
+    /// Stops the fan with this place among the switches; none where there is none.
+    pub(super) fn stop<P: Ports>(hands: &mut Hands<'_, '_, P>, place: Option<u8>) -> Self {
+        let before = place.map_or(0.0, |place| hands.heat(|heat| heat.switch_duty(place)));
+        let blower = Self { place, before };
+        blower.blow(hands, 0.0);
+        blower
+    }
+
+    /// It goes on as before, unless a halt has put it where the configuration says.
+    pub(super) fn restore<P: Ports>(self, hands: &mut Hands<'_, '_, P>) {
+        if !hands.heat(|heat| heat.is_halted()) {
+            self.blow(hands, self.before);
+        }
+    }
+
+    /// The most it may be given, 0 to 1.
+    fn most<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> f32 {
+        let switch = self.place.and_then(|place| hands.config().switches.get(usize::from(place)));
+        switch.map_or(0.0, |switch| match switch.output_kind {
+            OutputKind::SigmaDelta => f32::from(switch.max_pwm.0) / 255.0,
+            _ => 1.0,
+        })
+    }
+
+    fn blow<P: Ports>(self, hands: &mut Hands<'_, '_, P>, share: f32) {
+        let Some(place) = self.place else { return };
+        let kind = hands.config().switches.get(usize::from(place)).map(|switch| switch.output_kind);
+        let output = match kind {
+            Some(OutputKind::HardwarePwm) => Output::Pwm(place, share),
+            _ => Output::Switch(place, Duty(libm::roundf(share * 255.0) as u8)),
+        };
+        // A switch takes anything.
+        let _ = hands.heat(|heat| heat.apply(output));
+    }
+}
+
+/// Puts the model in force and adds to it what the fan takes, where there is one.
+///
+/// # Errors
+/// When the machine halts.
+pub(super) async fn measure<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    ask: &Ask,
+    model: ModelSettings,
+    blower: Blower,
+) -> Result<ModelSettings, Failure> {
+    let most = blower.most(hands);
+    if most <= 0.0 {
+        return Ok(model);
+    }
+    let config = hands.config();
+    hands.heat(|heat| {
+        let max = heat.heater(ask.heater).map_or(Duty::FULL, |heater| heater.settings.max_duty);
+        heat.set_trial_law(ask.heater, LawSettings::Model(model), max);
+        change_target(heat, config, ask.heater, ask.target)
+    })?;
+    hands.say(format_args!("What its fan takes: without it\n"));
+    let still = held_with(hands, ask.heater, &model).await?;
+    hands.say(format_args!("What its fan takes: with it\n"));
+    blower.blow(hands, most);
+    let blown = held_with(hands, ask.heater, &model).await?;
+    blower.blow(hands, 0.0);
+    let watts = (blown - still) / 255.0 * model.power_w;
+    let fan_loss = (watts / (ask.target.0 - AIR_C) / most).max(0.0);
+    Ok(ModelSettings { fan_loss, ..model })
+}
+
+/// The mean output that holds the target, once all has come to rest.
+async fn held_with<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    id: HeaterId,
+    model: &ModelSettings,
+) -> Result<f32, Failure> {
+    let (times, least) = SETTLES;
+    let settled = hands.now().plus(least).plus(Micros((model.late_s * times * 1e6) as u64));
+    while hands.now() < settled {
+        hands.pause().await?;
+    }
+    let (mut sum, mut count) = (0.0_f64, 0_u32);
+    let end = hands.now().plus(AVERAGED);
+    while hands.now() < end {
+        let duty = hands.heat(|heat| heat.heater(id).map_or(Duty::OFF, |heater| heater.duty()));
+        sum += f64::from(duty.0);
+        count += 1;
+        hands.pause().await?;
+    }
+    Ok((sum / f64::from(count.max(1))) as f32)
+}

@@ -1,0 +1,57 @@
+//! `preheat`: presets with names, each heater's own temperature for it.
+
+use config::{MachineConfig, TemperatureConfig};
+use program::Part;
+use units::Celsius;
+
+use super::{allow_target, change_target, check_supply};
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::needs::needs;
+use crate::ports::Ports;
+use crate::sessions::Reply;
+
+/// Sets every heater that has a preset of this name, all or none of them, and waits for nothing; `off` is a
+/// preset that every heater has. Without a name says which there are.
+///
+/// # Errors
+/// When no heater has it, one does not allow its temperature or stays off, or there is no supply.
+pub(crate) fn preheat<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str) -> Outcome {
+    let config = hands.config();
+    if name.is_empty() {
+        list(config, &mut hands.reply());
+        return Ok(Answer::Ok);
+    }
+    let is_off = name.eq_ignore_ascii_case("off");
+    let target = |heater: &TemperatureConfig| if is_off { Some(Celsius(0.0)) } else { heater.preset(name) };
+    let meant = || config.heaters().filter_map(|(id, heater)| Some((id, target(heater)?)));
+    if meant().next().is_none() {
+        return Err(Failure::Refused(message(format_args!(
+            "no heater has a preset {name}: write preheat to see them"
+        ))));
+    }
+    if !is_off {
+        for (id, target) in meant() {
+            needs(config, Part::Heater(id), hands.is_playing())?;
+            hands.heat(|heat| allow_target(heat, config, id, target))?;
+            check_supply(hands, target)?;
+        }
+    }
+    for (id, target) in meant() {
+        hands.heat(|heat| change_target(heat, config, id, target))?;
+    }
+    Ok(Answer::Ok)
+}
+
+fn list(config: &MachineConfig, reply: &mut Reply<'_>) {
+    let mut any = false;
+    for (_, heater) in config.heaters() {
+        for (name, celsius) in heater.named_presets() {
+            any = true;
+            reply.say(format_args!("{name}: {} {:.1} C\n", heater.name, celsius.map_or(0.0, |celsius| celsius.0)));
+        }
+    }
+    if !any {
+        reply.say(format_args!("there are none: [temperature control] hotend.presets = pla 205, petg 235\n"));
+    }
+}
