@@ -23,6 +23,7 @@ mod filament_width;
 mod filters;
 mod grbl;
 mod halt_walk;
+mod heat_control;
 mod heat_plants;
 mod homing_overtravel;
 mod homing_ways;

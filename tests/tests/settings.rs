@@ -7,7 +7,7 @@ const SAVED: &str = "config-override";
 const PREVIOUS: &str = "previous-config-override";
 
 /// Everything that M500 can save is set to something of its own.
-const CHANGES: [&str; 12] = [
+const CHANGES: [&str; 13] = [
     "M92 X81 E400",
     "M203 X120 Y130 Z14 P200",
     "M203.1 Z13",
@@ -18,6 +18,7 @@ const CHANGES: [&str; 12] = [
     "M200 D1.75",
     "M900 K0.04",
     "M301 S254 P22 I1.5 D90 X120 Y200",
+    "M307 S0 P40 C12 K0.1 F0.02 D1.5 H0.0021",
     "M143 S254 P110",
     "M206 X0.5 Y-0.25 Z1",
 ];

@@ -278,7 +278,7 @@ fn curve(thermistor: &config::ThermistorConfig) -> Curve {
 }
 
 fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
-    let hot_end = machine.temperatures.iter().position(|heater| heater.heater_pin.is_some());
+    let hot_end = machine.temperatures.iter().position(TemperatureConfig::is_hot_end);
     let fan = |switch: &config::SwitchConfig| {
         let Some(OutputPin::Digital(output)) = switch.output_pin else { return None };
         let is_fan = switch.name.contains("fan") || machine.fans.iter().any(|fan| fan.name == switch.name);

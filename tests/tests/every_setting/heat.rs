@@ -10,6 +10,16 @@ const AMPLIFIER: &[&str] = &["[temperature control] hotend.sensor = ad849x"];
 const DIFFERENCE: &[&str] = &["[temperature control] board.sensor = difference"];
 const VOLTAGE: &[&str] = &["[temperature control] hotend.sensor = voltage"];
 const BANG: &[&str] = &["[temperature control] hotend.bang_bang = true"];
+const MODEL: &[&str] =
+    &["[temperature control] hotend.model_capacity = 12", "[temperature control] hotend.model_late = 1.5"];
+const BY_MODEL: &[&str] = &[
+    "[temperature control] hotend.control = model",
+    "[temperature control] hotend.model_capacity = 12",
+    "[temperature control] hotend.model_loss = 0.1",
+    "[temperature control] hotend.model_fan_loss = 0.02",
+    "[temperature control] hotend.model_late = 1.5",
+    "[temperature control] hotend.fan = fan",
+];
 const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
 const ANY_ERROR: &str = "[temperature control] hotend.verify_max_error = 0";
 const ANY_RANGE: &str = "[temperature control] hotend.runaway_range = 0";
@@ -48,9 +58,21 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.p_factor", "20", "5", Look(warmed)),
     row("[temperature control] hotend.i_factor", "1.2", "0.2", Look(warmed)),
     row("[temperature control] hotend.d_factor", "80", "400", Look(warmed)),
+    row("[temperature control] hotend.d_filter", "0.5", "5", Look(warmed)),
     row("[temperature control] hotend.use_ponm", "false", "true", Look(warmed)),
     row("[temperature control] hotend.i_max", "255", "2", Look(warmed)),
-    row("[temperature control] hotend.windup", "true", "false", Look(warmed)),
+    row("[temperature control] hotend.windup", "true", "false", Look(from_full_output)),
+    row("[temperature control] hotend.control", "pid", "model", Look(warmed)).with(MODEL),
+    row("[temperature control] hotend.heater_power", "40", "60", Look(warmed)).with(BY_MODEL),
+    row("[temperature control] hotend.model_capacity", "12", "20", Look(warmed)).with(BY_MODEL),
+    row("[temperature control] hotend.model_loss", "0.1", "1", Look(warmed)).with(BY_MODEL),
+    row("[temperature control] hotend.model_late", "1.5", "4", Look(warmed)).with(BY_MODEL),
+    row("[temperature control] hotend.model_fan_loss", "0.02", "0.5", Look(blown)).with(BY_MODEL),
+    row("[temperature control] hotend.fan", "fan", "", Look(blown)).with(BY_MODEL),
+    row("[temperature control] hotend.filament_heat", "0.0023", "0.05", Look(melts)).with(BY_MODEL),
+    row("[temperature control] hotend.wait_window", "0", "10", Look(waited)),
+    row("[temperature control] hotend.wait_dwell", "0", "5", Look(waited)),
+    row("[temperature control] hotend.wait_timeout", "0", "1", Look(waited)),
     row("[temperature control] hotend.bang_bang", "false", "true", Look(warmed)),
     row("[temperature control] hotend.hysteresis", "1", "6", Look(warmed)).with(BANG),
     row("[temperature control] hotend.min_temp", "5", "60", Look(heated)),
@@ -75,6 +97,7 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.set_m_code", "104", "154", Say(&["M154 S40", "get temp hotend"])),
     row("[temperature control] hotend.set_and_wait_m_code", "109", "159", Say(&["M159 S23", "get temp hotend"])),
     row("[temperature control] hotend.get_m_code", "105", "155", Say(&["M105"])),
+    row("[temperature control] hotend.presets", "pla 45", "pla 50, abs 60", Say(&["preheat", "preheat pla", "M105"])),
     row("[temperature control] hotend.preset1", "0", "45", Say(&["M104 S1", "get temp hotend"])),
     row("[temperature control] hotend.preset2", "0", "45", Say(&["M104 S2", "get temp hotend"])),
 ];
@@ -96,6 +119,29 @@ fn heated(bench: &mut Bench) -> String {
 /// To a temperature that is soon reached.
 fn warmed(bench: &mut Bench) -> String {
     bench.say("M104 S32") + &course(bench, 12)
+}
+
+/// Through full output, and down from it.
+fn from_full_output(bench: &mut Bench) -> String {
+    bench.say("M104 S70") + &course(bench, 30)
+}
+
+/// As [`warmed`] with the part's fan on.
+fn blown(bench: &mut Bench) -> String {
+    bench.say("M106 S255") + &warmed(bench)
+}
+
+/// Held while filament comes.
+fn melts(bench: &mut Bench) -> String {
+    soak(bench, 100.0);
+    bench.say("M104 S100");
+    bench.say("M83");
+    bench.say("G1 E30 F300") + &course(bench, 6)
+}
+
+/// How long a wait takes.
+fn waited(bench: &mut Bench) -> String {
+    format!("{} {}", bench.say("M109 S32"), bench.now_s())
 }
 
 fn soak(bench: &mut Bench, celsius: f64) {

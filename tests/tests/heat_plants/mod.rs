@@ -3,7 +3,7 @@
 //!
 //! `cargo test -p scenarios heat_plants:: -- --nocapture` prints the table of `docs/heat_safety.md`.
 
-mod plants;
+pub mod plants;
 mod rules;
 
 use std::collections::BTreeMap;
