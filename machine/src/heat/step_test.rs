@@ -231,13 +231,13 @@ impl StepTest {
 
     fn fall(&mut self, target: f32, reading: f32, period_s: f32) {
         let Some(returned) = self.returned else {
-            if reading < self.rose.0 - RETURNED {
+            if reading < target + ABOVE - RETURNED {
                 self.returned = Some(self.seconds);
             }
             return;
         };
         let [least, enough] = FALL.map(|share| self.seconds >= share * returned);
-        if !enough {
+        if !enough || self.line.count < LEAST_READINGS {
             self.line.add(self.seconds, reading);
         }
         let [low, lowest] = LOWEST.map(|below| reading < target - below);
@@ -283,7 +283,7 @@ mod tests {
     const PERIOD: Micros = Micros::from_millis(50);
 
     /// A block that warms by `rise` a second, loses a share `loss` a second, and a sensor that follows it.
-    fn found(rise: f32, loss: f32, lag: f32, dead: usize, noise: f32, target: f32) -> Answer {
+    fn found(rise: f32, loss: f32, lag: f32, dead: usize, noise: f32, target: f32) -> Result<Answer, TestFailed> {
         let air = 22.0;
         let (mut block, mut sensor) = (air, air);
         let mut pipe = std::collections::VecDeque::from(std::vec![0.0; dead]);
@@ -294,7 +294,7 @@ mod tests {
             let read = sensor + ((chance >> 8) as f32 / (1 << 24) as f32 - 0.5) * 2.0 * noise;
             let duty = test.update(Celsius(target), Celsius(read), PERIOD);
             if let Some(found) = test.answer(Celsius(target)) {
-                return found.expect("an answer");
+                return found;
             }
             pipe.push_back(f32::from(duty.0) / 255.0);
             let drive = pipe.pop_front().unwrap_or_default();
@@ -315,11 +315,18 @@ mod tests {
             let target = 120.0;
             let loss = rise * holds / (target - 22.0);
             let late = lag + dead as f32 * 0.05;
-            let answer = found(rise, loss, lag, dead, noise, target);
+            let answer = found(rise, loss, lag, dead, noise, target).expect("an answer");
             prop_assert!((answer.rise / rise - 1.0).abs() < 0.12, "{} of {}", answer.rise, rise);
             prop_assert!((answer.holds / holds - 1.0).abs() < 0.2, "{} of {}", answer.holds, holds);
             prop_assert!((answer.late_s - late).abs() < 0.25 * late + 0.2, "{} of {}", answer.late_s, late);
         }
+    }
+
+    #[test]
+    fn a_heater_that_can_hardly_hold_the_target_is_told() {
+        // It holds 100 C above the air with nine tenths of its output.
+        assert_eq!(found(2.0, 2.0 * 0.9 / 100.0, 1.0, 0, 0.0, 122.0), Err(TestFailed::Weak));
+        assert!(found(2.0, 2.0 * 0.7 / 100.0, 1.0, 0, 0.0, 122.0).is_ok());
     }
 
     #[test]
