@@ -1,6 +1,7 @@
 //! What the Prime's pins can and cannot be used for.
 
-use crate::pin::{Pin, PinName, VoltageInput};
+use crate::pin::{Pin, PinName, Pull, VoltageInput};
+use units::Actuator;
 
 /// A pad of the chip: port (0 for A) and number.
 pub(crate) type Pad = (u8, u8);
@@ -86,6 +87,14 @@ const DRIVEN: &[(&str, &[(char, u8)])] = &[
     ("the probe's comparator", &[('B', 10)]),
     ("a motor driver's stallGuard line", &[('K', 4), ('K', 5), ('J', 15), ('G', 9)]),
 ];
+
+/// The stallGuard outputs of the on-board drivers, alpha to delta.
+const STALL_PINS: [Pin; 4] = [Pin::new('K', 4), Pin::new('K', 5), Pin::new('J', 15), Pin::new('G', 9)];
+
+/// The input that a motor's on-board driver says on that it stalls. The chip drives it, so it needs no pull.
+pub(crate) fn stall_pin(motor: Actuator) -> Option<Pin> {
+    STALL_PINS.get(motor as usize).map(|pin| Pin { pull: Pull::None, ..*pin })
+}
 
 /// What on the board drives a pin, so that it cannot be an output.
 #[must_use]

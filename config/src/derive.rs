@@ -1,5 +1,7 @@
 //! Defaults that depend on other settings, and the tidying up after the checks.
 
+use crate::board;
+use crate::check::GOOD_FULL_STEPS_PER_S;
 use crate::ledger::{Ledger, Path};
 use crate::machine::{ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
@@ -37,6 +39,17 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
     for (place, stop) in config.endstops.iter_mut().enumerate() {
         if !written("endstops", place, "homing_position") {
             stop.homing_position = Mm(if stop.homing_direction == HomingDirection::ToMax { 200.0 } else { 0.0 });
+        }
+        if stop.stall.homing {
+            // A motor that turns too slowly induces too little to be seen to stall.
+            if !written("endstops", place, "slow_rate") {
+                stop.slow_rate = stop.fast_rate;
+            }
+            let motor = stop.axis.and_then(|axis| Actuator::from_index(axis as usize));
+            let on_board = motor.filter(|motor| config.actuators[*motor].driver != DriverKind::External);
+            if !written("endstops", place, "pin") {
+                stop.pin = on_board.and_then(board::stall_pin);
+            }
         }
     }
     for (frequency, section) in config.pwm_frequency_hz.iter_mut().zip(["pwm1", "pwm2"]) {
@@ -148,6 +161,13 @@ fn drivers(config: &mut MachineConfig, written: Written) {
         let motor = &mut config.actuators[actuator];
         if !written("actuator", place, "dir_setup_ns") {
             motor.dir_setup_ns = if motor.driver == DriverKind::External { 5_000 } else { 500 };
+        }
+        let turn =
+            MmPerSecond(GOOD_FULL_STEPS_PER_S * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm.max(1e-6));
+        for (section, family) in [("tmc2590", &mut config.tmc2590), ("tmc2660", &mut config.tmc2660)] {
+            if !written(section, place, "stall_least_speed") {
+                family.axes[actuator].stall_least_speed = turn;
+            }
         }
         if !written("tmc2590", place, "max_current") {
             let chip = &mut config.tmc2590.axes[actuator];

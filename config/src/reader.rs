@@ -121,6 +121,7 @@ impl<'a> Reader<'a> {
         if !self.line.is_empty() || self.state != LineState::Text {
             self.end_line();
         }
+        self.assume_drivers();
         derive::fill_in(self.config, &self.ledger);
         check::check(self.config, &self.ledger, &mut self.reporter);
         let summary = self.reporter.summary;

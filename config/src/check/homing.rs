@@ -130,7 +130,9 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         let reason = format_args!("the second approach is faster than the first");
         checks.warn((ENDSTOPS, place, "slow_rate"), reason, format_args!("write less than fast_rate"));
     }
-    run_on(checks, place, stop, motor);
+    if !stop.stall.homing {
+        run_on(checks, place, stop, motor);
+    }
 }
 
 /// How far the carriage goes past the switch. The fast approach may stop at once, and does where braking

@@ -19,9 +19,12 @@ mod pins;
 mod planner;
 mod shapers;
 mod soft_endstops;
+mod stall_homing;
 mod temperature_switches;
 mod tools;
 mod uart;
+
+pub(crate) use stall_homing::GOOD_FULL_STEPS_PER_S;
 
 use crate::diagnostic::Severity;
 use crate::ledger::{Ledger, Path};
@@ -41,6 +44,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     motors::check(&mut checks);
     homing::check(&mut checks);
     endstop_phase::check(&mut checks);
+    stall_homing::check(&mut checks);
     soft_endstops::check(&mut checks);
     leveling::check(&mut checks);
     alignment::check(&mut checks);

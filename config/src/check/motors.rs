@@ -4,7 +4,7 @@ use super::{Checks, report};
 use crate::board::{TMC2590_SENSE_VOLTS, TMC2660_SENSE_VOLTS};
 use crate::diagnostic::Severity;
 use crate::ledger::Ledger;
-use crate::machine::{ActuatorConfig, DriverKind, MachineConfig, TmcConfig};
+use crate::machine::{ActuatorConfig, CoolStepConfig, DriverKind, MachineConfig, TmcConfig};
 use crate::report::Reporter;
 use core::fmt;
 use units::{Actuator, Amps, MmPerSecond};
@@ -133,6 +133,15 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
         let fix = format_args!("write [{section}] {}.sense_resistor, or driver = external", actuator.name());
         return checks.error((ACTUATOR, place, "driver"), reason, fix);
     }
+    if chip.is_assumed {
+        let (milliohms, most) = (chip.sense_resistor.get() * 1e3, chip.max_current.get());
+        let reason = format_args!(
+            "[{section}] does not describe the motor's driver; taken for the board's own: sense resistor {milliohms:.0} mOhm, \
+             at most {most} A"
+        );
+        let fix = format_args!("write [{section}] {}.sense_resistor if that is right, or what is", actuator.name());
+        checks.warn((ACTUATOR, place, "driver"), reason, fix);
+    }
     if chip.spi_cs_pin.is_none() {
         checks.error(
             (section, place, "spi_cs_pin"),
@@ -170,11 +179,35 @@ fn current(
         }
         _ => {}
     }
+    cool_step(checks, section, place, chip.cool_step);
     if let Some(Amps(standing)) = chip.standstill_current
         && standing > chip.max_current.get()
     {
         let reason = format_args!("{:.0} mA is above max_current", standing * 1_000.0);
         checks.error((section, place, "standstill_current"), reason, format_args!("write less than max_current"));
+    }
+}
+
+/// The chip has 32 readings in one step of its thresholds, and sixteen steps between them.
+fn cool_step(checks: &mut Checks<'_, '_>, section: &str, place: usize, settings: CoolStepConfig) {
+    const STEP: u16 = CoolStepConfig::STEP;
+    let (lower, upper) = (settings.lower, settings.falls_from());
+    if lower == 0 {
+        if settings.upper.is_some() {
+            let reason = format_args!("coolStep is off");
+            checks.warn((section, place, "coolstep_upper"), reason, format_args!("write coolstep_lower, or delete it"));
+        }
+        return;
+    }
+    if lower % STEP != 0 {
+        let reason = format_args!("{lower} is no multiple of {STEP}");
+        let fix = format_args!("write {}", (lower / STEP).max(1) * STEP);
+        checks.error((section, place, "coolstep_lower"), reason, fix);
+    }
+    if upper % STEP != 0 || upper <= lower || upper > lower + 16 * STEP {
+        let reason = format_args!("{upper} is no multiple of {STEP} above coolstep_lower = {lower}");
+        let fix = format_args!("write {} to {}", lower + STEP, lower + 16 * STEP);
+        checks.error((section, place, "coolstep_upper"), reason, fix);
     }
 }
 

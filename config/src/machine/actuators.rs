@@ -64,6 +64,8 @@ pub struct MotorsCommon {
     pub check_driver_errors: bool,
     /// Halt on a driver's fatal fault.
     pub halt_on_driver_alarm: bool,
+    /// Halt when a motor stalls.
+    pub halt_on_stall: bool,
     /// Shared not-enable line of the on-board drivers.
     pub motors_enable_pin: Option<Pin>,
 }
@@ -71,8 +73,10 @@ pub struct MotorsCommon {
 /// One driver chip.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TmcConfig {
-    /// The file has an entry for this chip.
+    /// The file has an entry for this chip, or the board is taken to have it.
     pub present: bool,
+    /// The file has none.
+    pub is_assumed: bool,
     /// Chip select, active low.
     pub spi_cs_pin: Option<Pin>,
     /// Sense resistor.
@@ -90,8 +94,44 @@ pub struct TmcConfig {
     pub gate_drive: Option<u8>,
     /// The detector on the bridges' low side; none: as the raw registers say, or on.
     pub short_to_supply_detection: Option<bool>,
+    /// `SGT`; none: as the raw registers say, or 10.
+    pub stall_threshold: Option<i8>,
+    /// `SFILT`; none: as the raw registers say, or on.
+    pub stall_filter: Option<bool>,
+    /// Its stalls are watched for while it moves.
+    pub stall_watch: bool,
+    /// Speed from which on its load can be measured.
+    pub stall_least_speed: MmPerSecond,
+    /// Current by load.
+    pub cool_step: CoolStepConfig,
     /// Raw registers loaded first: DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF, DRVCONF.
     pub registers: Option<[u32; 5]>,
+}
+
+/// Current that the driver changes by itself, by the load it measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CoolStepConfig {
+    /// Below this reading the current rises; 0: as the raw registers say, or off.
+    pub lower: u16,
+    /// From this one on it falls; none: 64 above.
+    pub upper: Option<u16>,
+    /// `SEUP`: 0 to 3 for 1, 2, 4, 8 steps up at a time.
+    pub up: u8,
+    /// `SEDN`: 0 to 3 for 32, 8, 2, 1 readings for one step down.
+    pub down: u8,
+    /// Down to a quarter rather than half.
+    pub quarter: bool,
+}
+
+impl CoolStepConfig {
+    /// What one step of the thresholds is, in readings.
+    pub const STEP: u16 = 32;
+
+    /// The reading from which on the current falls.
+    #[must_use]
+    pub fn falls_from(&self) -> u16 {
+        self.upper.unwrap_or(self.lower + 2 * Self::STEP)
+    }
 }
 
 /// What all driver chips of one kind share, and each of them.

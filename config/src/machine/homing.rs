@@ -3,7 +3,7 @@
 use super::{Command, Name};
 use crate::pin::Pin;
 use heapless::Vec;
-use units::{Axis, Micros, Mm, MmPerSecond};
+use units::{Amps, Axis, Micros, Mm, MmPerSecond};
 
 /// Which way an axis moves to find its endstop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,6 +44,34 @@ pub struct EndstopConfig {
     pub limit_enable: bool,
     /// What the motor's phase at the hit is good for.
     pub phase: EndstopPhaseConfig,
+    /// Homing without a switch.
+    pub stall: EndstopStallConfig,
+}
+
+/// The end of an axis found by its motor's stall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndstopStallConfig {
+    /// `pin` is the stallGuard output of the motor's driver.
+    pub homing: bool,
+    /// Peak coil current meanwhile; none: the motor's own.
+    pub current: Option<Amps>,
+    /// `SGT`, -64 to 63: lower is more sensitive.
+    pub threshold: i8,
+}
+
+impl EndstopStallConfig {
+    /// So many full steps at constant speed are let pass before a reading counts: two of the filter's.
+    pub const SETTLING_FULL_STEPS: f64 = 8.0;
+    /// So much later than the plan the motors are: what is written ahead, and between two looks, seconds.
+    pub const SETTLING_S: f64 = 0.0025;
+
+    /// How far an axis goes until its stall can be seen: mm, from mm/s, mm/s^2, mm/s^3.
+    #[must_use]
+    pub fn run_up(rate: f64, acceleration: f64, jerk: Option<f64>, full_steps_per_mm: f64) -> f64 {
+        // With jerk the acceleration rises and falls; where it has no time to, this is more than it takes.
+        let seconds = rate / acceleration + jerk.map_or(0.0, |jerk| acceleration / jerk);
+        rate * seconds / 2.0 + Self::SETTLING_FULL_STEPS / full_steps_per_mm + rate * Self::SETTLING_S
+    }
 }
 
 /// The motor's place in its electrical cycle of four full steps, when its axis hits the switch.

@@ -19,7 +19,9 @@ mod outputs;
 mod system;
 mod temperature_switches;
 
-pub use actuators::{ActuatorConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig};
+pub use actuators::{
+    ActuatorConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig,
+};
 pub use alignment::{
     AxisTwist, BedScrews, MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread, ZAlignment,
 };
@@ -33,7 +35,8 @@ pub use heat::{
     ThermalModel, ThermistorConfig,
 };
 pub use homing::{
-    EndstopConfig, EndstopPhaseConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig, SoftEndstops,
+    EndstopConfig, EndstopPhaseConfig, EndstopStallConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig,
+    SoftEndstops,
 };
 pub use leveling::{
     CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
@@ -47,6 +50,7 @@ pub use system::{
 pub use temperature_switches::{TemperatureSwitchConfig, Trigger};
 
 use crate::module::{MAX_OFF, OffModule};
+use crate::pin::Pin;
 use heapless::{String, Vec};
 use units::{Actuator, Axis, PerActuator};
 pub use units::{HeaterId, ToolId};
@@ -199,6 +203,26 @@ impl MachineConfig {
             return None;
         }
         self.endstops.iter().find(|stop| stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None)
+    }
+
+    /// Something is made of the load that drivers measure.
+    #[must_use]
+    pub fn looks_at_stalls(&self) -> bool {
+        self.endstops.iter().any(|stop| stop.stall.homing) || self.watched_for_stalls().next().is_some()
+    }
+
+    /// Motors whose stalls are watched for, each with the input that says so.
+    pub fn watched_for_stalls(&self) -> impl Iterator<Item = (Actuator, Pin)> {
+        self.actuators().filter_map(|(motor, _)| {
+            let is_watched = self.driver(motor)?.stall_watch;
+            Some((motor, crate::board::stall_pin(motor).filter(|_| is_watched)?))
+        })
+    }
+
+    /// The endstop that a pin belongs to, by its place in [`Self::endstops`].
+    #[must_use]
+    pub fn endstop_of_pin(&self, pin: Pin) -> Option<usize> {
+        self.endstops.iter().position(|stop| stop.enable && stop.pin.is_some_and(|own| own.is_same_pad(pin)))
     }
 
     /// The switches of motors that are slaved to this axis' motor, with their places in [`Self::endstops`].

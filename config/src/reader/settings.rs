@@ -5,13 +5,16 @@ use crate::check;
 use crate::diagnostic::Severity;
 use crate::flaw::{Flaw, List};
 use crate::ledger::{MAX_WRITTEN, Path, Span};
-use crate::machine::BoardId;
+use crate::machine::{BoardId, DriverKind};
 use crate::module::Module;
 use crate::report::At;
-use crate::schema::{CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support, UNREAD};
+use crate::schema::{
+    CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support, UNREAD, section,
+};
 use crate::suggest;
 use crate::text::{cut, nearest};
 use crate::value::{self, Value};
+use units::Actuator;
 
 /// The key of an instance's own switch.
 const ENABLE: &str = "enable";
@@ -277,6 +280,29 @@ impl Reader<'_> {
                     }
                 }
             }
+        }
+    }
+
+    /// On-board drivers that the file does not describe are those that the board has, with its sense resistors.
+    /// A motor whose driver is described in the section of the other kind has the wrong kind, which is an error.
+    pub(super) fn assume_drivers(&mut self) {
+        for motor in Actuator::ALL.into_iter().filter(|motor| crate::board::stall_pin(*motor).is_some()) {
+            let config = &self.config;
+            let kind = config.actuators[motor].driver;
+            let is_described = [&config.tmc2590, &config.tmc2660].iter().any(|family| family.axes[motor].present);
+            if !config.actuators[motor].present || kind == DriverKind::External || is_described {
+                continue;
+            }
+            let name = if kind == DriverKind::Tmc2590 { "tmc2590" } else { "tmc2660" };
+            let Some((index, section)) = section(name) else { continue };
+            let Some(Ok(place)) = section.instances().map(|instances| (instances.create)(self.config, motor.name()))
+            else {
+                continue;
+            };
+            self.default_instance(index, section, place, motor.name());
+            let config = &mut self.config;
+            let family = if kind == DriverKind::Tmc2590 { &mut config.tmc2590 } else { &mut config.tmc2660 };
+            family.axes[motor].is_assumed = true;
         }
     }
 

@@ -1,6 +1,7 @@
 //! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`.
 
 use super::build::{ANY, POSITIVE, bool, integer, number, pin, registers, word};
+use super::driver_load;
 use super::{CannotCreate, Form, Instances, PinRole, Section};
 use crate::machine::{DriverKind, MachineConfig};
 use crate::pin::PinName;
@@ -173,6 +174,14 @@ pub const ACTUATOR: Section = Section {
         )
         .common()
         .v1("motor_driver_control.<axis>.alarm"),
+        bool(
+            "halt_on_stall",
+            "true",
+            |c, _, v| c.motors.halt_on_stall = v,
+            "Halt when a motor with stall_watch stalls. Otherwise it is told, and the axis is not homed any more.",
+        )
+        .common()
+        .velvet(),
         pin(
             "motors_enable_pin",
             "PH13!",
@@ -263,6 +272,15 @@ macro_rules! driver_section {
                     "Raw register values, loaded before the settings above: driver control, chopper, coolStep, \
                      stallGuard and current, driver configuration. M911 prints such a line.",
                 ),
+                driver_load::$family::THRESHOLD,
+                driver_load::$family::FILTER,
+                driver_load::$family::WATCH,
+                driver_load::$family::LEAST_SPEED,
+                driver_load::$family::LOWER,
+                driver_load::$family::UPPER,
+                driver_load::$family::RISE,
+                driver_load::$family::FALL,
+                driver_load::$family::FLOOR,
                 $($row),*
             ],
         }

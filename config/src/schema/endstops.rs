@@ -1,7 +1,7 @@
 //! `[endstops]`
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, integer, new_name, number, pin, text, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting, endstop_phase};
+use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting, endstop_phase, endstop_stall};
 use crate::machine::{EndstopConfig, HomingDirection, MAX_ENDSTOPS};
 use crate::pin::PinName;
 use units::{Axis, Micros, Mm, MmPerSecond};
@@ -163,6 +163,9 @@ pub const ENDSTOPS: Section = Section {
         endstop_phase::TOLERANCE,
         endstop_phase::ALIGN_ZERO,
         endstop_phase::REACTION,
+        endstop_stall::HOMING,
+        endstop_stall::CURRENT,
+        endstop_stall::THRESHOLD,
         number(
             "debounce_ms",
             "0",

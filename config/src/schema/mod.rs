@@ -9,7 +9,9 @@ mod alignment;
 mod build;
 mod buttons;
 mod cycles;
+mod driver_load;
 mod endstop_phase;
+mod endstop_stall;
 mod endstops;
 #[cfg(any(test, feature = "std"))]
 mod examples;
