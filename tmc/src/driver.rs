@@ -116,6 +116,8 @@ pub struct Driver<SPI> {
     run: CurrentSetting,
     standstill: Option<CurrentSetting>,
     standing: bool,
+    /// What is set again when a search for a stall ends.
+    before_search: Option<(CurrentSetting, SgCsConf, SmartEn)>,
     /// What the chip shows in its next answer; it changes one answer after it was asked.
     shown: ReadSelect,
 }
@@ -155,6 +157,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
             run,
             standstill: None,
             standing: false,
+            before_search: None,
             shown: ReadSelect::default(),
         };
         driver.store_current();
@@ -414,5 +417,6 @@ impl<SPI: SpiDevice> Driver<SPI> {
 }
 
 mod raw;
+mod search;
 #[cfg(test)]
 mod tests;

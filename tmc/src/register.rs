@@ -210,6 +210,15 @@ register! {
     "EN_S2VS" en_s2vs with_en_s2vs [0; 1]
 }
 
+impl SgCsConf {
+    /// `SGT` as the number it stands for, -64 to 63.
+    #[must_use]
+    pub const fn threshold(self) -> i8 {
+        // Its sign bit brought to the top and back.
+        ((self.sgt() << 1) as u8).cast_signed() >> 1
+    }
+}
+
 impl DrvConf {
     /// With both slopes at this strength: two bits for each side, and above them, on a TMC2590, the one that
     /// they share.

@@ -86,6 +86,35 @@ fn a_tmc2660_starts_with_the_gentlest_slopes() {
     assert_eq!(driver.release().words[7] & !64, 0xE_0010);
 }
 
+#[test]
+fn a_search_ends_with_what_was_set_before_also_where_the_chip_was_gone_meanwhile() {
+    for is_gone in [false, true] {
+        let mut driver = driver(Chip::Tmc2590);
+        driver.start().unwrap();
+        driver.set_current(Amps(1.2)).unwrap();
+        let cool_step =
+            CoolStep { lower_threshold: 2, threshold_width: 1, increment: 0, decrement: 0, quarter_current: false };
+        driver.set_cool_step(Some(cool_step)).unwrap();
+        let (words, current) = (driver.spi.words, driver.current());
+        driver.end_search().unwrap();
+        assert_eq!(driver.spi.words, words, "there was none");
+        driver.begin_search(StallGuard { threshold: -3, filter: false }, Some(Amps(0.6))).unwrap();
+        assert_eq!(
+            (driver.spi.words[5] & 15, driver.spi.words[6] >> 8 & 0x1FF),
+            (0, 0x7D),
+            "coolStep off, threshold -3"
+        );
+        assert!(driver.current().0 < 0.7);
+        driver.spi.powered = !is_gone;
+        assert_eq!(driver.end_search().is_err(), is_gone);
+        driver.spi.powered = true;
+        if is_gone {
+            driver.start().unwrap();
+        }
+        assert_eq!((driver.spi.words, driver.current()), (words, current));
+    }
+}
+
 /// The bits as the register tables have them: `SLPH` 15 and 14, `SLPL` 13 and 12, `SLP2` 11.
 #[test]
 fn gate_drive_reaches_both_slopes_and_nothing_else() {

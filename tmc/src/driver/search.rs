@@ -1,0 +1,35 @@
+//! Current and load measurement for a search that ends with the motor's stall, and back.
+
+use super::{Driver, Error, StallGuard};
+use embedded_hal::spi::SpiDevice;
+use units::Amps;
+
+impl<SPI: SpiDevice> Driver<SPI> {
+    /// Sets load measurement and, when one is given, the peak current, with coolStep off: it would change
+    /// the current that the measurement depends on. What was set before is kept for [`Self::end_search`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a threshold out of range, else as [`Self::status`].
+    pub fn begin_search(&mut self, stall_guard: StallGuard, peak: Option<Amps>) -> Result<(), Error<SPI::Error>> {
+        let now = (self.run, self.registers.sgcsconf, self.registers.smarten);
+        self.before_search.get_or_insert(now);
+        self.set_cool_step(None)?;
+        if let Some(peak) = peak {
+            self.set_current(peak)?;
+        }
+        self.set_stall_guard(stall_guard)
+    }
+
+    /// Sets what was set before [`Self::begin_search`]; nothing when none began. The copy of the registers has
+    /// it whether or not the chip answers, so that it gets it with the next [`Self::start`].
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn end_search(&mut self) -> Result<(), Error<SPI::Error>> {
+        let Some((run, sgcsconf, smarten)) = self.before_search.take() else { return Ok(()) };
+        self.run = run;
+        (self.registers.sgcsconf, self.registers.smarten) = (sgcsconf, smarten);
+        self.write_current()?;
+        self.write(smarten.word()).map(drop)
+    }
+}
