@@ -11,8 +11,8 @@ use core::fmt::Write;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers};
-use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StepInput};
+use machine::ports::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
+use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up, switch_off};
@@ -113,6 +113,18 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             Reading::Microstep(place) => Ok(ElectricalPhase { place, microsteps }),
             _ => Err(DriverFault::BadAnswer),
         }
+    }
+
+    fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault> {
+        let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
+        // A filter would have the rotor fall out before it has its four full steps together.
+        let stall_guard = StallGuard { threshold: search.threshold, filter: false };
+        let peak = search.current.map(|peak| if peak.0 > most.0 { *most } else { peak });
+        chip.begin_search(stall_guard, peak).map_err(fault)
+    }
+
+    fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault> {
+        self.chip(motor)?.end_search().map_err(fault)
     }
 
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn Write) -> core::fmt::Result {

@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use config::{ActuatorConfig, DriverKind, TmcConfig};
+use config::{ActuatorConfig, CoolStepConfig, DriverKind, TmcConfig};
 use embedded_hal::spi::SpiDevice;
-use tmc::{Chip, Driver, Error, Microsteps, StepInput};
+use tmc::{Chip, CoolStep, Driver, Error, Microsteps, StallGuard, StepInput};
 use units::{Amps, Ohms};
 
 use crate::MotorDriver;
@@ -62,6 +62,14 @@ pub fn set_up<SPI: SpiDevice, E>(
         stored(driver.set_current(lesser(current, most)))?;
     }
     stored(driver.set_standstill_current(settings.standstill_current.map(|current| lesser(current, most))))?;
+    let load = driver.registers().sgcsconf;
+    stored(driver.set_stall_guard(StallGuard {
+        threshold: settings.stall_threshold.unwrap_or(load.threshold()),
+        filter: settings.stall_filter.unwrap_or(load.sfilt() == 1),
+    }))?;
+    if let Some(cool_step) = cool_step(&settings.cool_step) {
+        stored(driver.set_cool_step(Some(cool_step)))?;
+    }
     // Without a setting of its own: as the raw registers say, or as the chip's driver starts.
     if let Some(strength) = settings.gate_drive {
         stored(driver.set_gate_drive(strength))?;
@@ -72,6 +80,19 @@ pub fn set_up<SPI: SpiDevice, E>(
     // The setting is on unless told otherwise, and a TMC2660 has no passive fast decay.
     stored(driver.set_passive_fast_decay(settings.passive_fast_decay && kind == Chip::Tmc2590))?;
     Ok(MotorDriver::Chip(driver, most))
+}
+
+/// Thresholds are in readings, of which the chip takes 32 at a time. None: what the registers say.
+fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
+    let steps = |reading: u16| (reading / CoolStepConfig::STEP) as u8;
+    let (lower, upper) = (steps(settings.lower), steps(settings.falls_from()));
+    (lower > 0).then(|| CoolStep {
+        lower_threshold: lower,
+        threshold_width: upper.saturating_sub(lower + 1),
+        increment: settings.up,
+        decrement: settings.down,
+        quarter_current: settings.quarter,
+    })
 }
 
 /// Switches off the bridges of a chip that no motor of the configuration uses. It keeps what it was told for

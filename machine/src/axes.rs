@@ -1,7 +1,7 @@
 //! Axes and their motors: which are homed, which have current, which rest.
 
 use config::{DriverKind, MachineConfig};
-use units::{Actuator, AxisSet, Micros};
+use units::{Actuator, Axis, AxisSet, Micros};
 
 use crate::failure::{Failure, message};
 use crate::ports::{DriverFault, DriversPort, MotorDrivers};
@@ -60,6 +60,14 @@ impl Axes {
     /// These are not homed any more.
     pub fn forget_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
+    }
+
+    /// A motor is not where its steps say: what it moves is not homed any more. Belts and towers go where
+    /// several motors are.
+    pub fn lose_place(&mut self, motor: Actuator) {
+        let own = Axis::ALL.get(motor as usize).map_or(AxisSet::NONE, |axis| AxisSet::of(*axis));
+        let is_primary = !own.and(AxisSet::PRIMARY).is_empty();
+        self.forget_homed(if is_primary { AxisSet::PRIMARY } else { own });
     }
 
     /// Where the machine is, nobody knows any more.

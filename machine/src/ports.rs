@@ -26,7 +26,7 @@ pub use board::{
 };
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers};
+pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
 pub use gcode::realtime::Realtime;
 pub use io::{
     Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,

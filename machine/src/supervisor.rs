@@ -62,12 +62,22 @@ impl DriverTrouble {
         !matches!(self, Self::OverTemperatureWarning | Self::OpenA | Self::OpenB)
     }
 
+    /// The driver has shut its bridges, and the motor holds nothing.
+    #[must_use]
+    pub const fn is_off(self) -> bool {
+        self.is_fatal() && !matches!(self, Self::Silent)
+    }
+
     /// A person's words.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
-            Self::OverTemperatureWarning => "Overtemperature Prewarning",
-            Self::OverTemperature => "Overtemperature Shutdown",
+            Self::OverTemperatureWarning => {
+                "Overtemperature Prewarning: the driver is above 100 C: lower its current (M906), or cool it"
+            }
+            Self::OverTemperature => {
+                "Overtemperature Shutdown: the motor was off and is elsewhere: let it cool, lower its current, home"
+            }
             Self::ShortA => "SHORT to ground on channel A",
             Self::ShortB => "SHORT to ground on channel B",
             Self::SupplyShortA => "SHORT to supply on channel A",
@@ -106,6 +116,8 @@ struct Watch {
     reported: u16,
     /// Polls in a row, of those in slow motion, in which coil A and coil B were open.
     open: [u8; 2],
+    /// Polls in a row without the temperature warning.
+    cooler: u8,
 }
 
 impl Watch {
@@ -161,7 +173,7 @@ impl Supervisor {
         Self {
             internal: 0,
             check_drivers: false,
-            watches: PerActuator([Watch { seen: 0, reported: 0, open: [0; 2] }; units::MAX_ACTUATORS]),
+            watches: PerActuator([Watch { seen: 0, reported: 0, open: [0; 2], cooler: 0 }; units::MAX_ACTUATORS]),
             supply_on: None,
             fets: FetWatch { expected: false, missing: false, reported: false },
             due: Micros(0),
@@ -275,7 +287,10 @@ impl Supervisor {
         let confirmed = now_seen & watch.seen | open;
         let fresh = confirmed & !watch.reported;
         watch.seen = now_seen;
-        watch.reported = (watch.reported & now_seen) | confirmed;
+        watch.cooler = if now_seen & WARM != 0 { 0 } else { watch.cooler.saturating_add(1) };
+        // A temperature that sways about the limit is told once.
+        let stays = now_seen | if watch.cooler < COOL_POLLS { WARM } else { 0 };
+        watch.reported = (watch.reported & stays) | confirmed;
         for trouble in DriverTrouble::ALL {
             if fresh & trouble.bit() != 0 {
                 self.report(SupervisorEvent::Driver(motor, trouble));
@@ -290,6 +305,9 @@ impl Supervisor {
     }
 }
 
+/// Polls in a row without the temperature warning after which it is news again.
+const COOL_POLLS: u8 = 30;
+const WARM: u16 = DriverTrouble::OverTemperatureWarning.bit();
 /// Polls in a row in slow motion that must agree that a coil is open.
 const OPEN_POLLS: u8 = 3;
 /// How long motors that turned slowly count as doing so.
@@ -346,6 +364,12 @@ mod tests {
         fn phase(&mut self, _: Actuator) -> Result<crate::ports::ElectricalPhase, DriverFault> {
             Err(DriverFault::Silent)
         }
+        fn begin_stall_search(&mut self, _: Actuator, _: crate::ports::StallSearch) -> Result<(), DriverFault> {
+            Ok(())
+        }
+        fn end_stall_search(&mut self, _: Actuator) -> Result<(), DriverFault> {
+            Ok(())
+        }
         fn describe(
             &mut self,
             _: Actuator,
@@ -388,6 +412,23 @@ mod tests {
             }
         }
         assert_eq!(reported, [0, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn a_driver_that_sways_about_its_limit_is_told_once_and_again_when_it_has_cooled() {
+        let (mut supervisor, mut drivers) = bench();
+        let mut told = Vec::new();
+        for second in 0..200 {
+            // Two seconds over the limit, five below, and a long rest in between.
+            let over_temperature_warning = !(70..150).contains(&second) && second % 7 < 2;
+            drivers.status = Ok(DriverStatus { over_temperature_warning, ..DriverStatus::default() });
+            supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+            while let Some(event) = supervisor.take_event() {
+                assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OverTemperatureWarning));
+                told.push(second);
+            }
+        }
+        assert_eq!(told, [1, 155], "{told:?}");
     }
 
     #[test]

@@ -51,6 +51,7 @@ mod serve;
 mod shapes;
 mod source;
 mod stack;
+mod stalls;
 mod statistics;
 mod suspend;
 mod tool_change;

@@ -5,6 +5,7 @@ use units::Micros;
 use crate::failure::Message;
 use crate::melt::Flow;
 use crate::slow_turning::SlowTurning;
+use crate::stall_watch::StallWatch;
 
 /// When what is due, and what is remembered between two looks.
 #[derive(Debug, Default)]
@@ -15,6 +16,7 @@ pub(super) struct Polls {
     pub led_phase: u8,
     pub slow_turning: SlowTurning,
     pub flow: Flow,
+    pub stalls: StallWatch,
     /// What was wrong with the line of saved settings that just ended.
     pub settings_problem: Option<Message>,
 }

@@ -9,7 +9,7 @@ use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, automatic, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io,
-    statistics,
+    stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -46,6 +46,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.watch_door();
         filament::count(machine);
         journal::watch_supply(machine);
+        stalls::watch(machine, now);
     }
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
@@ -359,6 +360,10 @@ impl<P: Ports> Machine<'_, P> {
                 SupervisorEvent::Driver(motor, trouble) => {
                     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
                     let text = trouble.text();
+                    if trouble.is_off() {
+                        // It may have turned by itself.
+                        self.axes.lose_place(motor);
+                    }
                     let halts = trouble.is_fatal() && self.config.motors.halt_on_driver_alarm;
                     if halts && !self.safety.is_halted() {
                         self.halt(Alarm::Abort, format_args!("ERROR: motor driver {letter}: {text}\n"));

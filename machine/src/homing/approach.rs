@@ -1,17 +1,19 @@
 //! One homing cycle: to the switches, back, and to them again slowly.
 
 use config::{EndstopConfig, MachineConfig};
-use motion::{Mode, Motion, Trigger};
+use motion::{Mode, Trigger};
 use units::{Axis, AxisSet, MmPerSecond, PerAxis};
 
+use super::hits::{Hits, alarm, wait_trigger};
 use super::overtravel::brakes_in_time;
 use super::samples::{Round, Samples, disagree};
 use super::slaves::SlavesAhead;
+use super::stall;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
 use crate::endstop_phase::{self, Came, Pass};
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
-use crate::grbl::numbers::{Alarm, Error};
+use crate::failure::Failure;
+use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
 
 /// Disturbed approaches that are repeated: the input fired but is open when the motors stand.
@@ -24,13 +26,36 @@ pub(super) async fn cycle<P: Ports>(
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
+    let Some(axis) = stall::axis_of(hands.config(), set) else { return find(hands, set, places, samples).await };
+    let homed = match stall::begin(hands, axis) {
+        Ok(()) => find(hands, set, places, samples).await,
+        Err(silent) => Err(silent),
+    };
+    // Whatever has happened.
+    homed.and(stall::end(hands, axis))
+}
+
+async fn find<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    set: AxisSet,
+    places: &PerAxis<f64>,
+    samples: &Samples,
+) -> Result<(), Failure> {
     let config = hands.config();
     let phased = endstop_phase::checked(config).and(set);
     let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
     let far = Approach { set, rate: fast, travel: |stop| stop.max_travel.0, may_be_there: true };
     let were_homed = hands.axes().homed();
-    let was_cut = far.run(hands).await?.was_cut;
+    let stalled = stall::axis_of(config, set);
+    let first = match stalled {
+        Some(axis) => stall::approach(hands, axis, fast, far.travel).await?,
+        None => far.run(hands).await?,
+    };
+    let was_cut = first.was_cut;
     let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples).await?, *places);
+    if let Some(axis) = stalled {
+        stall::is_at_the_end(config, axis, first.at[axis], hits[axis])?;
+    }
     for axis in phased.axes() {
         let came = Came { was_homed: were_homed.has(axis), was_cut };
         [hits[axis], places[axis]] = endstop_phase::at_switch(hands, axis, hits[axis], places[axis], came)?;
@@ -47,7 +72,12 @@ pub(super) async fn cycle<P: Ports>(
     // Onto the switch positions themselves: braking went a little past them.
     set.axes().for_each(|axis| position[axis] = places[axis]);
     hands.go(position, slow, Mode::Feed).await?;
-    hands.standstill().await
+    hands.standstill().await?;
+    if stalled.is_some() {
+        // Its motor would go on pushing.
+        back_off(hands, set, slow).await?;
+    }
+    Ok(())
 }
 
 /// Where each axis is when its switch closes at the slow rate: the mean of approaches that agree.
@@ -86,6 +116,9 @@ async fn slow_hits<P: Ports>(
     set: AxisSet,
     slow: MmPerSecond,
 ) -> Result<PerAxis<f64>, Failure> {
+    if let Some(axis) = stall::axis_of(hands.config(), set) {
+        return stall::approach(hands, axis, slow, |stop| 2.0 * stop.retract.0).await.map(|hits| hits.at);
+    }
     let near = |set| Approach { set, rate: slow, travel: |stop| 2.0 * stop.retract.0, may_be_there: false };
     let Hits { mut at, mut unsure, .. } = near(set).run(hands).await?;
     while !unsure.is_empty() {
@@ -109,19 +142,6 @@ async fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: Mm
     hands.standstill().await
 }
 
-/// Waits until the move has ended, by itself or by a trigger.
-///
-/// # Errors
-/// [`Failure::Halted`].
-pub(crate) async fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
-    hands.standstill().await?;
-    // An input that fires at the very last step is seen by the feed at its next run only.
-    while hands.latch().fired().is_some() {
-        hands.pause().await?;
-    }
-    Ok(hands.motion(Motion::take_trigger))
-}
-
 /// A way to the switches of some axes.
 #[derive(Clone, Copy, Debug)]
 struct Approach {
@@ -131,16 +151,6 @@ struct Approach {
     travel: fn(&EndstopConfig) -> f64,
     /// A switch may be operated before anything moves.
     may_be_there: bool,
-}
-
-/// Where axes were when their switches closed, mm.
-#[derive(Clone, Copy, Debug)]
-struct Hits {
-    at: PerAxis<f64>,
-    /// Axes for which that is not known: a switch that another one's stop ran into has no tick of its own.
-    unsure: AxisSet,
-    /// The motors have been stopped at once, and may have lost steps.
-    was_cut: bool,
 }
 
 /// How far an approach has come.
@@ -298,9 +308,4 @@ impl Progress {
 /// The bit of the input that fired.
 fn bit_of(trigger: &Trigger) -> Option<u32> {
     1_u32.checked_shl(u32::from(trigger.input))
-}
-
-fn alarm(config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
-    let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
-    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number))
 }

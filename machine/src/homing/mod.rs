@@ -10,11 +10,13 @@
 //! measures.
 
 mod approach;
+mod hits;
 mod motor_space;
 mod overtravel;
 mod safe_z;
 mod samples;
 mod slaves;
+mod stall;
 mod switches;
 
 use core::cell::Cell;
@@ -29,7 +31,7 @@ use crate::failure::{Failure, message};
 use crate::ports::Ports;
 use crate::safety::Event;
 use crate::tuning::Tuning;
-pub(crate) use approach::wait_trigger;
+pub(crate) use hits::wait_trigger;
 use motor_space::MotorSpace;
 pub(crate) use motor_space::come_to_rest;
 pub use overtravel::OVERTRAVEL;
@@ -109,7 +111,7 @@ pub(crate) fn ends_at(config: &MachineConfig, tuning: &Tuning, named: AxisSet, f
     let mut place = *from;
     for axis in chosen.axes() {
         place[axis] = places[axis];
-        if let Some((_, stop)) = switch_of(config, axis).filter(|(_, stop)| stop.limit_enable) {
+        if let Some((_, stop)) = switch_of(config, axis).filter(|(_, stop)| stop.limit_enable || stop.stall.homing) {
             place[axis] -= towards(stop) * stop.retract.0;
         }
     }
@@ -225,7 +227,7 @@ async fn home_in_order<P: Ports>(
     let cycles = if homing.z_first { [z, XY] } else { [XY, z] };
     for cycle in cycles.map(|cycle| cycle.and(chosen)).into_iter().filter(|cycle| !cycle.is_empty()) {
         safe_z::before(hands, cycle).await?;
-        if homing.corexy {
+        if homing.corexy || stall::is_used(hands.config(), cycle) {
             each_alone(hands, cycle, places, samples).await?;
         } else {
             approach::cycle(hands, cycle, places, samples).await?;

@@ -34,6 +34,15 @@ pub struct ElectricalPhase {
     pub microsteps: u16,
 }
 
+/// How a motor is driven while its stall is searched for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StallSearch {
+    /// Peak coil current; none: the present one.
+    pub current: Option<Amps>,
+    /// `SGT`: lower is more sensitive.
+    pub threshold: i8,
+}
+
 /// Why a driver could not be talked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverFault {
@@ -77,6 +86,12 @@ pub trait MotorDrivers {
     /// Reads where it is in the electrical cycle. The rotor is held there, so for this motor and this place
     /// of its axis it is the same whenever it is read, after power was off too.
     fn phase(&mut self, motor: Actuator) -> Result<ElectricalPhase, DriverFault>;
+
+    /// Sets current and load measurement for a search, without filter and coolStep, and keeps what was set before.
+    fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault>;
+
+    /// Sets again what was set before a search; nothing where there was none.
+    fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault>;
 
     /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn core::fmt::Write) -> core::fmt::Result;

@@ -69,6 +69,8 @@ pub enum Input {
     Button(u8),
     /// The safety door is open.
     Door,
+    /// The on-board driver of the motor with this number says that it stalls.
+    Stall(u8),
 }
 
 impl Input {
@@ -87,6 +89,7 @@ impl Input {
             Self::ProbeDeployed => 34,
             Self::Button(index) => 40 + (index & 0xF),
             Self::Door => 35,
+            Self::Stall(motor) => 56 + (motor & 7),
         }
     }
 

@@ -85,6 +85,15 @@ impl Motion {
         MmPerSecond(self.run.as_ref().map_or(0.0, |run| run.speed))
     }
 
+    /// Speed of each motor at the cursor, mm/s of its own, before any filter; `None` where nothing moves.
+    #[must_use]
+    pub fn motor_speeds(&self) -> Option<PerActuator<f64>> {
+        let run = self.run.as_ref()?;
+        let mut speeds = run.rates?;
+        speeds.0.iter_mut().for_each(|rate| *rate *= run.speed);
+        Some(speeds)
+    }
+
     /// The block the cursor is in.
     #[must_use]
     pub fn current_block(&self) -> Option<&Block> {

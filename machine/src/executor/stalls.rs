@@ -1,0 +1,65 @@
+//! What happens when a motor stalls while it moves.
+
+use program::State;
+use units::{Actuator, Axis, Micros, PerActuator};
+
+use super::Machine;
+use crate::grbl::numbers::Alarm;
+use crate::ports::{Input, Ports};
+use crate::stall_watch::Sight;
+
+/// Where nothing is watched, this is looked at so seldom.
+const SELDOM: Micros = Micros::from_seconds(1);
+/// Where nothing moves, so soon again.
+const SOON: Micros = Micros::from_millis(1);
+/// After a stall that does not halt, so long nothing is watched.
+const TOLD: Micros = Micros::from_seconds(2);
+
+/// One look at the outputs of the drivers, when it is due.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if !machine.polls.stalls.is_due(now) {
+        return;
+    }
+    let config = machine.config;
+    // An axis without a switch stalls where it homes.
+    let is_elsewhere = machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+    if config.watched_for_stalls().next().is_none() {
+        return machine.polls.stalls.rest(now, SELDOM);
+    }
+    let speeds = machine.ports.motion(|motion| motion.motor_speeds());
+    let Some(speeds) = speeds.filter(|_| !is_elsewhere) else {
+        return machine.polls.stalls.rest(now, SOON);
+    };
+    let levels = machine.ports.inputs();
+    let mut sights = PerActuator::<Option<Sight>>::default();
+    for (motor, pin) in config.watched_for_stalls() {
+        let Some(driver) = config.driver(motor) else { continue };
+        let settings = &config.actuators[motor];
+        let full_steps_per_mm = settings.steps_per_mm / f64::from(settings.microsteps.max(1));
+        let input = config.endstop_of_pin(pin).map_or(Input::Stall(motor as u8), |stop| Input::Endstop(stop as u8));
+        sights[motor] = Some(Sight {
+            speed: libm::fabs(speeds[motor] * full_steps_per_mm) as f32,
+            // What is rounded is no slower.
+            least: (driver.stall_least_speed.0 * full_steps_per_mm * 0.999) as f32,
+            stalls: levels.is_active(input),
+        });
+    }
+    if let Some(motor) = machine.polls.stalls.look(now, &sights) {
+        stalled(machine, motor, now);
+    }
+}
+
+fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
+    machine.axes.lose_place(motor);
+    let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
+    if machine.config.motors.halt_on_stall {
+        let text =
+            format_args!("ERROR: motor {letter} stalls: it hit something, or its load is too high; home after M999\n");
+        machine.halt(Alarm::Abort, text);
+    } else {
+        machine.polls.stalls.rest(now, TOLD);
+        machine.announce(format_args!(
+            "WARNING: motor {letter} stalls: it hit something, or its load is too high; home it\n"
+        ));
+    }
+}

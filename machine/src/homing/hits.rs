@@ -1,0 +1,40 @@
+//! How an approach ends: where the axes were, or why homing failed.
+
+use config::MachineConfig;
+use motion::{Motion, Trigger};
+use units::{Axis, AxisSet, PerAxis};
+
+use super::switches::switch_of;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::grbl::numbers::{Alarm, Error};
+use crate::ports::Ports;
+
+/// Where axes were when their switches closed, mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hits {
+    pub(super) at: PerAxis<f64>,
+    /// Axes for which that is not known: a switch that another one's stop ran into has no tick of its own.
+    pub(super) unsure: AxisSet,
+    /// The motors have been stopped at once, and may have lost steps.
+    pub(super) was_cut: bool,
+}
+
+/// Waits until the move has ended, by itself or by a trigger.
+///
+/// # Errors
+/// [`Failure::Halted`].
+pub(crate) async fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
+    hands.standstill().await?;
+    // An input that fires at the very last step is seen by the feed at its next run only.
+    while hands.latch().fired().is_some() {
+        hands.pause().await?;
+    }
+    Ok(hands.motion(Motion::take_trigger))
+}
+
+/// Homing of this axis has failed.
+pub(super) fn alarm(config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
+    let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
+    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number))
+}

@@ -1,0 +1,150 @@
+//! Homing without a switch: the axis runs against its end, and its driver says that the motor stalls.
+//!
+//! A driver measures load once a full step, and rightly only at a constant speed at which the motor induces
+//! something. So nothing is looked at until the axis has been at its speed for some full steps; then the
+//! driver's output stops the motors at once, within the two full steps that a rotor gives way before it falls
+//! out of its field. The axis backs off and comes again. The second stall counts, and it must be where the
+//! first was: one that was none is on the way there.
+
+use config::{EndstopConfig, EndstopStallConfig, MachineConfig};
+use motion::Mode;
+use units::{Actuator, Axis, AxisSet, Micros, MmPerSecond};
+
+use super::hits::{Hits, alarm, wait_trigger};
+use super::switches::{switch_of, towards};
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::grbl::numbers::Alarm;
+use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch};
+
+/// Two stalls at one end lie at most this far apart, full steps: a rotor that fell out of its field in the
+/// first has lost four, and each is seen up to two late.
+const SAME_END: f64 = 6.0;
+/// A speed that changes by less than this share is constant.
+const STEADY: f64 = 1e-3;
+
+/// The axis of this set that homes without a switch; such an axis homes alone.
+pub(super) fn axis_of(config: &MachineConfig, set: AxisSet) -> Option<Axis> {
+    set.axes().find(|axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.stall.homing))
+}
+
+/// One of these axes homes without a switch.
+pub(super) fn is_used(config: &MachineConfig, set: AxisSet) -> bool {
+    axis_of(config, set).is_some()
+}
+
+/// The motor of an axis, and those that copy its steps.
+fn motors(config: &MachineConfig, axis: Axis) -> impl Iterator<Item = Actuator> + use<'_> {
+    let master = Actuator::from_index(axis as usize);
+    let moves = move |motor: &Actuator| Some(*motor) == master || config.actuators[*motor].slaved_to == master;
+    config.actuators().map(|(motor, _)| motor).filter(move |motor| master.is_some() && moves(motor))
+}
+
+fn full_step(config: &MachineConfig, axis: Axis) -> f64 {
+    let motor = config.actuators.0.get(axis as usize);
+    motor.map_or(0.0, |motor| f64::from(motor.microsteps.max(1)) / motor.steps_per_mm)
+}
+
+/// Sets the motors of the axis for the search.
+///
+/// # Errors
+/// When a driver does not answer, or cannot be set so.
+pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
+    let config = hands.config();
+    let Some((_, stop)) = switch_of(config, axis) else { return Ok(()) };
+    let search = StallSearch { current: stop.stall.current, threshold: stop.stall.threshold };
+    for motor in motors(config, axis) {
+        said(motor, hands.drivers(|drivers| drivers.begin_stall_search(motor, search)))?;
+    }
+    Ok(())
+}
+
+/// Sets them again as they were.
+///
+/// # Errors
+/// When a driver does not answer.
+pub(super) fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
+    let ended = motors(hands.config(), axis).map(|motor| {
+        let set = hands.drivers(|drivers| drivers.end_stall_search(motor));
+        said(motor, set)
+    });
+    // All of them, also behind one that is silent.
+    ended.fold(Ok(()), Result::and)
+}
+
+fn said(motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
+    let why = match done {
+        // One that has an output of its own for stalls is set on itself.
+        Ok(()) | Err(DriverFault::External) => return Ok(()),
+        Err(DriverFault::BadSetting) => "cannot be set for homing without a switch",
+        Err(DriverFault::Silent | DriverFault::BadAnswer) => "does not answer, check its supply and wiring",
+    };
+    Err(Failure::Alarm(message(format_args!("motor driver {} {why}", motor.name()))))
+}
+
+/// Moves towards the end of the axis until its motor stalls.
+pub(super) async fn approach<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    axis: Axis,
+    rate: MmPerSecond,
+    travel: fn(&EndstopConfig) -> f64,
+) -> Result<Hits, Failure> {
+    let config = hands.config();
+    let mut at = hands.position();
+    let Some((input, stop)) = switch_of(config, axis) else {
+        return Err(Failure::refused("the axis has no end to home to"));
+    };
+    let mut target = at;
+    target[axis] += towards(stop) * travel(stop);
+    // Where a motor is that has been pushed against an end is known when that has been measured.
+    hands.axes().forget_homed(AxisSet::of(axis));
+    hands.latch().disarm();
+    hands.go(target, rate, Mode::Feed).await?;
+    steady(hands, full_step(config, axis)).await?;
+    hands.latch().arm_hard(input.bit());
+    let Some(trigger) = wait_trigger(hands).await? else {
+        let what = "the motor did not stall within its travel: stall_threshold may be too high for it";
+        return Err(alarm(config, axis, Alarm::HomingSearch, what));
+    };
+    at[axis] = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
+    Ok(Hits { at, unsure: AxisSet::NONE, was_cut: true })
+}
+
+/// Waits until motion has been at a constant speed for as long as the load takes to be measured, or has
+/// ended.
+async fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
+    hands.motion(motion::Motion::flush);
+    let (mut speed, mut since) = (0.0, hands.now());
+    loop {
+        hands.pause().await?;
+        let (now, is_idle) = hands.motion(|motion| (motion.speed().0, motion.is_idle()));
+        if is_idle {
+            return Ok(());
+        }
+        if now <= 0.0 || libm::fabs(now - speed) > STEADY * now {
+            (speed, since) = (now, hands.now());
+            continue;
+        }
+        let seconds = EndstopStallConfig::SETTLING_S + EndstopStallConfig::SETTLING_FULL_STEPS * full_step / speed;
+        if hands.now().since(since) >= Micros((seconds * 1e6) as u64) {
+            return Ok(());
+        }
+    }
+}
+
+/// Whether the second stall was at the end that the first has found.
+///
+/// # Errors
+/// An alarm when it was on the way there, or when there was nothing where the first one was.
+pub(super) fn is_at_the_end(config: &MachineConfig, axis: Axis, first: f64, second: f64) -> Result<(), Failure> {
+    let further = switch_of(config, axis).map_or(0.0, |(_, stop)| (second - first) * towards(stop));
+    let allowed = SAME_END * full_step(config, axis);
+    let what = if further < -allowed {
+        "the motor stalls before its end: stall_threshold may be too low, or stall_current or the speed"
+    } else if further > allowed {
+        "the motor does not stall where it did at first: something gave way, or it never met its end"
+    } else {
+        return Ok(());
+    };
+    Err(alarm(config, axis, Alarm::HomingSearch, what))
+}
