@@ -5,6 +5,7 @@ pub mod carriage;
 pub mod fan;
 pub mod gantry;
 pub mod heater;
+pub mod rotor;
 pub mod sd_card;
 pub mod surface;
 pub mod switch;

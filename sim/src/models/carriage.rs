@@ -55,6 +55,28 @@ impl Carriage {
         self.reached_mm = [lowest.min(reached), highest.max(reached)];
     }
 
+    /// How far of so many 1/256 full steps the hard stops let it go, play not counted.
+    #[must_use]
+    pub fn room(&self, micropositions: i64) -> i64 {
+        let micropositions = micropositions as f64;
+        let per_mm = MICROPOSITIONS / self.mm_per_full_step;
+        let place = self.position_mm();
+        // What it already stands past a stop by rounding is no way back.
+        let (down, up) = ((self.limits_mm[0] - place) * per_mm, (self.limits_mm[1] - place) * per_mm);
+        let (down, up) = (down.ceil().min(0.0), up.floor().max(0.0));
+        micropositions.clamp(down, up) as i64
+    }
+
+    /// So many 1/256 full steps of travel are lost, as a rotor loses them that falls out of its field.
+    pub fn lose(&mut self, micropositions: i64) {
+        self.lost_mm += micropositions.abs() as f64 * self.mm_per_full_step / MICROPOSITIONS;
+    }
+
+    /// Moves its hard stops, millimetres.
+    pub const fn limit(&mut self, limits_mm: [f64; 2]) {
+        self.limits_mm = limits_mm;
+    }
+
     fn travelled_mm(&self) -> f64 {
         self.count as f64 * self.mm_per_full_step / MICROPOSITIONS
     }

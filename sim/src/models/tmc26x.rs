@@ -6,8 +6,8 @@
 //! below bit 4, which the TMC2660 ignores.
 //!
 //! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time,
-//! CoolStep's regulation (the read-back current is the set one), and StallGuard beyond a load the world
-//! gives.
+//! CoolStep's regulation (the read-back current is the set one). What StallGuard reads the world gives, see
+//! [`super::rotor`].
 
 /// Which chip is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,15 @@ impl Chip {
             (Self::Tmc2590, true) => 0.173,
             (Self::Tmc2660, false) => 0.310,
             (Self::Tmc2660, true) => 0.165,
+        }
+    }
+
+    /// Sense resistor that the boards with this chip carry.
+    #[must_use]
+    pub const fn sense_ohms(self) -> f64 {
+        match self {
+            Self::Tmc2590 => 0.050,
+            Self::Tmc2660 => 0.100,
         }
     }
 }
@@ -248,6 +257,31 @@ impl Tmc26x {
     #[must_use]
     pub const fn high_sensitivity(&self) -> bool {
         self.registers.drvconf & (1 << 6) != 0
+    }
+
+    /// SGT, SGCSCONF bits 14..8: seven bits of two's complement.
+    #[must_use]
+    pub const fn stall_guard_threshold(&self) -> i32 {
+        let bits = (self.registers.sgcsconf >> 8 & 0x7F) as i32;
+        if bits < 64 { bits } else { bits - 128 }
+    }
+
+    /// SFILT, SGCSCONF bit 16.
+    #[must_use]
+    pub const fn filters_stall_guard(&self) -> bool {
+        self.registers.sgcsconf & (1 << 16) != 0
+    }
+
+    /// The level of SG_TST: high while the bridges work and the last reading was 0.
+    #[must_use]
+    pub fn stall_output(&self) -> bool {
+        self.drives() && self.stall_guard == 0
+    }
+
+    /// Motor supply, volts.
+    #[must_use]
+    pub const fn supply_volts(&self) -> f64 {
+        self.supply_volts
     }
 
     /// Peak coil current the chopper regulates to, in amperes, for a sense resistor in ohms.

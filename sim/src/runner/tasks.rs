@@ -35,6 +35,9 @@ impl Inputs {
             let endstop = machine.endstops.iter().position(|stop| stop.name == name).map(|n| Input::Endstop(n as u8));
             let switch = machine.switches.iter().position(|switch| switch.name == name);
             let button = machine.buttons.iter().position(|button| button.name == name);
+            if let Some(motor) = name.strip_prefix("stall ").and_then(Actuator::from_name) {
+                return Some(Input::Stall(motor as u8));
+            }
             match name {
                 "probe" => Some(Input::Probe),
                 "probe deployed" => Some(Input::ProbeDeployed),

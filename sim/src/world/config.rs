@@ -101,6 +101,9 @@ pub struct ActuatorConfig {
     pub start_mm: f64,
     /// Hard stops, millimetres.
     pub limits_mm: [f64; 2],
+    /// The motor's rotor and its load, for what stallGuard makes of them; `None`: it follows its field
+    /// stiffly, and a stop takes what it does not follow.
+    pub rotor: Option<crate::models::rotor::Plant>,
 }
 
 /// What operates a switch.
@@ -112,6 +115,8 @@ pub enum Operator {
     Tool(usize),
     /// What the tool stands over or beside, see [`WorldConfig::surface`]: a probe.
     Surface,
+    /// The stallGuard output of a motor's driver, with the place 0 and [`Side::Below`].
+    Stall(Actuator),
 }
 
 /// A switch on an input.
@@ -224,6 +229,7 @@ impl Default for WorldConfig {
             enable_pin: None,
             start_mm,
             limits_mm,
+            rotor: None,
         };
         let minimum = |name: &str, pin, actuator| SwitchConfig {
             name: name.into(),

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
+use crate::models::rotor;
 use crate::models::surface::{Bed, Surface};
 use crate::models::switch::Side;
 use crate::models::thermistor::{Curve, REFERENCE_VOLTS};
@@ -58,10 +59,22 @@ const fn pin(pin: config::Pin) -> Pin {
 fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
     let (at, travel) = (stop.homing_position.0, stop.max_travel.0.max(1.0));
     let away = START_MM.get(axis).copied().unwrap_or(20.0).min(travel / 2.0);
+    // Where there is no switch the frame itself is the end.
+    let beyond = if stop.stall.homing { 0.0 } else { OVERTRAVEL_MM };
     match stop.homing_direction {
-        HomingDirection::ToMax => ([at - travel - OVERTRAVEL_MM, at + OVERTRAVEL_MM], at - away),
-        _ => ([at - OVERTRAVEL_MM, at + travel + OVERTRAVEL_MM], at + away),
+        HomingDirection::ToMax => ([at - travel - OVERTRAVEL_MM, at + beyond], at - away),
+        _ => ([at - beyond, at + travel + OVERTRAVEL_MM], at + away),
     }
+}
+
+/// Rotors cost time, so only a machine that looks at their load has them.
+fn rotor(machine: &MachineConfig, actuator: Actuator) -> Option<rotor::Plant> {
+    let config = &machine.actuators[actuator];
+    if config.driver == DriverKind::External || !machine.looks_at_stalls() {
+        return None;
+    }
+    let rated_amps = config.current.map_or(rotor::Plant::PRINTER.rated_amps, |current| f64::from(current.0));
+    Some(rotor::Plant { rated_amps, ..rotor::Plant::PRINTER })
 }
 
 fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> ActuatorConfig {
@@ -94,6 +107,7 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
         enable_pin: config.en_pin.map(pin),
         start_mm,
         limits_mm,
+        rotor: rotor(machine, actuator),
     }
 }
 
@@ -154,7 +168,15 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let deployed = deployed.map(|input| button("probe deployed", input, !input.inverted));
     let wheel = detector.wheel_pin().map(|input| button("filament wheel", input, !input.inverted));
     let buttons = machine.buttons.iter().filter_map(|of| of.pin.map(|input| button(&of.name, input, !input.inverted)));
+    let stalls = machine.watched_for_stalls().filter(|(_, input)| machine.endstop_of_pin(*input).is_none());
+    let stalls = stalls.map(|(motor, input)| SwitchConfig {
+        name: format!("stall {}", motor.name()),
+        pin: pin(input),
+        operated_high: true,
+        operator: Some((Operator::Stall(motor), 0.0, Side::Below)),
+    });
     endstops
+        .chain(stalls)
         .chain(probe)
         .chain(kill)
         .chain(door)
@@ -183,6 +205,14 @@ fn surface(machine: &MachineConfig) -> Surface {
 
 fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
     let (input, axis) = (stop.pin?, stop.axis?);
+    if stop.stall.homing {
+        return Some(SwitchConfig {
+            name: stop.name.as_str().into(),
+            pin: pin(input),
+            operated_high: !input.inverted,
+            operator: Some((Operator::Stall(Actuator::ALL[axis as usize]), 0.0, Side::Below)),
+        });
+    }
     let operator = match (linkage, axis) {
         (Linkage::CoreXy, Axis::X | Axis::Y | Axis::Z) => Operator::Tool(axis as usize),
         _ => Operator::Carriage(Actuator::ALL[axis as usize]),

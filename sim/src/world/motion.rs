@@ -4,6 +4,7 @@ use units::{Actuator, Direction};
 
 use super::{ActuatorConfig, DriverConfig, Linkage, Operator, SwitchChange, SwitchConfig, World};
 use crate::models::carriage::Carriage;
+use crate::models::rotor::{Drive, Rotor};
 use crate::models::surface::{Surface, TouchNoise};
 use crate::models::switch::{self, Side, Switch};
 use crate::trace::StepEdge;
@@ -24,6 +25,7 @@ pub(super) struct Motor {
     /// Only external drivers have an enable of their own.
     enabled: bool,
     pub(super) carriage: Carriage,
+    rotor: Option<Rotor>,
 }
 
 impl Motor {
@@ -37,6 +39,7 @@ impl Motor {
             dir_changed_ns: 0,
             enabled: matches!(config.driver, DriverConfig::External { enable_high: None, .. }),
             carriage: Carriage::new(config.start_mm, config.limits_mm, config.mm_per_full_step),
+            rotor: config.rotor.map(Rotor::new),
         }
     }
 }
@@ -79,8 +82,35 @@ impl World {
         self.trace.push(StepEdge { time_ns: at_ns, actuator, direction });
         if drives {
             let size = i64::from(micropositions.abs());
-            motor.carriage.turn(if forward { size } else { -size });
+            self.turn_motor(at_ns, actuator, if forward { size } else { -size });
             self.operate_switches(at_ns);
+        }
+    }
+
+    /// The field of a motor with current turns by so many 1/256 full steps.
+    fn turn_motor(&mut self, at_ns: u64, actuator: Actuator, field: i64) {
+        let Some(Motor { carriage, rotor, .. }) = &mut self.motors[actuator as usize] else { return };
+        let (Some(rotor), Some(driver)) = (rotor, self.drivers.get_mut(actuator as usize)) else {
+            return carriage.turn(field);
+        };
+        let (went, lost) = rotor.follow(field, |wanted| carriage.room(wanted));
+        carriage.turn(went);
+        carriage.lose(lost);
+        let drive = Drive {
+            amps: driver.peak_current_amps(driver.chip().sense_ohms()),
+            supply_volts: driver.supply_volts(),
+            threshold: driver.stall_guard_threshold(),
+            filter: driver.filters_stall_guard(),
+        };
+        if let Some(reading) = rotor.reading(at_ns, drive) {
+            driver.stall_guard = reading;
+        }
+    }
+
+    /// Something stands in a carriage's way: its hard stops from now on, millimetres.
+    pub fn obstruct(&mut self, actuator: Actuator, limits_mm: [f64; 2]) {
+        if let Some(motor) = &mut self.motors[actuator as usize] {
+            motor.carriage.limit(limits_mm);
         }
     }
 
@@ -290,6 +320,11 @@ impl World {
                 Some((Operator::Surface, ..)) => {
                     let [dx, dy, _] = self.config.surface.tip_mm;
                     self.config.surface.gap(self.tool_beside([dx, dy])) - self.touch_noise.now_mm()
+                }
+                Some((Operator::Stall(motor), ..)) => {
+                    // The switch is operated below 0.
+                    let stalls = self.drivers.get(motor as usize).is_some_and(|driver| driver.stall_output());
+                    if stalls { -1.0 } else { 1.0 }
                 }
                 None => 0.0,
             };
