@@ -301,6 +301,13 @@ pub fn inputs(
     if config.safety_door.enable {
         add(MachineInput::Door, config.safety_door.pin, "safety door.pin", false, report);
     }
+    for (motor, pin) in config.watched_for_stalls() {
+        // Where an axis homes by it, it is an endstop's.
+        if config.endstop_of_pin(pin).is_none() {
+            let owner = owner("actuator", motor.name(), "stall_watch");
+            add(MachineInput::Stall(motor as u8), Some(pin), &owner, false, report);
+        }
+    }
     let filament = &config.filament_detector;
     add(MachineInput::Filament, filament.level_pin(), "filament detector", false, report);
     add(MachineInput::FilamentWheel, filament.wheel_pin(), "filament detector.encoder_pin", false, report);
