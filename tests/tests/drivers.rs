@@ -88,3 +88,96 @@ fn registers_that_are_none_are_refused_with_the_motor_s_name() {
         bench.greeting()
     );
 }
+
+/// SMARTEN, and SGT with SFILT of SGCSCONF.
+#[test]
+fn cool_step_and_load_measurement_reach_the_chip() {
+    let of = |settings: &str| {
+        let [_, _, smarten, sgcsconf, _] = registers(&with(settings));
+        (smarten, sgcsconf >> 8)
+    };
+    assert_eq!(of(""), (0, 0x100 | 10), "off; threshold 10, filtered");
+    assert_eq!(of("alpha.stall_threshold = -5\nalpha.stall_filter = false"), (0, 0x7B));
+    // SEMIN 2, SEMAX 1: the current falls from 32 (2 + 1 + 1) on.
+    assert_eq!(of("alpha.coolstep_lower = 64"), (1 << 8 | 2, 0x10A));
+    let all = "alpha.coolstep_lower = 96\nalpha.coolstep_upper = 256\nalpha.coolstep_up = 4\n\
+               alpha.coolstep_down = 8\nalpha.coolstep_least = quarter";
+    assert_eq!(of(all).0, 1 << 15 | 1 << 13 | 4 << 8 | 2 << 5 | 3);
+    for (wrong, word) in [
+        ("alpha.coolstep_lower = 70", "70 is no multiple of 32"),
+        ("alpha.coolstep_lower = 64\nalpha.coolstep_upper = 64", "64 is no multiple of 32 above coolstep_lower = 64"),
+        ("alpha.coolstep_upper = 64", "coolStep is off"),
+    ] {
+        let bench = with(wrong);
+        assert!(bench.greeting().contains(word), "{wrong}: {}", bench.greeting());
+    }
+}
+
+#[test]
+fn a_motor_that_rests_has_its_full_current_before_its_first_step() {
+    let mut bench = with("alpha.standstill_current = 400\ncommon.standstill_time = 2");
+    let amps = |bench: &Bench| bench.world(|world| world.driver(Alpha as usize).peak_current_amps(0.05));
+    for line in ["G1 X5 F6000", "$J X1", "G28 X"] {
+        bench.say("G1 X10 F6000");
+        bench.say("M400");
+        let full = amps(&bench);
+        let place = bench.carriage(Alpha);
+        bench.hear(3.0);
+        assert!(amps(&bench) < 0.5 * full, "it rests");
+        assert!((bench.carriage(Alpha) - place).abs() < 1e-9, "where it stood");
+        let before = bench.world(|world| world.trace().total());
+        bench.type_in(&format!("{line}\n"));
+        let end = bench.now_s() + 5.0;
+        while bench.world(|world| world.trace().total()) == before {
+            assert!(bench.now_s() < end, "{line} moves nothing");
+            bench.hear(0.000_5);
+        }
+        assert!((amps(&bench) - full).abs() < 1e-9, "{line}: {} A at the first step, not {full}", amps(&bench));
+        bench.say("M400");
+    }
+}
+
+/// What the board has is taken for granted, and said.
+#[test]
+fn a_configuration_without_driver_settings_works_and_says_what_it_takes_for_granted() {
+    let start = CARTESIAN.find("[tmc2590]").expect("a section");
+    let end = start + CARTESIAN[start..].find("\n[").expect("another one");
+    let without = format!("{}{}", &CARTESIAN[..start], &CARTESIAN[end..]);
+    let mut bench = Plan::new(&without).start();
+    let said = bench.greeting().to_owned();
+    assert!(said.contains("taken for the board's own: sense resistor 50 mOhm, at most 5.5 A"), "{said}");
+    bench.say("G28");
+    bench.run(&["G1 X20 F6000", "M400"]);
+    assert!((bench.carriage(Alpha) - 20.0).abs() < 0.02);
+    let amps = bench.world(|world| world.driver(Alpha as usize).peak_current_amps(0.05));
+    assert!((amps - 1.2).abs() < 0.1, "{amps} A");
+}
+
+#[test]
+fn a_driver_that_gets_hot_says_what_to_do_and_one_that_shuts_down_is_not_homed() {
+    let mut bench = Plan::new(CARTESIAN).start_homed();
+    let heat = |bench: &Bench, celsius| {
+        let fault = sim::world::Fault::DriverTemperature(Alpha, celsius);
+        bench.world(|world| world.inject(&fault)).expect("a driver");
+    };
+    heat(&bench, 110);
+    let said = bench.hear_until("lower its current (M906), or cool it", 5.0);
+    assert!(said.contains("WARNING: X: Overtemperature Prewarning"), "{said}");
+    // It sways about the limit, which is told once.
+    for n in 0..20 {
+        heat(&bench, if n % 2 == 0 { 95 } else { 105 });
+        assert!(!bench.hear(2.5).contains("Prewarning"));
+    }
+    heat(&bench, 95);
+    bench.hear(40.0);
+    heat(&bench, 110);
+    bench.hear_until("Overtemperature Prewarning", 5.0);
+    assert!(!bench.say("G28.6").contains("X:0"), "a warning moves nothing");
+    heat(&bench, 155);
+    let said = bench.hear_until("Overtemperature Shutdown", 5.0);
+    assert!(said.contains("let it cool, lower its current, home"), "{said}");
+    heat(&bench, 40);
+    bench.hear(1.5);
+    bench.say("M999");
+    assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "belts go where several motors are");
+}

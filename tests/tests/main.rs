@@ -52,6 +52,8 @@ mod sessions;
 mod settings;
 mod slicers;
 mod soft_endstops;
+mod stall_homing;
+mod stall_watch;
 mod state_walk;
 mod stuck_heater;
 mod subroutines;

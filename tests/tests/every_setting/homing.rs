@@ -7,6 +7,7 @@ use scenarios::DELTA;
 const SAMPLES: &[&str] = &["[endstops] common.homing_samples = 4"];
 const PHASE: &[&str] = &["[endstops] minx.phase_check = true"];
 const TIGHT_PHASE: &[&str] = &["[endstops] minx.phase_check = true", "[endstops] minx.phase_tolerance = 0.1"];
+const STALL: &[&str] = &["[endstops] minx.pin", "[endstops] minx.slow_rate", "[endstops] minx.stall_homing = true"];
 const HOME: &[&str] = &["G28"];
 const ROTARY: &[&str] = &["[motion control] arm_solution = rotary_delta"];
 const MORGAN: &[&str] = &["[motion control] arm_solution = morgan"];
@@ -30,6 +31,9 @@ pub const ROWS: &[Row] = &[
     row("[endstops] minx.phase_tolerance", "0.1", "0.2", Look(homes_after_a_slip)).with(PHASE),
     row("[endstops] minx.phase_align_zero", "false", "true", Say(&["M206 X0.07", "G28 X", "M114"])).with(PHASE),
     row("[endstops] minx.phase_fault", "warn", "halt", Look(homes_after_a_slip)).with(TIGHT_PHASE),
+    row("[endstops] minx.stall_homing", "false", "true", Edges(&["G28 X"])).with(&["[endstops] minx.fast_rate = 51"]),
+    row("[endstops] minx.stall_current", "", "0.9", Look(chip_that_homes)).with(STALL),
+    row("[endstops] minx.stall_threshold", "0", "3", Look(chip_that_homes)).with(STALL),
     row("[endstops] common.debounce_ms", "0", "20", Edges(HOME)),
     row("[endstops] common.homing_order", "", "ZXY", Edges(HOME)),
     row("[endstops] common.home_z_first", "false", "true", Edges(HOME)),
@@ -93,4 +97,11 @@ fn homes(bench: &mut Bench) -> String {
     let said = bench.say("G28") + &bench.status();
     let tally = bench.world(|world| units::Actuator::ALL.map(|motor| *world.trace().tally(motor)));
     format!("{said}{tally:?}")
+}
+
+/// Current and load measurement of alpha's chip while it homes.
+fn chip_that_homes(bench: &mut Bench) -> String {
+    bench.type_in("G28 X\n");
+    bench.hear(0.3);
+    bench.world(|world| format!("{:x?}", world.driver(0).registers()))
 }

@@ -20,6 +20,23 @@ const OTHER: &[&str] = &[
     "[tmc2660] common.standstill_time = 2",
 ];
 
+const COOL: &[&str] = &["[tmc2590] alpha.coolstep_lower = 64"];
+const OTHER_COOL: &[&str] =
+    &["[actuator] alpha.driver = tmc2660", "[tmc2660] alpha.spi_cs_pin = PJ13", "[tmc2660] alpha.coolstep_lower = 64"];
+
+const WATCH: &[&str] = &[
+    "[tmc2590] alpha.stall_watch = true",
+    "[tmc2590] alpha.stall_threshold = 2",
+    "[tmc2590] alpha.stall_filter = false",
+];
+const OTHER_WATCH: &[&str] = &[
+    "[actuator] alpha.driver = tmc2660",
+    "[tmc2660] alpha.spi_cs_pin = PJ13",
+    "[tmc2660] alpha.stall_watch = true",
+    "[tmc2660] alpha.stall_threshold = 2",
+    "[tmc2660] alpha.stall_filter = false",
+];
+
 pub const ROWS: &[Row] = &[
     row("[actuator] alpha.steps_per_mm", "80", "100", Edges(LINE)),
     row("[actuator] alpha.max_rate", "18000", "600", Edges(LINE)),
@@ -53,6 +70,25 @@ pub const ROWS: &[Row] = &[
     row("[tmc2660] alpha.standstill_current", "0", "600", Look(resting)).with(OTHER),
     row("[tmc2660] alpha.sense_resistor", "50", "100", Look(registers)).with(OTHER),
     row("[tmc2660] alpha.max_current", "3000", "1500", Say(&["M907 X2", "M907"])).with(OTHER),
+    row("[tmc2590] alpha.stall_threshold", "", "-3", Look(registers)),
+    row("[tmc2590] alpha.stall_filter", "true", "false", Look(registers)),
+    row("[tmc2590] alpha.coolstep_lower", "0", "64", Look(registers)),
+    row("[tmc2590] alpha.coolstep_upper", "128", "256", Look(registers)).with(COOL),
+    row("[tmc2590] alpha.coolstep_up", "1", "4", Look(registers)).with(COOL),
+    row("[tmc2590] alpha.coolstep_down", "32", "8", Look(registers)).with(COOL),
+    row("[tmc2590] alpha.coolstep_least", "half", "quarter", Look(registers)).with(COOL),
+    row("[tmc2660] alpha.stall_threshold", "", "-3", Look(registers)).with(OTHER),
+    row("[tmc2660] alpha.stall_filter", "true", "false", Look(registers)).with(OTHER),
+    row("[tmc2660] alpha.coolstep_lower", "0", "64", Look(registers)).with(OTHER),
+    row("[tmc2660] alpha.coolstep_upper", "128", "256", Look(registers)).with(OTHER_COOL),
+    row("[tmc2660] alpha.coolstep_up", "1", "4", Look(registers)).with(OTHER_COOL),
+    row("[tmc2660] alpha.coolstep_down", "32", "8", Look(registers)).with(OTHER_COOL),
+    row("[tmc2660] alpha.coolstep_least", "half", "quarter", Look(registers)).with(OTHER_COOL),
+    row("[tmc2590] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH),
+    row("[tmc2590] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH),
+    row("[tmc2660] alpha.stall_watch", "false", "true", Look(crash)).with(OTHER_WATCH),
+    row("[tmc2660] alpha.stall_least_speed", "", "120", Look(crash)).with(OTHER_WATCH),
+    row("[actuator] common.halt_on_stall", "true", "false", Look(crash)).with(WATCH),
     row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
 ];
 
@@ -62,9 +98,11 @@ fn registers(bench: &mut Bench) -> String {
         let chip = world.driver(Alpha as usize);
         let (scale, fine) = (chip.current_scale(), chip.high_sensitivity());
         // Hysteresis, decay and coolStep; passive fast decay and the low side's short detector; slopes.
-        let [_, chopconf, smarten, _, drvconf] = chip.registers();
+        let [_, chopconf, smarten, sgcsconf, drvconf] = chip.registers();
+        let load = sgcsconf >> 8;
         let (chopper, flags, slopes) = (chopconf & !0xF, drvconf & 3, drvconf >> 11 & 0x1F);
-        let raw = format!("chopper {chopper:x}, coolStep {smarten:x}, flags {flags:02b}, slopes {slopes:05b}");
+        let raw =
+            format!("chopper {chopper:x}, coolStep {smarten:x}, load {load:x}, flags {flags:02b}, slopes {slopes:05b}");
         let (count, smooth) = (chip.microsteps(), chip.interpolates());
         format!("{count} microsteps, interpolated: {smooth}, scale {scale}, fine: {fine}, {raw}")
     })
@@ -81,4 +119,11 @@ fn overheated(bench: &mut Bench) -> String {
     let fault = sim::world::Fault::DriverTemperature(Alpha, 160);
     bench.world(|world| world.inject(&fault)).expect("a fault of this machine");
     bench.hear(4.0) + &bench.status()
+}
+
+/// X runs into something at 100 mm/s.
+fn crash(bench: &mut Bench) -> String {
+    bench.world(|world| world.obstruct(Alpha, [-3.0, 80.0]));
+    bench.say("G1 X120 F6000");
+    bench.hear(2.0) + &bench.status()
 }

@@ -1,0 +1,79 @@
+//! Stalls of motors while they move. Motors of the sample: a full step of 0.2 mm.
+
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::Alpha;
+
+const FULL_STEP: f64 = 0.2;
+/// A part of two minutes: rapids, perimeters, infill, arcs of short moves.
+const PART: &str = include_str!("../../demo/part.gcode");
+
+fn watched() -> Plan {
+    ["alpha", "beta"].into_iter().fold(Plan::new(CARTESIAN), |plan, motor| {
+        plan.set(&format!("[tmc2590] {motor}.stall_watch = true"))
+            .set(&format!("[tmc2590] {motor}.stall_threshold = 2"))
+            .set(&format!("[tmc2590] {motor}.stall_filter = false"))
+    })
+}
+
+/// X goes to 180 at so many mm/s, and something stands in its way at 100: how many full steps its motor has
+/// made from there until it is told, and what is said.
+fn crash(bench: &mut Bench, mm_per_s: f64) -> (f64, String) {
+    bench.run(&["G1 X20 F6000", "M400"]);
+    bench.world(|world| world.obstruct(Alpha, [-3.0, 100.0]));
+    bench.type_in(&format!("G1 X180 F{}\n", mm_per_s * 60.0));
+    while bench.carriage(Alpha) < 99.99 {
+        bench.hear(0.000_5);
+    }
+    let (met, mut said) = (bench.now_s(), String::new());
+    while !said.contains("motor X stalls") {
+        assert!(bench.now_s() < met + 2.0, "nothing is said of it: {said}");
+        said += &bench.hear(0.000_5);
+    }
+    ((bench.now_s() - met) * mm_per_s / FULL_STEP, said)
+}
+
+/// `cargo test -p scenarios stall_watch:: -- --nocapture` prints the figures.
+#[test]
+fn a_crash_is_seen_within_ten_full_steps_and_halts() {
+    for mm_per_s in [50.0, 100.0, 200.0] {
+        let mut bench = watched().start_homed();
+        let (full_steps, said) = crash(&mut bench, mm_per_s);
+        println!("a crash at {mm_per_s} mm/s is told after {full_steps:.1} full steps");
+        assert!(said.contains("ERROR: motor X stalls: it hit something"), "{said}");
+        assert!(full_steps <= 10.0, "{full_steps}");
+        assert!(bench.status().contains("<Alarm"));
+        bench.hear(1.5);
+        bench.say("M999");
+        assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n");
+    }
+}
+
+#[test]
+fn where_it_does_not_halt_it_is_told_and_no_more_homed() {
+    let mut bench = watched().set("[actuator] common.halt_on_stall = false").start_homed();
+    let (_, said) = crash(&mut bench, 100.0);
+    assert!(said.contains("WARNING: motor X stalls: it hit something"), "{said}");
+    bench.say("M400");
+    assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n");
+    assert!(!bench.status().contains("Alarm"));
+}
+
+#[test]
+fn an_axis_that_homes_without_a_switch_is_watched_by_the_same_output() {
+    let plan = watched().set("[endstops] minx.pin").set("[endstops] minx.slow_rate");
+    let mut bench = plan.set("[endstops] minx.stall_homing = true").start_homed();
+    assert!((bench.carriage(Alpha) - 5.0).abs() < 2.0 * FULL_STEP, "homing is no crash");
+    assert!(crash(&mut bench, 100.0).1.contains("ERROR: motor X stalls"));
+}
+
+#[test]
+fn a_sound_job_never_stalls() {
+    let mut bench = watched().file("part.gcode", PART).start_homed();
+    assert!(bench.say("M23 part.gcode").ends_with("ok\n"));
+    assert_eq!(bench.say("M24"), "ok\n");
+    let mut said = String::new();
+    while !said.contains("Done printing file") {
+        assert!(bench.now_s() < 2_000.0 && !said.contains("stalls"), "{said}");
+        said += &bench.hear(1.0);
+    }
+}
