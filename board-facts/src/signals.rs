@@ -197,8 +197,9 @@ pub const SIGNALS: &[Signal] = &[
         name: "stallGuard outputs",
         pins: &[DRIVERS[0].stall, DRIVERS[1].stall, DRIVERS[2].stall, DRIVERS[3].stall],
         rest: Rest::Driven("the driver chip"),
-        active: "not used",
+        active: "high is a stall; an input where `stall_homing` or `stall_watch` asks for it",
         origin: "schematic, SG_A to SG_D",
+        proofs: &[conventions("stall_outputs_lead_where_the_schematic_has_them", "sim/src/world/tests.rs")],
         ..BASE
     },
     Signal {

@@ -1,5 +1,5 @@
-//! Watches the stallGuard outputs of drivers while their motors move: a carriage that has hit something stands,
-//! and its motor goes on stepping.
+//! Watches the stallGuard outputs of drivers while their motors move: a carriage that has hit something
+//! stands, and its motor goes on stepping.
 //!
 //! A driver measures load once a full step, and what it measures means something only at a constant speed at
 //! which the motor induces enough. So an output counts only while the motor has been at such a speed for some
@@ -12,8 +12,8 @@ use units::{Actuator, Micros, PerActuator};
 const PERIOD: Micros = Micros(1_000);
 /// So many full steps of readings that say stall are believed.
 const BELIEVED: f32 = 1.5;
-/// What a full step of other readings takes off again: a rotor that fell out of its field turns freely for two
-/// of four full steps.
+/// What a full step of other readings takes off again: a rotor that fell out of its field turns freely for
+/// two of four full steps.
 const FORGIVEN: f32 = 0.25;
 /// A speed that changes by less than this share between two looks is constant.
 const STEADY: f32 = 0.01;

@@ -6,10 +6,13 @@
 //! behind a switch of the board; it is judged only while that switch is on. What is found waits here as
 //! events for the dispatcher.
 
+mod trouble;
+
 use heapless::Deque;
 use units::{Actuator, Micros, PerActuator, Volts};
 
 use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
+pub use trouble::DriverTrouble;
 
 /// Below this the motor supply counts as switched off.
 pub const MOTOR_SUPPLY_OFF: Volts = Volts(6.0);
@@ -19,79 +22,6 @@ pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
 const POLL_PERIOD: Micros = Micros::from_seconds(1);
 /// Events that can wait for the dispatcher: every kind for every motor.
 const EVENTS: usize = 32;
-
-/// What can be wrong with a driver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DriverTrouble {
-    /// Temperature warning.
-    OverTemperatureWarning,
-    /// Temperature shutdown.
-    OverTemperature,
-    /// Short to ground, coil A.
-    ShortA,
-    /// Short to ground, coil B.
-    ShortB,
-    /// Short to the motor supply, coil A.
-    SupplyShortA,
-    /// Short to the motor supply, coil B.
-    SupplyShortB,
-    /// No or no sensible answer.
-    Silent,
-    /// No current through coil A.
-    OpenA,
-    /// No current through coil B.
-    OpenB,
-}
-
-impl DriverTrouble {
-    const ALL: [Self; 9] = [
-        Self::OverTemperatureWarning,
-        Self::OverTemperature,
-        Self::ShortA,
-        Self::ShortB,
-        Self::SupplyShortA,
-        Self::SupplyShortB,
-        Self::Silent,
-        Self::OpenA,
-        Self::OpenB,
-    ];
-
-    /// Must the motor stop?
-    #[must_use]
-    pub const fn is_fatal(self) -> bool {
-        !matches!(self, Self::OverTemperatureWarning | Self::OpenA | Self::OpenB)
-    }
-
-    /// The driver has shut its bridges, and the motor holds nothing.
-    #[must_use]
-    pub const fn is_off(self) -> bool {
-        self.is_fatal() && !matches!(self, Self::Silent)
-    }
-
-    /// A person's words.
-    #[must_use]
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::OverTemperatureWarning => {
-                "Overtemperature Prewarning: the driver is above 100 C: lower its current (M906), or cool it"
-            }
-            Self::OverTemperature => {
-                "Overtemperature Shutdown: the motor was off and is elsewhere: let it cool, lower its current, home"
-            }
-            Self::ShortA => "SHORT to ground on channel A",
-            Self::ShortB => "SHORT to ground on channel B",
-            Self::SupplyShortA => "SHORT to supply on channel A",
-            Self::SupplyShortB => "SHORT to supply on channel B",
-            Self::OpenA => "no current through coil A: check the motor's plug and cable",
-            Self::OpenB => "no current through coil B: check the motor's plug and cable",
-            Self::Silent => "driver does not answer, check its supply and SPI wiring",
-        }
-    }
-
-    const fn bit(self) -> u16 {
-        1 << self as u16
-    }
-}
 
 /// Something the dispatcher must hear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,5 @@
-//! Homing without a switch, by the load that the driver measures. Motors of the sample: a full step of 0.2 mm.
+//! Homing without a switch, by the load that the driver measures. Motors of the sample: a full step of
+//! 0.2 mm.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::world::Fault;
@@ -104,7 +105,7 @@ fn the_chip_has_the_search_s_settings_meanwhile_and_its_own_again_whatever_happe
     bench.world(|world| world.inject(&Fault::Repaired)).expect("a machine");
     bench.say("M999");
     bench.world(|world| world.obstruct(Alpha, FREE));
-    bench.say("M911.2 P0 R255");
+    bench.run(&["G1 X2 F600", "M400"]);
     assert_eq!(registers(&bench), before, "after silence");
     assert_eq!(bench.say("G28 X"), "ok\n");
     assert_eq!(registers(&bench), before, "after success");

@@ -118,6 +118,8 @@ pub struct Driver<SPI> {
     standing: bool,
     /// What is set again when a search for a stall ends.
     before_search: Option<(CurrentSetting, SgCsConf, SmartEn)>,
+    /// The chip has not taken what was set again.
+    is_stale: bool,
     /// What the chip shows in its next answer; it changes one answer after it was asked.
     shown: ReadSelect,
 }
@@ -158,6 +160,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
             standstill: None,
             standing: false,
             before_search: None,
+            is_stale: false,
             shown: ReadSelect::default(),
         };
         driver.store_current();
@@ -205,6 +208,10 @@ impl<SPI: SpiDevice> Driver<SPI> {
     /// # Errors
     /// As [`Self::status`].
     pub fn enable(&mut self) -> Result<Status, Error<SPI::Error>> {
+        if self.is_stale {
+            self.start()?;
+            self.is_stale = false;
+        }
         self.enabled = true;
         self.write(self.chopconf())
     }

@@ -5,8 +5,8 @@ use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, EndstopStallCon
 use units::Actuator;
 
 const ENDSTOPS: &str = "endstops";
-/// Below one turn a second of a motor of 200 full steps the measurement gets unstable with many motors (TMC2130
-/// datasheet rev. 1.09, 14.4; stallGuard2 is the same in all).
+/// Below one turn a second of a motor of 200 full steps the measurement gets unstable with many motors
+/// (TMC2130 datasheet rev. 1.09, 14.4; stallGuard2 is the same in all).
 pub(crate) const GOOD_FULL_STEPS_PER_S: f64 = 200.0;
 /// At a fifth of that what a motor induces drowns in the resistance of its coils: 0.25 V of 2.4 V.
 const LEAST_FULL_STEPS_PER_S: f64 = 40.0;

@@ -283,8 +283,9 @@ impl Reader<'_> {
         }
     }
 
-    /// On-board drivers that the file does not describe are those that the board has, with its sense resistors.
-    /// A motor whose driver is described in the section of the other kind has the wrong kind, which is an error.
+    /// On-board drivers that the file does not describe are those that the board has, with its sense
+    /// resistors. A motor whose driver is described in the section of the other kind has the wrong kind,
+    /// which is an error.
     pub(super) fn assume_drivers(&mut self) {
         for motor in Actuator::ALL.into_iter().filter(|motor| crate::board::stall_pin(*motor).is_some()) {
             let config = &self.config;

@@ -87,7 +87,8 @@ pub trait MotorDrivers {
     /// of its axis it is the same whenever it is read, after power was off too.
     fn phase(&mut self, motor: Actuator) -> Result<ElectricalPhase, DriverFault>;
 
-    /// Sets current and load measurement for a search, without filter and coolStep, and keeps what was set before.
+    /// Sets current and load measurement for a search, without filter and coolStep, and keeps what was set
+    /// before.
     fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault>;
 
     /// Sets again what was set before a search; nothing where there was none.

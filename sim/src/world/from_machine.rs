@@ -173,7 +173,7 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
         name: format!("stall {}", motor.name()),
         pin: pin(input),
         operated_high: true,
-        operator: Some((Operator::Stall(motor), 0.0, Side::Below)),
+        operator: stall_output(input).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
     });
     endstops
         .chain(stalls)
@@ -203,6 +203,12 @@ fn surface(machine: &MachineConfig) -> Surface {
     Surface { overhead, bed: Some(Bed::level(if overhead { OVERHEAD_MM } else { 0.0 })), ..Surface::default() }
 }
 
+/// The motor whose driver's stallGuard output the board leads to this pin.
+fn stall_output(input: config::Pin) -> Option<Actuator> {
+    let socket = wiring::DRIVERS.iter().position(|socket| Pin::parse(socket.stall) == Some(pin(input)))?;
+    Actuator::from_index(socket)
+}
+
 fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
     let (input, axis) = (stop.pin?, stop.axis?);
     if stop.stall.homing {
@@ -210,7 +216,7 @@ fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
             name: stop.name.as_str().into(),
             pin: pin(input),
             operated_high: !input.inverted,
-            operator: Some((Operator::Stall(Actuator::ALL[axis as usize]), 0.0, Side::Below)),
+            operator: stall_output(input).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
         });
     }
     let operator = match (linkage, axis) {

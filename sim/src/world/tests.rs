@@ -269,3 +269,24 @@ proptest! {
         }
     }
 }
+
+/// What a configuration takes for the stall output of a driver is the pin that the schematic leads it to.
+#[test]
+fn stall_outputs_lead_where_the_schematic_has_them() {
+    let mut text = include_str!("../../../config/samples/cartesian.ini").to_owned();
+    for motor in Actuator::ALL.into_iter().take(ON_BOARD_DRIVERS) {
+        let change = format!("{}.stall_watch", motor.name());
+        let edit = ::config::edit::Edit { section: "tmc2590", key: &change, value: Some("true") };
+        text = ::config::edit::apply(&text, edit);
+    }
+    let (machine, _) = ::config::parse(text.as_bytes(), ::config::BoardId::Prime2590, &mut ());
+    let watched: Vec<_> = machine.watched_for_stalls().collect();
+    assert!(watched.len() >= 3, "{watched:?}");
+    for (motor, input) in watched {
+        let socket = &board_facts::wiring::DRIVERS[motor as usize];
+        assert_eq!(Pin::parse(socket.stall), Some(Pin { port: input.port, number: input.number }), "{}", motor.name());
+    }
+    let world = WorldConfig::of(&machine, crate::models::tmc26x::Chip::Tmc2590);
+    let stalls = world.switches.iter().filter(|switch| matches!(switch.operator, Some((Operator::Stall(_), ..))));
+    assert!(stalls.count() >= 3, "the modelled board leads them there too");
+}

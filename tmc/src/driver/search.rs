@@ -20,8 +20,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.set_stall_guard(stall_guard)
     }
 
-    /// Sets what was set before [`Self::begin_search`]; nothing when none began. The copy of the registers has
-    /// it whether or not the chip answers, so that it gets it with the next [`Self::start`].
+    /// Sets what was set before [`Self::begin_search`]; nothing when none began. The copy of the registers
+    /// has it whether or not the chip answers; one that does not gets it with the next [`Self::enable`].
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -29,7 +29,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         let Some((run, sgcsconf, smarten)) = self.before_search.take() else { return Ok(()) };
         self.run = run;
         (self.registers.sgcsconf, self.registers.smarten) = (sgcsconf, smarten);
-        self.write_current()?;
-        self.write(smarten.word()).map(drop)
+        let done = self.write_current().and(self.write(smarten.word()).map(drop));
+        self.is_stale = done.is_err();
+        done
     }
 }

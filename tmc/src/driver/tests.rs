@@ -95,6 +95,7 @@ fn a_search_ends_with_what_was_set_before_also_where_the_chip_was_gone_meanwhile
         let cool_step =
             CoolStep { lower_threshold: 2, threshold_width: 1, increment: 0, decrement: 0, quarter_current: false };
         driver.set_cool_step(Some(cool_step)).unwrap();
+        driver.enable().unwrap();
         let (words, current) = (driver.spi.words, driver.current());
         driver.end_search().unwrap();
         assert_eq!(driver.spi.words, words, "there was none");
@@ -109,7 +110,7 @@ fn a_search_ends_with_what_was_set_before_also_where_the_chip_was_gone_meanwhile
         assert_eq!(driver.end_search().is_err(), is_gone);
         driver.spi.powered = true;
         if is_gone {
-            driver.start().unwrap();
+            driver.enable().unwrap();
         }
         assert_eq!((driver.spi.words, driver.current()), (words, current));
     }

@@ -1,0 +1,74 @@
+//! What can be wrong with a driver, and what a person is told of it.
+
+/// What can be wrong with a driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriverTrouble {
+    /// Temperature warning.
+    OverTemperatureWarning,
+    /// Temperature shutdown.
+    OverTemperature,
+    /// Short to ground, coil A.
+    ShortA,
+    /// Short to ground, coil B.
+    ShortB,
+    /// Short to the motor supply, coil A.
+    SupplyShortA,
+    /// Short to the motor supply, coil B.
+    SupplyShortB,
+    /// No or no sensible answer.
+    Silent,
+    /// No current through coil A.
+    OpenA,
+    /// No current through coil B.
+    OpenB,
+}
+
+impl DriverTrouble {
+    pub(super) const ALL: [Self; 9] = [
+        Self::OverTemperatureWarning,
+        Self::OverTemperature,
+        Self::ShortA,
+        Self::ShortB,
+        Self::SupplyShortA,
+        Self::SupplyShortB,
+        Self::Silent,
+        Self::OpenA,
+        Self::OpenB,
+    ];
+
+    /// Must the motor stop?
+    #[must_use]
+    pub const fn is_fatal(self) -> bool {
+        !matches!(self, Self::OverTemperatureWarning | Self::OpenA | Self::OpenB)
+    }
+
+    /// The driver has shut its bridges, and the motor holds nothing.
+    #[must_use]
+    pub const fn is_off(self) -> bool {
+        self.is_fatal() && !matches!(self, Self::Silent)
+    }
+
+    /// A person's words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::OverTemperatureWarning => {
+                "Overtemperature Prewarning: the driver is above 100 C: lower its current (M906), or cool it"
+            }
+            Self::OverTemperature => {
+                "Overtemperature Shutdown: the motor was off and is elsewhere: let it cool, lower its current, home"
+            }
+            Self::ShortA => "SHORT to ground on channel A",
+            Self::ShortB => "SHORT to ground on channel B",
+            Self::SupplyShortA => "SHORT to supply on channel A",
+            Self::SupplyShortB => "SHORT to supply on channel B",
+            Self::OpenA => "no current through coil A: check the motor's plug and cable",
+            Self::OpenB => "no current through coil B: check the motor's plug and cable",
+            Self::Silent => "driver does not answer, check its supply and SPI wiring",
+        }
+    }
+
+    pub(super) const fn bit(self) -> u16 {
+        1 << self as u16
+    }
+}
