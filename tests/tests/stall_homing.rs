@@ -60,6 +60,15 @@ fn it_homes_from_its_end_and_from_a_step_beside_it() {
 }
 
 #[test]
+fn an_override_does_not_make_it_too_slow() {
+    let mut bench = machine().start();
+    bench.run(&["M220 S20"]);
+    assert_eq!(bench.say("G28 X"), "ok\n");
+    assert!((bench.carriage(Alpha) - 5.0).abs() < 2.0 * FULL_STEP, "{}", bench.carriage(Alpha));
+    assert!(bench.say("M220").contains("20.00 %"), "and it is as it was");
+}
+
+#[test]
 fn two_axes_without_switches_home_one_after_the_other() {
     let mut bench = without_switch(machine(), "miny").start();
     assert_eq!(bench.say("G28"), "ok\n");

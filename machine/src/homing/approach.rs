@@ -27,11 +27,15 @@ pub(super) async fn cycle<P: Ports>(
     samples: &Samples,
 ) -> Result<(), Failure> {
     let Some(axis) = stall::axis_of(hands.config(), set) else { return find(hands, set, places, samples).await };
+    // A motor that an override makes slow would look stalled.
+    let overrides = hands.motion(|motion| motion.overrides());
+    hands.motion(|motion| motion.set_overrides(1.0, 1.0));
     let homed = match stall::begin(hands, axis) {
         Ok(()) => find(hands, set, places, samples).await,
         Err(silent) => Err(silent),
     };
     // Whatever has happened.
+    hands.motion(|motion| motion.set_overrides(overrides.feed, overrides.rapid));
     homed.and(stall::end(hands, axis))
 }
 
