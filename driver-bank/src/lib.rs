@@ -123,6 +123,13 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         chip.begin_search(stall_guard, peak).map_err(fault)
     }
 
+    fn reserve(&mut self, motor: Actuator) -> Result<u16, DriverFault> {
+        match self.chip(motor)?.read(ReadSelect::StallGuard).map_err(fault)?.reading {
+            Reading::StallGuard(value) => Ok(value),
+            _ => Err(DriverFault::BadAnswer),
+        }
+    }
+
     fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault> {
         self.chip(motor)?.end_search().map_err(fault)
     }

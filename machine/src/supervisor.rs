@@ -297,6 +297,9 @@ mod tests {
         fn begin_stall_search(&mut self, _: Actuator, _: crate::ports::StallSearch) -> Result<(), DriverFault> {
             Ok(())
         }
+        fn reserve(&mut self, _: Actuator) -> Result<u16, DriverFault> {
+            Err(DriverFault::Silent)
+        }
         fn end_stall_search(&mut self, _: Actuator) -> Result<(), DriverFault> {
             Ok(())
         }

@@ -127,9 +127,37 @@ fn a_threshold_that_is_too_high_or_too_low_is_told() {
     assert!(said.contains("did not stall within its travel: stall_threshold may be too high"), "{said}");
     let mut bench = machine().set("[endstops] minx.stall_threshold = -30").start();
     let said = bench.say("G28 X");
-    assert!(said.contains("stalls before its end: stall_threshold may be too low"), "{said}");
+    assert!(said.contains("stalls before its end, or nearly: raise stall_threshold"), "{said}");
     bench.say("M999");
     assert!(bench.say("G28.6").contains("X:0"), "and nothing is homed");
+}
+
+/// Whatever the threshold, the end is found or the fault is told: nothing else counts as the end.
+#[test]
+fn with_any_threshold_it_homes_to_its_end_or_fails() {
+    for rate in ["40", "50", "100"] {
+        let mut good = Vec::new();
+        for threshold in (-40..=40).step_by(4) {
+            let mut bench = machine()
+                .set(&format!("[endstops] minx.fast_rate = {rate}"))
+                .set("[endstops] minx.retract = 8")
+                .set(&format!("[endstops] minx.stall_threshold = {threshold}"))
+                .start();
+            let said = bench.say("G28 X");
+            if said == "ok\n" {
+                assert!(
+                    (bench.carriage(Alpha) - 8.0).abs() < 2.0 * FULL_STEP,
+                    "{threshold}: {}",
+                    bench.carriage(Alpha)
+                );
+                good.push(threshold);
+            } else {
+                assert!(said.contains("Error: X minx: the motor "), "{threshold}: {said}");
+            }
+        }
+        println!("at {rate} mm/s these thresholds home: {good:?}");
+        assert!(good.contains(&0), "{good:?}");
+    }
 }
 
 #[test]

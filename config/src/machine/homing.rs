@@ -62,15 +62,19 @@ pub struct EndstopStallConfig {
 impl EndstopStallConfig {
     /// So many full steps at constant speed are let pass before a reading counts: two of the filter's.
     pub const SETTLING_FULL_STEPS: f64 = 8.0;
+    /// So many more are between the first place at which a stall can be seen and the end, so that one is told
+    /// from the other.
+    pub const APART_FULL_STEPS: f64 = 8.0;
     /// So much later than the plan the motors are: what is written ahead, and between two looks, seconds.
     pub const SETTLING_S: f64 = 0.0025;
 
-    /// How far an axis goes until its stall can be seen: mm, from mm/s, mm/s^2, mm/s^3.
+    /// How far off an axis must come from to see the stall at its end: mm, from mm/s, mm/s^2, mm/s^3.
     #[must_use]
     pub fn run_up(rate: f64, acceleration: f64, jerk: Option<f64>, full_steps_per_mm: f64) -> f64 {
         // With jerk the acceleration rises and falls; where it has no time to, this is more than it takes.
         let seconds = rate / acceleration + jerk.map_or(0.0, |jerk| acceleration / jerk);
-        rate * seconds / 2.0 + Self::SETTLING_FULL_STEPS / full_steps_per_mm + rate * Self::SETTLING_S
+        let full_steps = Self::SETTLING_FULL_STEPS + Self::APART_FULL_STEPS;
+        rate * seconds / 2.0 + full_steps / full_steps_per_mm + rate * Self::SETTLING_S
     }
 }
 

@@ -20,8 +20,18 @@ use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch};
 /// Two stalls at one end lie at most this far apart, full steps: a rotor that fell out of its field in the
 /// first has lost four, and each is seen up to two late.
 const SAME_END: f64 = 6.0;
+/// What the driver must read on the way, in the mean: "without load and with maximum load they should show a
+/// difference of at least 100" (TMC2130 datasheet rev. 1.09, 14.3). Less, and noise stalls somewhere.
+const LEAST_FREE: u32 = 100;
+/// Between two readings over SPI.
+const READING_PERIOD: Micros = Micros::from_millis(2);
+/// Fewer readings say nothing.
+const LEAST_READINGS: u32 = 4;
 /// A speed that changes by less than this share is constant.
 const STEADY: f64 = 1e-3;
+
+const STALLS_BEFORE: &str =
+    "the motor stalls before its end, or nearly: raise stall_threshold, stall_current or the speed";
 
 /// The axis of this set that homes without a switch; such an axis homes alone.
 pub(super) fn axis_of(config: &MachineConfig, set: AxisSet) -> Option<Axis> {
@@ -102,12 +112,34 @@ pub(super) async fn approach<P: Ports>(
     hands.go(target, rate, Mode::Feed).await?;
     steady(hands, full_step(config, axis)).await?;
     hands.latch().arm_hard(input.bit());
+    let free = mean_reading(hands, axis).await?;
     let Some(trigger) = wait_trigger(hands).await? else {
         let what = "the motor did not stall within its travel: stall_threshold may be too high for it";
         return Err(alarm(config, axis, Alarm::HomingSearch, what));
     };
+    if free.is_some_and(|mean| mean < LEAST_FREE) {
+        return Err(alarm(config, axis, Alarm::HomingSearch, STALLS_BEFORE));
+    }
     at[axis] = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
     Ok(Hits { at, unsure: AxisSet::NONE, was_cut: true })
+}
+
+/// What the driver reads until the axis stops, in the mean; `None` where that is too little to say.
+async fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Option<u32>, Failure> {
+    let Some(motor) = Actuator::from_index(axis as usize) else { return Ok(None) };
+    let (mut sum, mut count, mut due) = (0, 0, hands.now());
+    while hands.latch().armed() != 0 && !hands.motion(|motion| motion.is_idle()) {
+        if hands.now() >= due {
+            due = hands.now().plus(READING_PERIOD);
+            // The output alone decides where the driver cannot be asked.
+            if let Ok(reading) = hands.drivers(|drivers| drivers.reserve(motor)) {
+                sum += u32::from(reading);
+                count += 1;
+            }
+        }
+        hands.pause().await?;
+    }
+    Ok((count >= LEAST_READINGS).then(|| sum / count))
 }
 
 /// Waits until motion has been at a constant speed for as long as the load takes to be measured, or has
@@ -140,7 +172,7 @@ pub(super) fn is_at_the_end(config: &MachineConfig, axis: Axis, first: f64, seco
     let further = switch_of(config, axis).map_or(0.0, |(_, stop)| (second - first) * towards(stop));
     let allowed = SAME_END * full_step(config, axis);
     let what = if further < -allowed {
-        "the motor stalls before its end: stall_threshold may be too low, or stall_current or the speed"
+        STALLS_BEFORE
     } else if further > allowed {
         "the motor does not stall where it did at first: something gave way, or it never met its end"
     } else {

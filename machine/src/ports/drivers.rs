@@ -91,6 +91,10 @@ pub trait MotorDrivers {
     /// before.
     fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault>;
 
+    /// Reads how little load the motor has: 0 for a stall to 1023 (stallGuard2), as measured with the last
+    /// full step.
+    fn reserve(&mut self, motor: Actuator) -> Result<u16, DriverFault>;
+
     /// Sets again what was set before a search; nothing where there was none.
     fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault>;
 
