@@ -18,8 +18,8 @@ use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::watchdog::Watchdog;
 
-/// Longest time between two feedings, which come ten times a second: a pin that nobody controls any more may be
-/// on for so long.
+/// Longest time between two feedings, which come ten times a second: a pin that nobody controls any more
+/// may be on for so long.
 const WATCHDOG_LIMIT_MS: u32 = 900;
 /// Rate of the debug console.
 const DEBUG_BAUD: u32 = 115_200;

@@ -297,8 +297,8 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     name_parts(config);
 }
 
-/// Finds what combined sensors are made of, which fans blow at heaters and what fans watch, now that everything
-/// has its place.
+/// Finds what combined sensors are made of, which fans blow at heaters and what fans watch, now that all have
+/// their places.
 fn name_parts(config: &mut MachineConfig) {
     for place in 0..config.temperatures.len() {
         let Some(heater) = config.temperatures.get(place) else { return };

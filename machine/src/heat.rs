@@ -13,6 +13,7 @@ mod combined;
 mod effects;
 mod fan_drive;
 mod filter;
+mod heater;
 mod law;
 mod model;
 mod modulator;
@@ -29,6 +30,7 @@ use units::{Celsius, Duty, Micros, ToolId};
 
 pub use combined::{Parts, Rule, read as read_sensor};
 pub use effects::{Effects, Full, Output};
+pub use heater::{Heater, TargetRefused};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use model::{AIR_C, Model, ModelSettings, Surroundings};
 pub use modulator::{MODULATION_HZ, Modulators};
@@ -39,7 +41,6 @@ pub use step_test::{Answer, Gains, StepTest, TestFailed};
 use crate::heat_safety::HeatSafety;
 pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
-use filter::Filter;
 use pulses::Pulses;
 use switch_outputs::SwitchOutputs;
 
@@ -50,125 +51,6 @@ pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
 /// What was said to be extruded counts for so long.
 const FLOW_STALE: Micros = Micros::from_seconds(1);
-/// Why a target was not set.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TargetRefused {
-    /// It is above `max_temp`, this much.
-    AboveMaximum(Celsius),
-    /// It only reads.
-    HasNoHeater,
-}
-
-/// One temperature controller or read-only sensor.
-#[derive(Clone, Debug)]
-pub struct Heater {
-    /// Its settings. M-codes may change gains and limits at run time.
-    pub settings: HeaterSettings,
-    law: Law,
-    reading: Result<Celsius, SensorFault>,
-    filter: Filter,
-    target: Celsius,
-    duty: Duty,
-    due: Micros,
-}
-
-impl Heater {
-    fn new(settings: HeaterSettings) -> Self {
-        let law = Law::new(&settings.law, settings.max_duty);
-        let (reading, target, duty) = (Err(SensorFault::SILENT), Celsius(0.0), Duty::OFF);
-        let filter = Filter::new(settings.filter_s, settings.period);
-        Self { settings, law, reading, filter, target, duty, due: Micros(0) }
-    }
-
-    /// Latest temperature, filtered; `None` when the sensor gives none.
-    #[must_use]
-    pub fn reading(&self) -> Option<Celsius> {
-        self.reading.ok()
-    }
-
-    /// Why there is no temperature.
-    #[must_use]
-    pub fn fault(&self) -> Option<SensorFault> {
-        self.reading.err()
-    }
-
-    /// Target; 0 is off.
-    #[must_use]
-    pub const fn target(&self) -> Celsius {
-        self.target
-    }
-
-    /// Output.
-    #[must_use]
-    pub const fn duty(&self) -> Duty {
-        self.duty
-    }
-
-    /// Is it asked to heat?
-    #[must_use]
-    pub fn is_on(&self) -> bool {
-        self.target > OFF_BELOW
-    }
-
-    /// Exchanges the control law's settings.
-    fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
-        self.settings.law = law;
-        self.settings.max_duty = max_duty;
-        self.go_on_with(law, max_duty);
-    }
-
-    /// Another law goes on from the present reading and output.
-    fn go_on_with(&mut self, law: LawSettings, max_duty: Duty) {
-        self.law = Law::new(&law, max_duty);
-        self.law.start(self.reading().unwrap_or_default(), self.duty);
-    }
-
-    /// Swings around the target to find how it answers, in air of this temperature, until
-    /// [`HeatControl::set_law`].
-    pub fn start_tuning(&mut self, swings: u8, air: Celsius) {
-        self.law = Law::Tuning(StepTest::new(self.settings.max_duty, swings, air));
-    }
-
-    /// What tuning has found so far.
-    #[must_use]
-    pub const fn tuning(&self) -> Option<&StepTest> {
-        match &self.law {
-            Law::Tuning(test) => Some(test),
-            _ => None,
-        }
-    }
-
-    fn set_target(&mut self, target: Celsius) -> Result<(), TargetRefused> {
-        let wanted = if target.0.is_finite() && target > OFF_BELOW { target } else { Celsius(0.0) };
-        if wanted > Celsius(0.0) && !self.settings.heats {
-            return Err(TargetRefused::HasNoHeater);
-        }
-        if wanted > self.settings.max {
-            return Err(TargetRefused::AboveMaximum(self.settings.max));
-        }
-        if !self.is_on() {
-            self.law.start(self.reading().unwrap_or_default(), self.duty);
-        }
-        self.target = wanted;
-        if !self.is_on() {
-            self.duty = Duty::OFF;
-        }
-        Ok(())
-    }
-
-    /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
-    /// fault is for [`HeatSafety`] to say.
-    fn sample(&mut self, read: Result<Celsius, SensorFault>, around: Surroundings) {
-        self.reading = self.filter.pass(read);
-        let allowed = self.settings.min..=self.settings.max;
-        let believable = read.is_ok_and(|read| allowed.contains(&read));
-        self.duty = match self.reading().filter(|_| self.is_on() && believable) {
-            Some(reading) => self.law.update(self.target, reading, self.settings.period, around),
-            None => Duty::OFF,
-        };
-    }
-}
-
 /// All heaters and switched outputs of the machine.
 #[derive(Debug)]
 pub struct HeatControl {
@@ -236,8 +118,7 @@ impl HeatControl {
     /// Another sensor measures it. False, and nothing changes, while it is on.
     pub fn set_sensor(&mut self, id: HeaterId, sensor: Sensor) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()).filter(|heater| !heater.is_on()) else { return false };
-        heater.settings.sensor = sensor;
-        heater.filter.restart();
+        heater.set_sensor(sensor);
         self.safety.set_sensor(id, sensor);
         true
     }
@@ -406,8 +287,7 @@ impl HeatControl {
         self.halted = true;
         self.fets_enabled = false;
         for heater in &mut self.heaters {
-            heater.target = Celsius(0.0);
-            heater.duty = Duty::OFF;
+            heater.off();
         }
         self.modulators.heaters_off();
     }
@@ -455,7 +335,7 @@ impl HeatControl {
     /// Whether some heater reckons with what is extruded.
     #[must_use]
     pub fn wants_flow(&self) -> bool {
-        self.heaters.iter().any(|heater| matches!(heater.law, Law::Model(_)) && heater.settings.melts_for.is_some())
+        self.heaters.iter().any(Heater::reckons_with_flow)
     }
 
     /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.
@@ -468,17 +348,16 @@ impl HeatControl {
             }
         }
         for id in HeaterId::all().take(self.heaters.len()) {
-            if self.heaters.get(id.index()).is_none_or(|heater| now < heater.due) {
+            if self.heaters.get(id.index()).is_none_or(|heater| !heater.is_due(now)) {
                 continue;
             }
             let read = read_sensor(&self.heaters, |heater| &heater.settings.sensor, readings, id);
             let Some(heater) = self.heaters.get_mut(id.index()) else { break };
-            heater.due = now.plus(heater.settings.period);
             let fan = heater.settings.fan.map_or(0.0, |switch| self.switches.given(usize::from(switch)));
             let (flow, as_of) = self.flow;
             let melts = heater.settings.melts_for.is_some_and(|tool| Some(tool) == self.flow_tool);
             let flow = if melts && now.since(as_of) <= FLOW_STALE { flow } else { 0.0 };
-            heater.sample(read, Surroundings { fan, flow });
+            heater.sample(now, read, Surroundings { fan, flow });
             self.drive_heater(id.index());
         }
         self.switches.tick(&mut self.modulators);

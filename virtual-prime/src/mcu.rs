@@ -124,8 +124,8 @@ impl PrimeMcu {
         self.part.flash = flash;
     }
 
-    /// The crystal stops. Whether the clock security system noticed: it switches to the internal oscillator and
-    /// sets HSECSSF (RM0399 section 9.5.3). Its wire to the NMI is not modelled.
+    /// The crystal stops. Whether the clock security system noticed: it switches to the internal oscillator
+    /// and sets HSECSSF (RM0399 section 9.5.3). Its wire to the NMI is not modelled.
     pub fn stop_crystal(&mut self, at: VirtualNanos) -> bool {
         let Ok(spare) = Stm32h743::new() else { return false };
         let mut clocks = std::mem::replace(&mut self.part.rcc, spare.rcc);

@@ -1,4 +1,5 @@
-//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]`, `[voltage monitor]`.
+//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]`,
+//! `[voltage monitor]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, edges, row};

@@ -1,0 +1,147 @@
+//! One heater, or one sensor without: its control law, its target, its duty.
+
+use units::{Celsius, Duty, Micros};
+
+use super::filter::Filter;
+use super::{HeaterSettings, Law, LawSettings, OFF_BELOW, Sensor, SensorFault, StepTest, Surroundings};
+
+/// Why a target was not set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TargetRefused {
+    /// It is above `max_temp`, this much.
+    AboveMaximum(Celsius),
+    /// It only reads.
+    HasNoHeater,
+}
+
+/// One temperature controller or read-only sensor.
+#[derive(Clone, Debug)]
+pub struct Heater {
+    /// Its settings. M-codes may change gains and limits at run time.
+    pub settings: HeaterSettings,
+    law: Law,
+    reading: Result<Celsius, SensorFault>,
+    filter: Filter,
+    target: Celsius,
+    duty: Duty,
+    due: Micros,
+}
+
+impl Heater {
+    pub(super) fn new(settings: HeaterSettings) -> Self {
+        let law = Law::new(&settings.law, settings.max_duty);
+        let (reading, target, duty) = (Err(SensorFault::SILENT), Celsius(0.0), Duty::OFF);
+        let filter = Filter::new(settings.filter_s, settings.period);
+        Self { settings, law, reading, filter, target, duty, due: Micros(0) }
+    }
+
+    /// Latest temperature, filtered; `None` when the sensor gives none.
+    #[must_use]
+    pub fn reading(&self) -> Option<Celsius> {
+        self.reading.ok()
+    }
+
+    /// Why there is no temperature.
+    #[must_use]
+    pub fn fault(&self) -> Option<SensorFault> {
+        self.reading.err()
+    }
+
+    /// Target; 0 is off.
+    #[must_use]
+    pub const fn target(&self) -> Celsius {
+        self.target
+    }
+
+    /// Output.
+    #[must_use]
+    pub const fn duty(&self) -> Duty {
+        self.duty
+    }
+
+    /// Is it asked to heat?
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.target > OFF_BELOW
+    }
+
+    /// Whether it is to be sampled.
+    pub(super) fn is_due(&self, now: Micros) -> bool {
+        now >= self.due
+    }
+
+    /// Whether its law goes by what its tool extrudes.
+    pub(super) const fn reckons_with_flow(&self) -> bool {
+        matches!(self.law, Law::Model(_)) && self.settings.melts_for.is_some()
+    }
+
+    /// Without a target and without power.
+    pub(super) const fn off(&mut self) {
+        (self.target, self.duty) = (Celsius(0.0), Duty::OFF);
+    }
+
+    /// Another sensor measures it, of which nothing is known yet.
+    pub(super) fn set_sensor(&mut self, sensor: Sensor) {
+        self.settings.sensor = sensor;
+        self.filter.restart();
+    }
+
+    /// Exchanges the control law's settings.
+    pub(super) fn set_law(&mut self, law: LawSettings, max_duty: Duty) {
+        self.settings.law = law;
+        self.settings.max_duty = max_duty;
+        self.go_on_with(law, max_duty);
+    }
+
+    /// Another law goes on from the present reading and output.
+    pub(super) fn go_on_with(&mut self, law: LawSettings, max_duty: Duty) {
+        self.law = Law::new(&law, max_duty);
+        self.law.start(self.reading().unwrap_or_default(), self.duty);
+    }
+
+    /// Swings around the target to find how it answers, in air of this temperature, until
+    /// [`HeatControl::set_law`](super::HeatControl::set_law).
+    pub fn start_tuning(&mut self, swings: u8, air: Celsius) {
+        self.law = Law::Tuning(StepTest::new(self.settings.max_duty, swings, air));
+    }
+
+    /// What tuning has found so far.
+    #[must_use]
+    pub const fn tuning(&self) -> Option<&StepTest> {
+        match &self.law {
+            Law::Tuning(test) => Some(test),
+            _ => None,
+        }
+    }
+
+    pub(super) fn set_target(&mut self, target: Celsius) -> Result<(), TargetRefused> {
+        let wanted = if target.0.is_finite() && target > OFF_BELOW { target } else { Celsius(0.0) };
+        if wanted > Celsius(0.0) && !self.settings.heats {
+            return Err(TargetRefused::HasNoHeater);
+        }
+        if wanted > self.settings.max {
+            return Err(TargetRefused::AboveMaximum(self.settings.max));
+        }
+        if !self.is_on() {
+            self.law.start(self.reading().unwrap_or_default(), self.duty);
+        }
+        self.target = wanted;
+        if !self.is_on() {
+            self.duty = Duty::OFF;
+        }
+        Ok(())
+    }
+
+    /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
+    /// fault is for [`HeatSafety`](crate::heat_safety::HeatSafety) to say.
+    pub(super) fn sample(&mut self, now: Micros, read: Result<Celsius, SensorFault>, around: Surroundings) {
+        self.due = now.plus(self.settings.period);
+        self.reading = self.filter.pass(read);
+        let allowed = self.settings.min..=self.settings.max;
+        let believable = read.is_ok_and(|read| allowed.contains(&read));
+        self.duty = match self.reading().filter(|_| self.is_on() && believable) {
+            Some(reading) => self.law.update(self.target, reading, self.settings.period, around),
+            None => Duty::OFF,
+        };
+    }
+}
