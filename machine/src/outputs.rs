@@ -22,9 +22,6 @@ const INPUT_PERIOD: Micros = Micros::from_millis(20);
 /// Changes of outputs, to be applied in this order.
 pub(crate) type Changes = Vec<Output, MAX_SWITCHES>;
 
-/// Duties of switches on hardware timers, 0 to 1, by their places in the configuration's list.
-pub(crate) type Duties = Vec<(usize, f32), MAX_SWITCHES>;
-
 /// What one switch is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Status {
@@ -68,6 +65,9 @@ impl Default for Spindle {
     }
 }
 
+/// M-codes that turn spindle, laser and coolant on.
+const SPINDLE_AND_COOLANT: [u16; 4] = [3, 4, 7, 8];
+
 /// What on or off asks of an output, S being its word: whether it is on then, and its value.
 fn asked(config: &SwitchConfig, on: bool, s: Option<f32>) -> (bool, f32) {
     if on { on_value(config, s) } else { (false, off_value(config)) }
@@ -109,6 +109,21 @@ fn is_off(config: &MachineConfig, switch: &SwitchConfig) -> bool {
     config.off("switch", &switch.name).is_some()
 }
 
+/// Whether an output is turned on by this M-code.
+fn listens(switch: &SwitchConfig, number: u16) -> bool {
+    let code = switch.input_on_command.filter(|_| !switch.is_input());
+    code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
+}
+
+/// What an output is to be given so that it has this value.
+fn given(config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Option<Output> {
+    Some(match config.switches.get(switch.index())?.output_kind {
+        OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
+        OutputKind::Digital => Output::Switch(switch.0, if value > 0.0 && on { Duty::FULL } else { Duty::OFF }),
+        OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(value.clamp(0.0, 255.0) as u8)),
+    })
+}
+
 fn output(config: &MachineConfig, switch: SwitchId) -> Option<&SwitchConfig> {
     config.switches.get(switch.index()).filter(|config| !config.is_input())
 }
@@ -139,11 +154,7 @@ impl Outputs {
 
     /// The output that this M-code turns on.
     fn by_code(config: &MachineConfig, number: u16) -> Option<SwitchId> {
-        let listens = |switch: &SwitchConfig| {
-            let code = switch.input_on_command.filter(|_| !switch.is_input());
-            code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
-        };
-        config.switches.iter().position(listens).map(|place| SwitchId(place as u8))
+        config.switches.iter().position(|switch| listens(switch, number)).map(|place| SwitchId(place as u8))
     }
 
     /// Whether the output that this M-code turns on is on; false when there is none.
@@ -205,15 +216,9 @@ impl Outputs {
     }
 
     fn set(&mut self, config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Option<Output> {
-        let kind = config.switches.get(switch.index())?.output_kind;
         let status = self.status.get_mut(switch.index())?;
         (status.on, status.value, status.unsure) = (on, value, false);
-        let value = self.as_overridden(config, switch, value);
-        Some(match kind {
-            OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
-            OutputKind::Digital => Output::Switch(switch.0, if value > 0.0 && on { Duty::FULL } else { Duty::OFF }),
-            OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(value.clamp(0.0, 255.0) as u8)),
-        })
+        given(config, switch, on, self.as_overridden(config, switch, value))
     }
 
     /// The output that M3 turns on, or M4.
@@ -323,24 +328,29 @@ impl Outputs {
         changes
     }
 
-    /// The safety door is open: duties, 0 to 1, of switches on timers while nothing may turn or burn, by
-    /// their places. What they are told to do stays.
-    pub fn door_opens(&self, config: &MachineConfig) -> Duties {
-        self.duties(config, |switch, _, _| off_value(switch))
+    /// The safety door is open: everything that turns, burns or sprays is off. What it is told to do stays.
+    pub fn door_opens(&self, config: &MachineConfig) -> Changes {
+        self.behind_the_door(config).filter_map(|(at, switch)| given(config, at, false, off_value(switch))).collect()
     }
 
-    /// The door is closed: duties of switches on timers as they are told.
-    pub fn door_closes(&self, config: &MachineConfig) -> Duties {
-        self.duties(config, |_, index, wanted| self.as_overridden(config, SwitchId(index as u8), wanted))
+    /// The door is closed: what the open one had turned off is as it is told.
+    pub fn door_closes(&self, config: &MachineConfig) -> Changes {
+        let told = |(at, _): (SwitchId, &SwitchConfig)| {
+            let status = self.status.get(at.index())?;
+            given(config, at, status.on, self.as_overridden(config, at, status.value))
+        };
+        self.behind_the_door(config).filter_map(told).collect()
     }
 
-    fn duties(&self, config: &MachineConfig, percent: impl Fn(&SwitchConfig, usize, f32) -> f32) -> Duties {
-        let switches = config.switches.iter().zip(&self.status).enumerate();
-        let on_timers = switches.filter(|(_, (switch, _))| {
-            let is_pwm = switch.output_kind == OutputKind::HardwarePwm && !switch.is_input();
-            is_pwm && !is_off(config, switch) && config.automatic_fan(&switch.name).is_none()
-        });
-        on_timers.map(|(index, (switch, status))| (index, percent(switch, index, status.value) / 100.0)).collect()
+    /// Outputs that the door is there for: those on timers, as spindles, lasers and servos are, and whatever
+    /// the codes of spindle and coolant turn on.
+    fn behind_the_door<'a>(&self, config: &'a MachineConfig) -> impl Iterator<Item = (SwitchId, &'a SwitchConfig)> {
+        let switches = (0..self.status.len() as u8).map(SwitchId).zip(&config.switches);
+        switches.filter(|(_, switch)| {
+            let hurts = switch.output_kind == OutputKind::HardwarePwm
+                || SPINDLE_AND_COOLANT.iter().any(|&code| listens(switch, code));
+            hurts && !switch.is_input() && !is_off(config, switch) && config.automatic_fan(&switch.name).is_none()
+        })
     }
 
     /// Looks at input switches; the command of one that changed waits for [`Self::take_command`].

@@ -15,6 +15,7 @@ use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
+use crate::outputs::Changes;
 use crate::ports::{Input, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId};
@@ -51,6 +52,9 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
         machine.watch(now);
+        if machine.safety.state() == State::Door {
+            machine.stop_what_is_behind_the_door();
+        }
     }
     if machine.ahead.is_open() {
         foresee::serve(machine);
@@ -167,11 +171,25 @@ impl<P: Ports> Machine<'_, P> {
             self.ports.motion(motion::Motion::hold);
         }
         if event == Event::DoorOpens {
-            // Nothing turns or burns while somebody reaches in.
-            let outputs = self.outputs.door_opens(self.config);
-            self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
+            self.stop_what_is_behind_the_door();
             self.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
         }
+    }
+
+    /// Nothing turns or burns while somebody reaches in; also nothing that the path, until it stood, had
+    /// turned on since the door opened.
+    fn stop_what_is_behind_the_door(&mut self) {
+        let outputs = self.outputs.door_opens(self.config);
+        self.give(outputs);
+    }
+
+    fn give(&mut self, outputs: Changes) {
+        self.ports.heat(|heat| {
+            for output in outputs {
+                // A switch takes anything.
+                let _ = heat.apply(output);
+            }
+        });
     }
 
     /// The safety door, at each of its looks: an open one opens whatever may be interrupted.
@@ -205,7 +223,7 @@ impl<P: Ports> Machine<'_, P> {
         program_io::say_spindle(self);
         if was_door {
             let outputs = self.outputs.door_closes(self.config);
-            self.ports.heat(|heat| outputs.into_iter().for_each(|(index, duty)| heat.set_pwm(index, duty)));
+            self.give(outputs);
         }
         self.ports.motion(motion::Motion::resume);
     }

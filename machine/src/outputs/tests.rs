@@ -77,12 +77,17 @@ fn a_halt_leaves_no_timer_running_and_what_ignores_it_alone() {
 }
 
 #[test]
-fn an_open_door_stops_timers_and_a_closed_one_lets_them_go_on() {
-    let config = machine();
+fn an_open_door_stops_timers_spindle_and_coolant_and_a_closed_one_lets_them_go_on() {
+    let mut config = machine();
+    config.switches[POWER.index()].input_on_command = Some(config::CommandCode { letter: 'M', number: 8, subcode: 0 });
     let mut outputs = Outputs::new(&config.switches);
+    outputs.turn(&config, FAN, true, Some(255.0));
     outputs.turn(&config, SPINDLE, true, Some(50.0));
-    assert_eq!(outputs.door_opens(&config).as_slice(), [(1, 0.05)]);
-    assert_eq!(outputs.door_closes(&config).as_slice(), [(1, 0.5)]);
+    outputs.turn(&config, POWER, true, None);
+    assert_eq!(outputs.door_opens(&config).as_slice(), [Output::Pwm(1, 0.05), Output::Switch(2, Duty::OFF)]);
+    assert_eq!(outputs.door_closes(&config).as_slice(), [Output::Pwm(1, 0.5), Output::Switch(2, Duty::FULL)]);
+    outputs.turn(&config, POWER, false, None);
+    assert_eq!(outputs.door_closes(&config)[1], Output::Switch(2, Duty::OFF));
 }
 
 #[test]
