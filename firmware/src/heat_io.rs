@@ -15,7 +15,8 @@ const CHIP_STALE: Micros = Micros::from_millis(400);
 
 /// Heat control with its inputs and outputs: one resource, since one is never used without the other.
 pub struct Heat {
-    pub control: HeatControl,
+    /// In place from the start: built and moved it would take main stack that bringing up has not.
+    pub control: &'static mut HeatControl,
     pub io: HeatIo,
     task: HeatTask,
 }
@@ -45,7 +46,13 @@ pub struct HeatIo {
 }
 
 impl Heat {
-    pub fn new(thermistors: Thermistors, fets: Output, fets_power: Output, pwm: Pwm) -> Self {
+    pub fn new(
+        control: &'static mut HeatControl,
+        thermistors: Thermistors,
+        fets: Output,
+        fets_power: Output,
+        pwm: Pwm,
+    ) -> Self {
         let io = HeatIo {
             heaters: [const { None }; MAX_HEATERS],
             switches: [const { None }; MAX_SWITCHES],
@@ -61,7 +68,7 @@ impl Heat {
             fets_power,
             present: OutputLevels::default(),
         };
-        Self { control: HeatControl::new(), io, task: HeatTask::new() }
+        Self { control, io, task: HeatTask::new() }
     }
 
     /// One run of the heat task.

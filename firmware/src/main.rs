@@ -61,6 +61,7 @@ mod app {
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
     use crate::{LATCH, REACHED, REPORTS, dispatcher, fault};
+    use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
     /// the step interrupt, the feed and the planner touch all the time.
@@ -99,8 +100,8 @@ mod app {
         card: Option<SdCard>,
     }
 
-    // The motion object is made in place: on its way through a return value it would lie on the stack twice.
-    #[init(local = [motion: Motion = motion()])]
+    // Large objects are made in place: on its way through a return value each would lie on the stack twice.
+    #[init(local = [motion: Motion = motion(), heat: HeatControl = HeatControl::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
         let board = match Board::take(cx.core, cx.device) {
@@ -127,7 +128,7 @@ mod app {
         };
         let shared = Shared {
             motion: cx.local.motion,
-            heat: Heat::new(board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
+            heat: Heat::new(cx.local.heat, board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
             slow: Slow::new(board.supplies),
             triggers: TriggerInputs::default(),
         };

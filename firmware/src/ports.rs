@@ -208,7 +208,7 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
-        self.shared.heat.lock(|heat| f(&mut heat.control))
+        self.shared.heat.lock(|heat| f(heat.control))
     }
 
     fn run_heat_now(&mut self) {

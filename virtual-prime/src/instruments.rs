@@ -30,6 +30,9 @@ const RTT_SIZE: u64 = 32;
 const RTT_WRITE: u64 = 36;
 const RTT_READ: u64 = 40;
 
+/// Configurable fault status, and the address that the MPU refused (Armv7-M manual, B3.2.15 and B3.2.17).
+const CFSR: u64 = 0xE000_ED28;
+const MMFAR: u64 = 0xE000_ED34;
 /// The hard fault handler, as cortex-m-rt and CMSIS name it.
 const HARD_FAULT: [&str; 2] = ["HardFault", "HardFault_Handler"];
 
@@ -184,7 +187,12 @@ impl Observer for Instruments {
             match point {
                 Point::Rtt => {}
                 Point::Crash => {
-                    records.crashed.get_or_insert_with(|| format!("hard fault at {:.6} s", hit.at.0 as f64 * 1e-9));
+                    let mut read = |address| host.read(address, Width::W32).unwrap_or(0);
+                    let (status, address) = (read(CFSR), read(MMFAR));
+                    records.crashed.get_or_insert_with(|| {
+                        let at_s = hit.at.0 as f64 * 1e-9;
+                        format!("hard fault at {at_s:.6} s, CFSR {status:#010x}, MMFAR {address:#010x}")
+                    });
                 }
                 Point::Enter(name) => {
                     let Recorded { call_stack, calls, .. } = &mut *records;
