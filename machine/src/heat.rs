@@ -30,7 +30,7 @@ use units::{Celsius, Duty, Micros, ToolId};
 
 pub use combined::{Parts, Rule, read as read_sensor};
 pub use effects::{Effects, Full, Output};
-pub use heater::{Heater, TargetRefused};
+pub use heater::{Heater, TargetRefused, Work};
 pub use law::{BangBang, Law, Pid, PidGains};
 pub use model::{AIR_C, Model, ModelSettings, Surroundings};
 pub use modulator::{MODULATION_HZ, Modulators};
@@ -325,6 +325,11 @@ impl HeatControl {
     #[must_use]
     pub const fn filament_width(&self) -> [SensorReading; 2] {
         self.filament_width
+    }
+
+    /// What a heater did since this was asked last.
+    pub fn take_work(&mut self, id: HeaterId) -> Work {
+        self.heaters.get_mut(id.index()).map_or(Work::NONE, Heater::take_work)
     }
 
     /// What a tool extrudes now, mm3/s. It counts until it is said anew, or for a second.

@@ -16,6 +16,7 @@ pub(super) struct Polls {
     pub led_phase: u8,
     pub slow_turning: SlowTurning,
     pub flow: Flow,
+    pub heat_due: Micros,
     pub stalls: StallWatch,
     /// What was wrong with the line of saved settings that just ended.
     pub settings_problem: Option<Message>,

@@ -298,6 +298,7 @@ impl<P: Ports> Machine<'_, P> {
         }
         journal::tick(self, now);
         statistics::sample(self, now);
+        statistics::count_heat(self, now);
         self.watch_frame();
         self.watch_flow(now);
         self.watch_turning(now);

@@ -2,6 +2,7 @@
 
 use core::fmt::Write as _;
 
+use config::HeaterId;
 use program::{State, Words};
 use units::{AxisSet, Micros};
 
@@ -9,22 +10,24 @@ use super::Machine;
 use crate::failure::Answer;
 use crate::files::kept::each_line;
 use crate::files::safe_file::Draft;
-use crate::jobs::{Duration, STATISTICS_PATH, Sums};
+use crate::jobs::{Duration, HeaterTime, STATISTICS_PATH, Sums};
 use crate::ports::{Ports, StorageError};
 use crate::sessions::Recipient;
 
+/// How often it is asked what heaters did.
+const HEAT_PERIOD: Micros = Micros::from_seconds(1);
 /// M78 S78 forgets everything, as Prusa's does.
 const RESET: f64 = 78.0;
 
 /// Reads them at boot. There need not be any.
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
-    let mut life = machine.jobs.statistics.life;
+    let mut read_in = core::mem::take(&mut machine.jobs.statistics);
     let mut bad = 0;
     let read = each_line(&mut machine.ports, STATISTICS_PATH, |_, line| {
         let line = line.and_then(|line| core::str::from_utf8(line).ok());
-        bad += u32::from(!line.is_some_and(|line| life.read(line)));
+        bad += u32::from(!line.is_some_and(|line| read_in.read(line)));
     });
-    machine.jobs.statistics.life = life;
+    machine.jobs.statistics = read_in;
     match read {
         Ok(()) if bad == 0 => {}
         Ok(()) => machine.announce(format_args!("WARNING: {STATISTICS_PATH}: {bad} lines were left out\n")),
@@ -43,6 +46,20 @@ pub(super) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let place = machine.ports.motion(|motion| motion.live_position());
     let extruders = AxisSet::collect(machine.program.tools().all().iter().map(|tool| tool.settings.axis));
     machine.jobs.statistics.sample(now, plays, moves, &place, extruders);
+}
+
+/// Once a second: what heaters did.
+pub(super) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if now < machine.polls.heat_due {
+        return;
+    }
+    machine.polls.heat_due = now.plus(HEAT_PERIOD);
+    let heats = machine.ports.heat(|heat| heat.any_on());
+    machine.jobs.statistics.heaters.heats(heats);
+    for (id, heater) in HeaterId::all().zip(&machine.config.temperatures) {
+        let work = machine.ports.heat(|heat| heat.take_work(id));
+        machine.jobs.statistics.heaters.add(&heater.name, work);
+    }
 }
 
 /// The job has ended, well or not: says what it took.
@@ -81,6 +98,16 @@ pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to
         to,
         format_args!("the machine has moved for {moving}; in jobs {way:.1} m of way, {filament:.2} m of filament\n"),
     );
+    for HeaterTime { name, on_s, full_s } in machine.jobs.statistics.heaters.all().clone() {
+        let time = |s: f64| Duration(Micros((s * 1e6) as u64));
+        machine
+            .say(to, format_args!("heater {name}: on for {}, as much as {} at full power", time(on_s), time(full_s)));
+        if let Some(heater) = machine.config.temperatures.iter().find(|heater| heater.name == name) {
+            let kwh = full_s / 3.6e6 * f64::from(heater.model.power_w);
+            machine.say(to, format_args!(", {kwh:.3} kWh with a heater_power of {} W", heater.model.power_w));
+        }
+        machine.say(to, format_args!("\n"));
+    }
     Answer::Ok
 }
 
@@ -103,7 +130,10 @@ fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     }
     let ports = &mut machine.ports;
     let mut draft = Draft::begin(ports, STATISTICS_PATH)?;
-    if let Err(error) = draft.write(ports, text.as_bytes()) {
+    let hours = machine.jobs.statistics.heaters.lines();
+    let written = draft.write(ports, text.as_bytes());
+    let mut lines = hours.map(|line| draft.write(ports, line.as_bytes()));
+    if let Err(error) = written.and_then(|_| lines.try_for_each(|line| line.map(drop))) {
         draft.give_up(ports);
         return Err(error);
     }

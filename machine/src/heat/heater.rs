@@ -14,6 +14,20 @@ pub enum TargetRefused {
     HasNoHeater,
 }
 
+/// What a heater did since it was asked last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// Time with a target.
+    pub on: Micros,
+    /// Time at full power that gives the same heat, s.
+    pub full_s: f32,
+}
+
+impl Work {
+    /// It was off and cold.
+    pub const NONE: Self = Self { on: Micros(0), full_s: 0.0 };
+}
+
 /// One temperature controller or read-only sensor.
 #[derive(Clone, Debug)]
 pub struct Heater {
@@ -25,6 +39,7 @@ pub struct Heater {
     target: Celsius,
     duty: Duty,
     due: Micros,
+    work: Work,
 }
 
 impl Heater {
@@ -32,7 +47,7 @@ impl Heater {
         let law = Law::new(&settings.law, settings.max_duty);
         let (reading, target, duty) = (Err(SensorFault::SILENT), Celsius(0.0), Duty::OFF);
         let filter = Filter::new(settings.filter_s, settings.period);
-        Self { settings, law, reading, filter, target, duty, due: Micros(0) }
+        Self { settings, law, reading, filter, target, duty, due: Micros(0), work: Work::NONE }
     }
 
     /// Latest temperature, filtered; `None` when the sensor gives none.
@@ -73,6 +88,11 @@ impl Heater {
     /// Whether its law goes by what its tool extrudes.
     pub(super) const fn reckons_with_flow(&self) -> bool {
         matches!(self.law, Law::Model(_)) && self.settings.melts_for.is_some()
+    }
+
+    /// What it did since this was asked last.
+    pub(super) const fn take_work(&mut self) -> Work {
+        core::mem::replace(&mut self.work, Work::NONE)
     }
 
     /// Without a target and without power.
@@ -136,6 +156,10 @@ impl Heater {
     /// fault is for [`HeatSafety`](crate::heat_safety::HeatSafety) to say.
     pub(super) fn sample(&mut self, now: Micros, read: Result<Celsius, SensorFault>, around: Surroundings) {
         self.due = now.plus(self.settings.period);
+        if self.is_on() {
+            self.work.on = self.work.on.plus(self.settings.period);
+            self.work.full_s += f32::from(self.duty.0) / f32::from(Duty::FULL.0) * self.settings.period.0 as f32 / 1e6;
+        }
         self.reading = self.filter.pass(read);
         let allowed = self.settings.min..=self.settings.max;
         let believable = read.is_ok_and(|read| allowed.contains(&read));

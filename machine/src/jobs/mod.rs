@@ -7,6 +7,7 @@
 
 mod commands;
 mod flavour;
+mod heater_hours;
 mod layers;
 mod lines;
 mod objects;
@@ -34,6 +35,7 @@ use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
 pub(crate) use flavour::of_text;
 pub(crate) use flavour::{Lookup, Step};
+pub use heater_hours::HeaterTime;
 pub use layers::Layers;
 pub use lines::Next;
 pub(crate) use lines::{FileLines, MOST_CALLERS, TOO_DEEP, is_comment, sub_path};

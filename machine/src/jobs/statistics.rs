@@ -4,6 +4,8 @@ use core::fmt;
 
 use units::{Axis, AxisSet, Micros, PerAxis};
 
+use super::heater_hours::HeaterHours;
+
 /// Where they are kept.
 pub const PATH: &str = "/sd/statistics.txt";
 /// Nothing moves further between two samples, mm: a place that is only called otherwise.
@@ -47,14 +49,10 @@ pub struct Life {
 }
 
 impl Life {
-    /// A line of the file; false when it is none of it.
-    pub fn read(&mut self, line: &str) -> bool {
-        let Some((key, value)) = line.split_once('=') else { return line.trim().is_empty() || line.starts_with('#') };
-        let Some(value) = value.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0) else {
-            return false;
-        };
+    /// A figure of the file; false when it is none of these.
+    fn read(&mut self, key: &str, value: f64) -> bool {
         let time = Micros((value * 1e6) as u64);
-        match key.trim() {
+        match key {
             "jobs_done" => self.done = value as u32,
             "jobs_broken_off" => self.broken_off = value as u32,
             "longest_s" => self.longest = time,
@@ -87,6 +85,8 @@ pub struct Statistics {
     /// Without the job that is played.
     pub life: Life,
     job: Option<Sums>,
+    /// What heaters have done.
+    pub heaters: HeaterHours,
     /// What the last job took.
     pub before: Option<Sums>,
     last: Option<(Micros, PerAxis<f64>)>,
@@ -94,6 +94,13 @@ pub struct Statistics {
 }
 
 impl Statistics {
+    /// A line of the file; false when it is none of it.
+    pub fn read(&mut self, line: &str) -> bool {
+        let Some((key, value)) = line.split_once('=') else { return line.trim().is_empty() || line.starts_with('#') };
+        let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
+        value.is_some_and(|value| self.life.read(key.trim(), value) || self.heaters.read(key.trim(), value))
+    }
+
     /// A hundred times a second: where the tool is. `plays`: a job is open.
     pub fn sample(&mut self, now: Micros, plays: bool, moves: bool, place: &PerAxis<f64>, extruders: AxisSet) {
         let Some((before, from)) = self.last.replace((now, *place)) else { return };
@@ -137,12 +144,12 @@ impl Statistics {
 
     /// Everything begins anew.
     pub fn reset(&mut self) {
-        (self.life, self.is_unsaved) = (Life::default(), true);
+        (self.life, self.heaters, self.is_unsaved) = (Life::default(), HeaterHours::default(), true);
     }
 
     /// Whether they are to be saved; asked once.
     pub fn take_unsaved(&mut self) -> bool {
-        core::mem::take(&mut self.is_unsaved)
+        self.heaters.take_unsaved() | core::mem::take(&mut self.is_unsaved)
     }
 }
 
@@ -210,14 +217,14 @@ mod tests {
             let [job, still, longest, moving] = seconds.map(|s| Micros(s * 1_000_000));
             let sums = Sums { job, still, way: f64::from(way), filament: f64::from(filament) / 10.0 };
             let life = Life { done, broken_off, longest, sums, moving };
-            let (text, mut read) = (std::format!("{life}"), Life::default());
+            let (text, mut read) = (std::format!("{life}"), Statistics::default());
             prop_assert!(text.lines().all(|line| read.read(line)));
-            prop_assert_eq!(read, life);
+            prop_assert_eq!(read.life, life);
         }
 
         #[test]
         fn any_line_is_taken_or_refused(line in "[ -~]{0,80}") {
-            let _ = Life::default().read(&line);
+            let _ = Statistics::default().read(&line);
         }
     }
 }
