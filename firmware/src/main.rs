@@ -119,6 +119,7 @@ mod app {
             motor_bus: board.motor_bus,
             motors_enable: board.guards.motors,
             leds: board.leds,
+            second_lamp: None,
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
             board_id: board.identity.board,

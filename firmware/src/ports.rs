@@ -33,11 +33,14 @@ use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
 
-/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe and whether it is out, kill
-/// button, door, filament and its wheel, buttons.
-const MAX_INPUTS: usize = 34 + config::MAX_BUTTONS;
+/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it is
+/// out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
+const MAX_INPUTS: usize = 35 + 4 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
+
+/// The LED that is on while something moves: LED 2.
+const PLAY_LED: u8 = 1;
 
 /// Peripherals that only the dispatcher uses.
 pub struct Owned {
@@ -45,6 +48,8 @@ pub struct Owned {
     pub motor_bus: MotorBus,
     pub motors_enable: Output,
     pub leds: [Output; 4],
+    /// Shows what LED 2 shows.
+    pub second_lamp: Option<Output>,
     pub debug: UartPort,
     pub uarts: [UartPort; 2],
     pub board_id: u8,
@@ -330,6 +335,9 @@ where
         });
         self.wire_heat(config, &mut report);
         self.wire_inputs(config, &mut report);
+        if let Some(pin) = config.system.aux_play_led {
+            self.owned.second_lamp = report.take(self.owned.pins.output(wiring::spec(pin), "system.aux_play_led"));
+        }
         self.wire_consoles(config, &mut report);
         report.clean
     }
@@ -349,6 +357,9 @@ where
     fn set_led(&mut self, index: u8, on: bool) {
         if let Some(led) = self.owned.leds.get_mut(usize::from(index)) {
             led.set(on);
+        }
+        if let Some(lamp) = self.owned.second_lamp.as_mut().filter(|_| index == PLAY_LED) {
+            lamp.set(on);
         }
     }
 

@@ -83,7 +83,6 @@ pub const SYSTEM: Section = Section {
             |c, _, v| c.system.aux_play_led = v.and_then(PinName::digital),
             "A second lamp that shows what board LED 2 shows: on while moving, blinking in a halt.",
         )
-        .not_yet_harmless("leave it out")
         .v1("play_led_pin"),
         bool(
             "flash_on_boot",

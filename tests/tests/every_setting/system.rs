@@ -23,6 +23,7 @@ pub const ROWS: &[Row] = &[
     row("[general] config-override", "false", "true", Say(&["M503"])),
     row("[system] step_pulse_us", "1", "20", Edges(&["G91", "G1 A5 F9000", "G1 A-5"])).with(EXTERNAL),
     row("[system] step_frequency", "200000", "2000", Edges(&["G91", "G1 X5 F6000"])),
+    row("[system] aux_play_led", "", "PJ9", Board("conventions/inputs.rs")),
     row("[system] fets_enable_pin", "PF14!o", "PF15!o", Boot),
     row("[system] fets_power_enable_pin", "PD7", "PJ5", Boot),
     row("[uart console] enable", "true", "false", Boot).with(&["[switch] fan.output_pin = PB11"]),

@@ -75,6 +75,24 @@ fn a_high_led_pin_is_what_shows_life() {
     assert!(LEDS[1..].iter().all(|name| lit(name) == 0), "{all:?}");
 }
 
+/// `aux_play_led` shows what LED 2 shows: dark at rest, on while something moves, blinking in a halt.
+#[test]
+fn a_second_lamp_follows_the_second_led() {
+    let mut velvet = Plan::new().set("[system] aux_play_led = PJ9!").start();
+    let dark_and_lit = |velvet: &mut Velvet| [LEDS[1], "PJ9"].map(|name| velvet.level(name));
+    assert_eq!(dark_and_lit(&mut velvet), [false, true], "at rest; ! lights it with a low pin");
+    velvet.ask("G91", SECOND);
+    velvet.type_in("G1 X10 F600");
+    velvet.hear(500);
+    assert_eq!(dark_and_lit(&mut velvet), [true, false], "moving");
+    velvet.ask("M400", 2 * SECOND);
+    velvet.hear(300);
+    watch(&mut velvet, &["PJ9"]);
+    velvet.ask("M112", SECOND);
+    velvet.hear(2 * SECOND);
+    assert!(changes(&mut velvet).len() >= 6, "it blinks in a halt");
+}
+
 #[test]
 fn the_straps_say_which_drivers_there_are() {
     for (chip, id) in [(Chip::Tmc2590, "board id 0"), (Chip::Tmc2660, "board id 1")] {
