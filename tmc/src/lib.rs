@@ -1,4 +1,5 @@
-//! Trinamic TMC2590 and TMC2660 stepper motor drivers over SPI.
+//! Trinamic stepper motor drivers over SPI: TMC2590 and TMC2660, which are on the board, and in [`stealth`] the chips of
+//! driver boards outside.
 //!
 //! [`register`] holds what the chip says: five write-only registers and the answer, every field under its
 //! datasheet name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot.
@@ -41,6 +42,7 @@ mod current;
 mod driver;
 pub mod register;
 mod status;
+pub mod stealth;
 
 pub use chopper::{BlankTime, Chopper, CoolStep, HysteresisDecrement, SettingError};
 pub use current::{CurrentFit, CurrentSetting, current_setting};

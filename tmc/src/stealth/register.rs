@@ -1,0 +1,183 @@
+//! Registers and fields that the driver uses, under their datasheet names ("Register mapping" of each chip).
+//! Where the chips differ, the text says for which a field is.
+
+use crate::register::Field;
+
+const fn field(name: &'static str, lsb: u32, width: u32) -> Field {
+    Field { name, lsb, width }
+}
+
+/// One register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Register {
+    /// The datasheet's name.
+    pub name: &'static str,
+    /// 0 to 0x7F.
+    pub address: u8,
+}
+
+macro_rules! registers {
+    ($($(#[$doc:meta])* $name:ident $address:literal)+) => {
+        $($(#[$doc])* pub const $name: Register = Register { name: stringify!($name), address: $address };)+
+        /// All of them.
+        pub const ALL: &[Register] = &[$($name),+];
+    };
+}
+
+registers! {
+    /// General configuration.
+    GCONF 0x00
+    /// Reset, fault and charge pump, latched.
+    GSTAT 0x01
+    /// Levels of the inputs, and the chip's version.
+    IOIN 0x04
+    /// Current range and slopes of a TMC2240. Those of a TMC5160's MOSFETs are left as the chip starts.
+    DRV_CONF 0x0A
+    /// Share of full scale in 256ths, 0 for all. TMC5160, TMC2240.
+    GLOBALSCALER 0x0B
+    /// Current scales at rest and in motion. Write only.
+    IHOLD_IRUN 0x10
+    /// Time until IHOLD. Write only.
+    TPOWERDOWN 0x11
+    /// Time between two steps of 1/256.
+    TSTEP 0x12
+    /// Up to this speed stealthChop, as TSTEP. Write only.
+    TPWMTHRS 0x13
+    /// From this speed on coolStep and the stall output, as TSTEP. Write only.
+    TCOOLTHRS 0x14
+    /// From this speed on another chopper, as TSTEP; 0 never. Write only.
+    THIGH 0x15
+    /// Place in the sine table.
+    MSCNT 0x6A
+    /// Chopper, microsteps.
+    CHOPCONF 0x6C
+    /// coolStep and stallGuard2. Write only.
+    COOLCONF 0x6D
+    /// Status of the bridges.
+    DRV_STATUS 0x6F
+    /// stealthChop. Write only.
+    PWMCONF 0x70
+    /// stallGuard4, which works with stealthChop. TMC2240.
+    SG4_RESULT 0x75
+}
+
+/// Fields of GCONF.
+pub mod gconf {
+    use super::{Field, field};
+    /// stealthChop below TPWMTHRS.
+    pub const EN_PWM_MODE: Field = field("en_pwm_mode", 2, 1);
+    /// Filters the pulses of STEP for stealthChop. TMC5160, TMC2240; an encoder's in a TMC2130.
+    pub const MULTISTEP_FILT: Field = field("multistep_filt", 3, 1);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[EN_PWM_MODE, MULTISTEP_FILT];
+}
+
+/// Fields of GSTAT.
+pub mod gstat {
+    use super::{Field, field};
+    /// The chip has been reset since it was cleared: all registers are as after power-up.
+    pub const RESET: Field = field("reset", 0, 1);
+    /// Shut down by heat or a short.
+    pub const DRV_ERR: Field = field("drv_err", 1, 1);
+    /// The charge pump has too little voltage.
+    pub const UV_CP: Field = field("uv_cp", 2, 1);
+    /// Writing this clears all, also `register_reset` and `vm_uvlo` of a TMC2240.
+    pub const ALL: u32 = 0b1_1111;
+    /// Every field.
+    pub const FIELDS: &[Field] = &[RESET, DRV_ERR, UV_CP];
+}
+
+/// Fields of IOIN.
+pub mod ioin {
+    use super::{Field, field};
+    /// The enable input: high is off.
+    pub const DRV_ENN: Field = field("drv_enn", 4, 1);
+    /// Version of the chip.
+    pub const VERSION: Field = field("version", 24, 8);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[DRV_ENN, VERSION];
+}
+
+/// Fields of DRV_CONF of a TMC2240.
+pub mod drv_conf {
+    use super::{Field, field};
+    /// Full scale with 12 kOhm: 1 A, 2 A, 3 A.
+    pub const CURRENT_RANGE: Field = field("current_range", 0, 2);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[CURRENT_RANGE];
+}
+
+/// Fields of IHOLD_IRUN.
+pub mod ihold_irun {
+    use super::{Field, field};
+    /// Current scale at rest, in 32nds less one.
+    pub const IHOLD: Field = field("ihold", 0, 5);
+    /// Current scale in motion, in 32nds less one.
+    pub const IRUN: Field = field("irun", 8, 5);
+    /// Time between two steps down to IHOLD.
+    pub const IHOLDDELAY: Field = field("iholddelay", 16, 4);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[IHOLD, IRUN, IHOLDDELAY];
+}
+
+/// Fields of CHOPCONF.
+pub mod chopconf {
+    use super::{Field, field};
+    /// Off time; 0 shuts the bridges off.
+    pub const TOFF: Field = field("toff", 0, 4);
+    /// Hysteresis start - 1.
+    pub const HSTRT: Field = field("hstrt", 4, 3);
+    /// Hysteresis end + 3.
+    pub const HEND: Field = field("hend", 7, 4);
+    /// Blanking time.
+    pub const TBL: Field = field("tbl", 15, 2);
+    /// The lower full-scale voltage. TMC2130.
+    pub const VSENSE: Field = field("vsense", 17, 1);
+    /// Passive fast decay time. TMC5160, TMC2240.
+    pub const TPFD: Field = field("tpfd", 20, 4);
+    /// Microsteps per full step as 256 >> `mres`.
+    pub const MRES: Field = field("mres", 24, 4);
+    /// Interpolation to 256 microsteps.
+    pub const INTPOL: Field = field("intpol", 28, 1);
+    /// Both edges of STEP are steps.
+    pub const DEDGE: Field = field("dedge", 29, 1);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[TOFF, HSTRT, HEND, TBL, VSENSE, TPFD, MRES, INTPOL, DEDGE];
+    /// What [`crate::Chopper`] fills: off time, hysteresis, mode and blanking stand where those of a TMC2590
+    /// are.
+    pub const CHOPPER: u32 = 0x1_FFFF;
+}
+
+/// Fields of DRV_STATUS.
+pub mod drv_status {
+    use super::{Field, field};
+    /// stallGuard2: 0 for the highest load.
+    pub const SG_RESULT: Field = field("sg_result", 0, 10);
+    /// Short to supply, coil A. TMC5160, TMC2240.
+    pub const S2VSA: Field = field("s2vsa", 12, 1);
+    /// Short to supply, coil B. TMC5160, TMC2240.
+    pub const S2VSB: Field = field("s2vsb", 13, 1);
+    /// stealthChop drives the motor now. TMC5160, TMC2240.
+    pub const STEALTH: Field = field("stealth", 14, 1);
+    /// Current scale in force.
+    pub const CS_ACTUAL: Field = field("cs_actual", 16, 5);
+    /// stallGuard2 reads a stall.
+    pub const STALLGUARD: Field = field("stallguard", 24, 1);
+    /// Shut down by heat.
+    pub const OT: Field = field("ot", 25, 1);
+    /// Temperature warning.
+    pub const OTPW: Field = field("otpw", 26, 1);
+    /// Short to ground, coil A.
+    pub const S2GA: Field = field("s2ga", 27, 1);
+    /// Short to ground, coil B.
+    pub const S2GB: Field = field("s2gb", 28, 1);
+    /// Open load, coil A.
+    pub const OLA: Field = field("ola", 29, 1);
+    /// Open load, coil B.
+    pub const OLB: Field = field("olb", 30, 1);
+    /// No step for 2^20 clocks.
+    pub const STST: Field = field("stst", 31, 1);
+    /// Every field.
+    pub const FIELDS: &[Field] =
+        &[SG_RESULT, S2VSA, S2VSB, STEALTH, CS_ACTUAL, STALLGUARD, OT, OTPW, S2GA, S2GB, OLA, OLB, STST];
+}
