@@ -1,5 +1,5 @@
-//! Trinamic stepper motor drivers over SPI: TMC2590 and TMC2660, which are on the board, and in [`stealth`] the chips of
-//! driver boards outside.
+//! Trinamic stepper motor drivers over SPI: TMC2590 and TMC2660, which are on the board, and in [`stealth`]
+//! the chips of driver boards outside.
 //!
 //! [`register`] holds what the chip says: five write-only registers and the answer, every field under its
 //! datasheet name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot.
@@ -20,7 +20,8 @@
 //! # impl ErrorType for Bus { type Error = core::convert::Infallible; }
 //! # impl SpiDevice for Bus {
 //! #     fn transaction(&mut self, work: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
-//! #         for step in work { if let Operation::TransferInPlace(frame) = step { frame.copy_from_slice(b"\x00\x08\x05"); } }
+//! #         for step in work { if let Operation::TransferInPlace(frame) = step {
+//! frame.copy_from_slice(b"\x00\x08\x05"); } }
 //! #         Ok(())
 //! #     }
 //! # }

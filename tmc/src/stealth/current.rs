@@ -1,7 +1,7 @@
 //! Amperes to current scale. Peak current, the RMS value of the datasheets times the square root of 2:
 //!
-//! - TMC2130, "Selecting sense resistors": (`CS` + 1) / 32 * `V_FS` / (sense resistor + 20 mOhm), `V_FS` being
-//!   0.32 V, or 0.18 V with `vsense`.
+//! - TMC2130, "Selecting sense resistors": (`CS` + 1) / 32 * `V_FS` / (sense resistor + 20 mOhm), `V_FS`
+//!   being 0.32 V, or 0.18 V with `vsense`.
 //! - TMC5160, "Selecting sense resistors": `GLOBALSCALER` / 256 * (`CS` + 1) / 32 * 0.325 V / sense resistor.
 //! - TMC2240, "Setting the motor current": `GLOBALSCALER` / 256 * (`CS` + 1) / 32 * `K_IFS` / reference
 //!   resistor, `K_IFS` being 11.75, 24 or 36 A kOhm by `CURRENT_RANGE`.
@@ -75,14 +75,15 @@ pub fn stealth_current(chip: StealthChip, resistor: Ohms, peak: Amps, least_rang
     let exact = scale(peak, scaled);
     // A float to integer cast saturates, and takes a number that is none as 0.
     let cs = ((exact + 0.5) as u8).min(HIGHEST_CS);
-    let fit = if exact >= f32::from(HIGHEST_CS) + 0.5 {
+    let actual = Amps(scaled.0 * (f32::from(cs) + 1.0) / SCALE_STEPS);
+    let step = if chip.has_global_scaler() { full.0 / f32::from(FULL_SCALER) } else { full.0 / SCALE_STEPS };
+    let fit = if peak.0 > actual.0 + 0.501 * step && cs == HIGHEST_CS {
         CurrentFit::Limited
     } else if cs < LOWEST_GOOD_CS {
         CurrentFit::Coarse
     } else {
         CurrentFit::Good
     };
-    let actual = Amps(scaled.0 * (f32::from(cs) + 1.0) / SCALE_STEPS);
     StealthCurrent { cs, low_range, scaler, range, actual, fit }
 }
 

@@ -34,8 +34,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         Ok(Self { bus, chip, settings, current, enabled: false, was_reset: false })
     }
 
-    /// Writes every register with the bridges off, clears what the chip has latched, and checks that a chip of
-    /// this kind has taken it. Takes about 20 datagrams.
+    /// Writes every register with the bridges off, clears what the chip has latched, and checks that a chip
+    /// of this kind has taken it. Takes about 20 datagrams.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].

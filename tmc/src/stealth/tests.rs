@@ -191,8 +191,8 @@ fn each_flag_of_the_status_is_its_own_bit() {
     assert_eq!(old, StealthStatus { reset: true, charge_pump_low: true, ..StealthStatus::default() });
 }
 
-/// Worked out by hand: 0.32 V / 0.13 Ohm / 1.414, 0.18 V / 0.13 Ohm / 1.414, 0.325 V / 0.075 Ohm / 1.414; and the
-/// three ranges of a TMC2240 with 12 kOhm, about 1 A, 2 A and 3 A peak.
+/// Worked out by hand: 0.32 V / 0.13 Ohm / 1.414, 0.18 V / 0.13 Ohm / 1.414, 0.325 V / 0.075 Ohm / 1.414; and
+/// the three ranges of a TMC2240 with 12 kOhm, about 1 A, 2 A and 3 A peak.
 #[test]
 fn full_scale_is_what_the_equations_say() {
     let rms = |chip: StealthChip, low, range| chip.full_scale(resistor(chip), low, range).0 / 2_f32.sqrt();
