@@ -11,3 +11,4 @@ pub mod surface;
 pub mod switch;
 pub mod thermistor;
 pub mod tmc26x;
+pub mod tmc_stealth;
