@@ -46,7 +46,7 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
                 stop.slow_rate = stop.fast_rate;
             }
             let motor = stop.axis.and_then(|axis| Actuator::from_index(axis as usize));
-            let on_board = motor.filter(|motor| config.actuators[*motor].driver != DriverKind::External);
+            let on_board = motor.filter(|motor| config.actuators[*motor].driver.is_on_board());
             if !written("endstops", place, "pin") {
                 stop.pin = on_board.and_then(board::stall_pin);
             }
@@ -164,6 +164,7 @@ fn drivers(config: &mut MachineConfig, written: Written) {
         }
         let turn =
             MmPerSecond(GOOD_FULL_STEPS_PER_S * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm.max(1e-6));
+        stealth_driver(config, actuator, written);
         for (section, family) in [("tmc2590", &mut config.tmc2590), ("tmc2660", &mut config.tmc2660)] {
             if !written(section, place, "stall_least_speed") {
                 family.axes[actuator].stall_least_speed = turn;
@@ -178,6 +179,24 @@ fn drivers(config: &mut MachineConfig, written: Written) {
                 r if (74.5..75.5).contains(&r) => 4.4,
                 _ => 3.2,
             });
+        }
+    }
+}
+
+/// A driver outside gives what its resistor can measure, as far as its bridges bear it.
+fn stealth_driver(config: &mut MachineConfig, actuator: Actuator, written: Written) {
+    for kind in [DriverKind::Tmc2130, DriverKind::Tmc5160, DriverKind::Tmc2240] {
+        let family = match kind {
+            DriverKind::Tmc2130 => &mut config.tmc2130,
+            DriverKind::Tmc5160 => &mut config.tmc5160,
+            _ => &mut config.tmc2240,
+        };
+        let chip = &mut family.axes[actuator];
+        let measurable = chip.resistor.and_then(|resistor| kind.measurable(resistor));
+        if let Some(most) = measurable.filter(|_| !written(kind.name(), actuator as usize, "max_current")) {
+            let most = kind.most_current().filter(|bearable| *bearable < most).unwrap_or(most);
+            // In whole mA, as it is written.
+            chip.max_current = Amps((most.get() * 1_000.0 + 0.5) as u32 as f32 / 1_000.0);
         }
     }
 }

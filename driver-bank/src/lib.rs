@@ -6,16 +6,19 @@
 
 mod expert;
 mod set_up;
+mod stealth;
 
 use core::fmt::Write;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use machine::ports::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
+use tmc::stealth::SpiRegisters;
 use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up, switch_off};
+pub use stealth::{Outside, set_up as set_up_outside};
 
 /// What moves one actuator's coils. `E` enables an external driver: its active state is the pin's high.
 #[derive(Debug, Default)]
@@ -27,6 +30,8 @@ pub enum MotorDriver<SPI, E> {
     Chip(Driver<SPI>, Amps),
     /// A driver outside, enabled by this pin.
     External(E),
+    /// A driver outside whose chip is on a bus.
+    Outside(Outside<SpiRegisters<SPI>, E>),
 }
 
 /// The drivers of all actuators.
@@ -51,13 +56,16 @@ impl<SPI: SpiDevice, E> DriverBank<SPI, E> {
     fn chip(&mut self, motor: Actuator) -> Result<&mut Driver<SPI>, DriverFault> {
         match &mut self.0[motor] {
             MotorDriver::Chip(chip, _) => Ok(chip),
-            MotorDriver::None | MotorDriver::External(_) => Err(DriverFault::External),
+            MotorDriver::None | MotorDriver::External(_) | MotorDriver::Outside(_) => Err(DriverFault::External),
         }
     }
 }
 
 impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.initialise();
+        }
         let chip = self.chip(motor)?;
         // Silence is found by `start`, which writes every register; switching off first only changes the copy
         // it writes.
@@ -69,12 +77,18 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         if let MotorDriver::External(enable) = &mut self.0[motor] {
             return enable.set_state(enabled.into()).map_err(|_| DriverFault::Silent);
         }
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.set_enabled(enabled);
+        }
         let chip = self.chip(motor)?;
         let answer = if enabled { chip.enable() } else { chip.disable() };
         answer.map(drop).map_err(fault)
     }
 
     fn set_current(&mut self, motor: Actuator, peak: Amps) -> Result<Amps, DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.set_current(peak);
+        }
         let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
         let peak = if peak.0 > most.0 { *most } else { peak };
         chip.set_current(peak).map(|setting| setting.actual).map_err(fault)
@@ -83,11 +97,15 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     fn current(&self, motor: Actuator) -> Option<Amps> {
         match &self.0[motor] {
             MotorDriver::Chip(chip, _) => Some(chip.current()),
+            MotorDriver::Outside(driver) => Some(driver.current()),
             MotorDriver::None | MotorDriver::External(_) => None,
         }
     }
 
     fn status(&mut self, motor: Actuator) -> Result<DriverStatus, DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.status();
+        }
         let status = self.chip(motor)?.status().map_err(fault)?;
         let (supply_short_a, supply_short_b) = match status.reading {
             Reading::Diagnostics(all) => (all.short_to_supply_a, all.short_to_supply_b),
@@ -103,6 +121,9 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             supply_short_b,
             open_a: status.open_load_a,
             open_b: status.open_load_b,
+            // These chips do not say so; they lose their settings with the supply of the board, which is
+            // watched.
+            reset: false,
         })
     }
 
@@ -135,6 +156,12 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     }
 
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn Write) -> core::fmt::Result {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return match what {
+                Description::Everything => driver.describe(motor, out),
+                Description::Chopper => driver.describe_chopper(out),
+            };
+        }
         let Ok(chip) = self.chip(motor) else { return writeln!(out, "external driver") };
         match what {
             Description::Everything => expert::describe(chip, motor, out),
@@ -143,8 +170,11 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     }
 
     fn set_microsteps(&mut self, motor: Actuator, count: u16) -> Result<u16, DriverFault> {
-        let chip = self.chip(motor)?;
         let microsteps = Microsteps::from_count(count).ok_or(DriverFault::BadSetting)?;
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.set_microsteps(microsteps);
+        }
+        let chip = self.chip(motor)?;
         let now = chip.registers().drvctrl;
         let input = StepInput { microsteps, double_edge: now.dedge() == 1, interpolation: now.intpol() == 1 };
         chip.set_step_input(input).map_err(fault)?;
@@ -152,6 +182,9 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     }
 
     fn write_register(&mut self, motor: Actuator, number: u8, value: u32) -> Result<(), DriverFault> {
+        if let MotorDriver::Outside(_) = &self.0[motor] {
+            return Err(DriverFault::BadSetting);
+        }
         let chip = self.chip(motor)?;
         let word = expert::addressed(number, value).ok_or(DriverFault::BadSetting)?;
         chip.write_raw(word).map_err(fault)
@@ -163,6 +196,9 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         option: u8,
         word: &dyn Fn(char) -> Option<f64>,
     ) -> Result<(), DriverFault> {
+        if let MotorDriver::Outside(_) = &self.0[motor] {
+            return Err(DriverFault::BadSetting);
+        }
         expert::set_option(self.chip(motor)?, option, word)
     }
 }

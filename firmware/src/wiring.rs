@@ -7,7 +7,7 @@ use core::fmt::{Display, Write};
 
 use bsp_prime::pins::{Input, Output, PinSpec, Pins, Pull, table};
 use bsp_prime::step_engine::MotorLines;
-use config::{ActuatorConfig, DriverKind, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
+use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, StealthConfig, TmcConfig};
 use heapless::{String, Vec};
 use machine::ports::Input as MachineInput;
 use units::Actuator;
@@ -73,9 +73,12 @@ pub fn motors(
             let least_distance = timing.step_interval.max(timing.direction_setup);
             *line = motor_lines(actuator, motor, least_distance, pins, report);
         }
-        bank.0[actuator] = match config.driver(actuator) {
-            Some(settings) => chip(actuator, motor, settings, pins, bus, report),
-            None => external(actuator, motor, pins, report),
+        bank.0[actuator] = if let Some(settings) = config.stealth_driver(actuator) {
+            outside(actuator, motor, settings, pins, bus, report)
+        } else if let Some(settings) = config.driver(actuator) {
+            chip(actuator, motor, settings, pins, bus, report)
+        } else {
+            enable_pin(actuator, motor, pins, report).map_or(MotorDriver::None, MotorDriver::External)
         };
     }
     unused_chips(pins, bus);
@@ -100,7 +103,7 @@ fn motor_lines(
     pins: &mut Pins,
     report: &mut Report<'_>,
 ) -> MotorLines {
-    let double_edge = motor.driver != DriverKind::External;
+    let double_edge = motor.driver.is_on_board();
     let mut lines = MotorLines { double_edge, least_distance_ticks: least_distance, ..MotorLines::NONE };
     if let Some(pin) = motor.step_pin {
         let claimed = pins.fast_output(spec(pin), &owner("actuator", actuator.name(), "step_pin"));
@@ -115,10 +118,35 @@ fn motor_lines(
     lines
 }
 
-fn external(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> MotorDriver {
-    let Some(pin) = motor.en_pin else { return MotorDriver::None };
-    let claimed = pins.output(spec(pin), &owner("actuator", actuator.name(), "en_pin"));
-    report.take(claimed).map_or(MotorDriver::None, MotorDriver::External)
+/// The enable output of a driver outside the board, if it has one.
+fn enable_pin(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> Option<Output> {
+    let claimed = pins.output(spec(motor.en_pin?), &owner("actuator", actuator.name(), "en_pin"));
+    report.take(claimed)
+}
+
+/// A driver outside the board whose chip is on the drivers' bus. As with those on the board, it need not
+/// answer yet.
+fn outside(
+    actuator: Actuator,
+    motor: &ActuatorConfig,
+    settings: &StealthConfig,
+    pins: &mut Pins,
+    bus: &bsp_prime::spi::MotorBus,
+    report: &mut Report<'_>,
+) -> MotorDriver {
+    let enable = enable_pin(actuator, motor, pins, report);
+    // The checker has found it; without one the motor has no driver.
+    let Some(select) = settings.spi_cs_pin else { return MotorDriver::None };
+    let select = PinSpec { inverted: true, ..spec(select) };
+    let claimed = pins.output(select, &owner("driver", actuator.name(), "spi_cs_pin"));
+    let Some(select) = report.take(claimed) else { return MotorDriver::None };
+    match driver_bank::set_up_outside(bus.device(select), enable, motor, settings) {
+        Ok(driver) => driver,
+        Err(error) => {
+            report.trouble(format_args!("driver {}: {error}", actuator.name()));
+            MotorDriver::None
+        }
+    }
 }
 
 /// A driver chip, with its settings in its copy of the registers. Nothing is expected to answer yet: the

@@ -7,13 +7,21 @@ use crate::failure::{Failure, message};
 use crate::ports::{DriverFault, DriversPort, MotorDrivers};
 use crate::tuning::Tuning;
 
-/// Motors with a driver of ours, one bit each.
+/// Motors with a driver that is set up and asked, on the board or outside, one bit each.
 #[must_use]
 pub fn internal_motors(config: &MachineConfig) -> u8 {
-    config
-        .actuators()
-        .filter(|(_, actuator)| actuator.driver != DriverKind::External)
-        .fold(0, |bits, (motor, _)| bits | motor.bit())
+    motors_with(config, DriverKind::is_spoken_with)
+}
+
+/// Motors with a driver on the board, one bit each.
+#[must_use]
+pub fn on_board_motors(config: &MachineConfig) -> u8 {
+    motors_with(config, DriverKind::is_on_board)
+}
+
+fn motors_with(config: &MachineConfig, is_such: fn(DriverKind) -> bool) -> u8 {
+    let such = config.actuators().filter(|(_, actuator)| is_such(actuator.driver));
+    such.fold(0, |bits, (motor, _)| bits | motor.bit())
 }
 
 /// Motors of a set of bits.
@@ -81,6 +89,12 @@ impl Axes {
         self.on = 0;
     }
 
+    /// The driver of a motor has been set up again, and is off.
+    pub fn lose_current(&mut self, motor: Actuator) {
+        self.on &= !motor.bit();
+        self.resting &= !motor.bit();
+    }
+
     /// Gives every motor its current, unless it has it.
     ///
     /// # Errors
@@ -93,7 +107,7 @@ impl Axes {
         now: Micros,
     ) -> Result<(), Failure> {
         if self.on != self.present {
-            if internal_motors(config) != 0 && !ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
+            if on_board_motors(config) != 0 && !ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
                 return Err(Failure::alarm("motor supply is off (vmotor below 6 V): switch it on, then M999"));
             }
             ports.set_motor_power(true);
@@ -142,9 +156,7 @@ impl Axes {
             return;
         }
         for motor in motors(self.on & !self.resting) {
-            let Some(current) = config.driver(motor).and_then(|driver| driver.standstill_current) else { continue };
-            let family = config.driver_family(config.actuators[motor].driver);
-            let time = family.map_or(Micros(0), |family| family.standstill_time);
+            let Some((current, time)) = config.standstill(motor) else { continue };
             if now.since(self.standing_since) >= time
                 && ports.drivers(|drivers| drivers.set_current(motor, current)).is_ok()
             {

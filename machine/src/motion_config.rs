@@ -1,6 +1,6 @@
 //! The configuration's words for motion, in `motion`'s own types.
 
-use config::{ArmSolution, DriverKind, InputShaper, InputShaperConfig, MachineConfig};
+use config::{ArmSolution, InputShaper, InputShaperConfig, MachineConfig};
 use motion::geometry::{ArcSettings, LineSettings};
 use motion::kinematics::{
     CoreXz, Deltesian, Generic, LinearDelta, LinearDeltaGeometry, MOST_ANCHORS, Morgan, RotaryDelta, Winch,
@@ -117,12 +117,13 @@ fn shaper(settings: InputShaperConfig) -> Option<Shaper> {
 pub fn actuator(config: &MachineConfig, motor: Actuator) -> ActuatorConfig {
     let settings = &config.actuators[motor];
     let on_board = ActuatorConfig::new(settings.steps_per_mm);
-    // An external driver takes pulses: high for step_pulse_us, low for as long, even if the interrupt that
+    // A driver outside takes pulses: high for step_pulse_us, low for as long, even if the interrupt that
     // ends one comes half a microsecond late.
     let pulse_ticks = config.system.step_pulse_us * (STEP_CLOCK_HZ / 1_000_000);
-    let step_interval = match settings.driver {
-        DriverKind::External => 2 * pulse_ticks + STEP_CLOCK_HZ / 2_000_000,
-        DriverKind::Tmc2590 | DriverKind::Tmc2660 => on_board.step_interval,
+    let step_interval = if settings.driver.is_on_board() {
+        on_board.step_interval
+    } else {
+        2 * pulse_ticks + STEP_CLOCK_HZ / 2_000_000
     };
     ActuatorConfig {
         slaved_to: settings.slaved_to,

@@ -56,8 +56,7 @@ fn set_current(
     if wanted.0 < 0.0 || !wanted.0.is_finite() {
         return Err(refuse("the current must not be negative"));
     }
-    let ceiling = config.driver(motor).map(|driver| driver.max_current);
-    let Some(ceiling) = ceiling.filter(|_| config.actuators[motor].present) else {
+    let Some(ceiling) = config.max_current(motor).filter(|_| config.actuators[motor].present) else {
         return Err(refuse("has no driver whose current can be set"));
     };
     let allowed = if wanted > ceiling { ceiling } else { wanted };

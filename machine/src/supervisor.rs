@@ -11,6 +11,7 @@ mod trouble;
 use heapless::Deque;
 use units::{Actuator, Micros, PerActuator, Volts};
 
+use crate::axes::motors;
 use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
 pub use trouble::DriverTrouble;
 
@@ -79,7 +80,12 @@ struct FetWatch {
 /// The slow task's state.
 #[derive(Debug)]
 pub struct Supervisor {
-    internal: u8,
+    /// Motors with drivers on the board, one bit each: they live on the motor supply.
+    on_board: u8,
+    /// Motors with drivers outside that can be asked, which have a supply of their own.
+    outside: u8,
+    /// Those of them that are yet to be asked in this period: one each tick, for they take longer.
+    to_ask: u8,
     check_drivers: bool,
     watches: PerActuator<Watch>,
     supply_on: Option<bool>,
@@ -101,7 +107,9 @@ impl Supervisor {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            internal: 0,
+            on_board: 0,
+            outside: 0,
+            to_ask: 0,
             check_drivers: false,
             watches: PerActuator([Watch { seen: 0, reported: 0, open: [0; 2], cooler: 0 }; units::MAX_ACTUATORS]),
             supply_on: None,
@@ -112,9 +120,11 @@ impl Supervisor {
         }
     }
 
-    /// Sets which motors (one bit each) have internal drivers, and whether their status is watched.
-    pub fn configure(&mut self, internal_motors: u8, check_drivers: bool) {
-        self.internal = internal_motors;
+    /// Sets which motors (one bit each) have drivers on the board, which have drivers outside that can be
+    /// asked, and whether their status is watched.
+    pub fn configure(&mut self, on_board: u8, outside: u8, check_drivers: bool) {
+        self.on_board = on_board;
+        self.outside = outside;
         self.check_drivers = check_drivers;
     }
 
@@ -153,27 +163,34 @@ impl Supervisor {
         self.events.pop_front()
     }
 
-    /// The slow task's body; call at 1 Hz or faster. Worst cost: one status datagram for each internal
-    /// driver.
+    /// The slow task's body; call at 10 Hz, so that every driver is asked once a second. Worst cost: one
+    /// status datagram for each driver on the board, and seven, or writing all registers, for one outside.
     pub fn tick(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
+        let slow = if now.since(self.slow.1) <= SLOW_HOLDS { self.slow.0 } else { 0 };
         if now < self.due {
-            return;
+            return self.ask_outside(drivers, slow);
         }
         self.due = now.plus(POLL_PERIOD);
         self.watch_supply(drivers, supply);
         self.watch_fet_supply(supply);
         if self.check_drivers && self.motor_supply_on() {
-            let (slow, seen) = self.slow;
-            let slow = if now.since(seen) <= SLOW_HOLDS { slow } else { 0 };
-            for motor in self.motors() {
+            for motor in motors(self.on_board) {
                 self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
             }
         }
+        self.to_ask = if self.check_drivers { self.outside } else { 0 };
+        self.ask_outside(drivers, slow);
     }
 
-    fn motors(&self) -> impl Iterator<Item = Actuator> + use<> {
-        let internal = self.internal;
-        Actuator::ALL.into_iter().filter(move |motor| internal & motor.bit() != 0)
+    /// The next driver outside. One that was without power is set up again, and is off.
+    fn ask_outside(&mut self, drivers: &mut impl MotorDrivers, slow: u8) {
+        let Some(motor) = motors(self.to_ask).next() else { return };
+        self.to_ask &= !motor.bit();
+        self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
+        if self.watches[motor].reported & DriverTrouble::Reset.bit() != 0 {
+            // If it fails, its silence or another reset shows at the next poll.
+            let _ = drivers.initialise(motor);
+        }
     }
 
     fn watch_supply(&mut self, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
@@ -183,7 +200,7 @@ impl Supervisor {
         match (was_on, is_on) {
             (Some(true) | None, false) => self.report(SupervisorEvent::MotorSupplyLost),
             (Some(false), true) => {
-                for motor in self.motors() {
+                for motor in motors(self.on_board) {
                     if drivers.initialise(motor).is_err() {
                         self.report(SupervisorEvent::Driver(motor, DriverTrouble::Silent));
                     }
@@ -259,6 +276,7 @@ fn troubles(status: Result<DriverStatus, DriverFault>) -> u16 {
         (status.short_b, DriverTrouble::ShortB),
         (status.supply_short_a, DriverTrouble::SupplyShortA),
         (status.supply_short_b, DriverTrouble::SupplyShortB),
+        (status.reset, DriverTrouble::Reset),
     ];
     flags.into_iter().filter(|(set, _)| *set).fold(0, |bits, (_, trouble)| bits | trouble.bit())
 }
@@ -326,7 +344,7 @@ mod tests {
 
     fn bench() -> (Supervisor, Bench) {
         let mut supervisor = Supervisor::new();
-        supervisor.configure(Actuator::Beta.bit(), true);
+        supervisor.configure(Actuator::Beta.bit(), 0, true);
         (supervisor, Bench { status: Ok(DriverStatus::default()), initialised: 0 })
     }
 
@@ -382,6 +400,27 @@ mod tests {
             told.extend(supervisor.take_event().map(|event| (second, event)));
         }
         assert_eq!(told, [(9, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OpenB))]);
+    }
+
+    #[test]
+    fn drivers_outside_are_asked_one_at_a_tick_and_set_up_again_after_a_reset() {
+        let (mut supervisor, mut drivers) = bench();
+        let outside = Actuator::Delta.bit() | Actuator::Epsilon.bit();
+        supervisor.configure(0, outside, true);
+        drivers.status = Ok(DriverStatus { reset: true, ..DriverStatus::default() });
+        // The supply of the board is not theirs.
+        let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
+        let mut set_up = Vec::new();
+        for tick in 0..20 {
+            supervisor.tick(Micros::from_millis(tick * 100), &mut drivers, supply);
+            set_up.push(drivers.initialised);
+        }
+        // Seen twice, the second time in the second second.
+        let expected = (0..20).map(|tick| if tick < 10 { 0 } else { (tick - 9).min(2) });
+        assert_eq!(set_up, expected.collect::<Vec<_>>());
+        let told: Vec<_> = core::iter::from_fn(|| supervisor.take_event()).skip(1).collect();
+        let reset = |motor| SupervisorEvent::Driver(motor, DriverTrouble::Reset);
+        assert_eq!(told, [reset(Actuator::Delta), reset(Actuator::Epsilon)]);
     }
 
     #[test]

@@ -27,7 +27,8 @@ use units::{Actuator, MAX_ACTUATORS};
 use crate::models::fan;
 use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
-use crate::models::tmc26x::Tmc26x;
+use crate::models::tmc_stealth::TmcStealth;
+use crate::models::tmc26x::{Condition, Tmc26x};
 use crate::trace::Trace;
 use heat::{FanState, HeaterState};
 use motion::Motor;
@@ -61,6 +62,8 @@ pub struct World {
     grid_ns: u64,
     motors: [Option<Motor>; MAX_ACTUATORS],
     drivers: [Tmc26x; ON_BOARD_DRIVERS],
+    /// Chips of drivers on headers, by motor.
+    outside: [Option<TmcStealth>; MAX_ACTUATORS],
     switches: Vec<(Switch, bool)>,
     switch_changes: Vec<SwitchChange>,
     /// Contacts that bounce: when, which switch, whether it closes. In order of time.
@@ -92,8 +95,12 @@ impl World {
     #[must_use]
     pub fn new(config: WorldConfig) -> Self {
         let mut motors = [const { None }; MAX_ACTUATORS];
+        let mut outside = [const { None }; MAX_ACTUATORS];
         for actuator in &config.actuators {
             motors[actuator.actuator as usize] = Some(Motor::new(actuator));
+            if let DriverConfig::Outside { kind, enable_high } = actuator.driver {
+                outside[actuator.actuator as usize] = Some(TmcStealth::new(kind, enable_high.is_some()));
+            }
         }
         let mut drivers = std::array::from_fn(|_| Tmc26x::new(config.chip));
         drivers.iter_mut().for_each(|driver: &mut Tmc26x| driver.set_supply(config.vmotor_v));
@@ -102,6 +109,7 @@ impl World {
             grid_ns: GRID_NS,
             motors,
             drivers,
+            outside,
             switches: config.switches.iter().map(|switch| (motion::switch_of(switch), false)).collect(),
             switch_changes: Vec::new(),
             bounces: Vec::new(),
@@ -200,12 +208,16 @@ impl World {
             Fault::SwitchNeverOperates(name) => self.set_switch_fault(name, switch::Fault::NeverOperates)?,
             Fault::SwitchAlwaysOperated(name) => self.set_switch_fault(name, switch::Fault::AlwaysOperated)?,
             Fault::SwitchBounces(name) => self.set_switch_fault(name, switch::Fault::Bounces)?,
-            Fault::DriverSilent(motor) => self.driver_of(*motor)?.condition.silent = true,
-            Fault::DriverBitErrors(motor, every) => self.driver_of(*motor)?.condition.bit_error_every = *every,
-            Fault::DriverTemperature(motor, celsius) => self.driver_of(*motor)?.condition.temperature_c = *celsius,
-            Fault::DriverOpenLoad(motor) => self.driver_of(*motor)?.condition.open_load[0] = true,
-            Fault::DriverShort(motor) => self.driver_of(*motor)?.condition.short_to_ground[0] = true,
-            Fault::DriverShortToSupply(motor) => self.driver_of(*motor)?.condition.short_to_supply[0] = true,
+            Fault::DriverSilent(motor) => self.driver_condition(*motor)?.silent = true,
+            Fault::DriverBitErrors(motor, every) => self.driver_condition(*motor)?.bit_error_every = *every,
+            Fault::DriverTemperature(motor, celsius) => self.driver_condition(*motor)?.temperature_c = *celsius,
+            Fault::DriverOpenLoad(motor) => self.driver_condition(*motor)?.open_load[0] = true,
+            Fault::DriverShort(motor) => self.driver_condition(*motor)?.short_to_ground[0] = true,
+            Fault::DriverShortToSupply(motor) => self.driver_condition(*motor)?.short_to_supply[0] = true,
+            Fault::DriverReset(motor) => {
+                let chip = self.outside[*motor as usize].as_mut();
+                chip.ok_or_else(|| format!("{} has no driver with a supply of its own", motor.name()))?.reset();
+            }
             Fault::MotorSupply(volts) => self.set_motor_supply(*volts),
             Fault::FetSupply(volts) => self.vfet_v = *volts,
             Fault::FetSwitchStuckOn => self.fet_switch_stuck_on = true,
@@ -227,9 +239,9 @@ impl World {
         for (switch, _) in &mut self.switches {
             switch.fault = switch::Fault::Sound;
         }
-        for driver in &mut self.drivers {
-            driver.condition = crate::models::tmc26x::Condition { temperature_c: 40, ..Default::default() };
-        }
+        let sound = Condition { temperature_c: 40, ..Condition::default() };
+        self.drivers.iter_mut().for_each(|driver| driver.condition = sound);
+        self.outside.iter_mut().flatten().for_each(|driver| driver.condition = sound);
         self.set_motor_supply(self.config.vmotor_v);
         self.vfet_v = self.config.vfet_v;
         self.fet_switch_stuck_on = false;
@@ -260,8 +272,18 @@ impl World {
         &mut self.drivers[index]
     }
 
-    fn driver_of(&mut self, actuator: Actuator) -> Result<&mut Tmc26x, String> {
-        self.drivers.get_mut(actuator as usize).ok_or_else(|| format!("{} has no on-board driver", actuator.name()))
+    /// The chip of a motor's driver outside the board; `None` when it has none.
+    #[must_use]
+    pub const fn outside_driver(&self, motor: Actuator) -> Option<&TmcStealth> {
+        self.outside[motor as usize].as_ref()
+    }
+
+    fn driver_condition(&mut self, actuator: Actuator) -> Result<&mut Condition, String> {
+        if let Some(chip) = &mut self.outside[actuator as usize] {
+            return Ok(&mut chip.condition);
+        }
+        let on_board = self.drivers.get_mut(actuator as usize).map(|chip| &mut chip.condition);
+        on_board.ok_or_else(|| format!("{} has no driver that can be asked", actuator.name()))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The phase of a motor at its switch: whether it says anything of the axis, and what it can tell apart.
 
 use super::Checks;
-use crate::machine::{ActuatorConfig, ArmSolution, DriverKind, EndstopConfig, HomingDirection, MachineConfig};
+use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection, MachineConfig};
 use units::{Actuator, Axis};
 
 const ENDSTOPS: &str = "endstops";
@@ -47,7 +47,7 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         let reason = format_args!("the zero of a tower or an arm is no place of the tool");
         checks.error((ENDSTOPS, place, "phase_align_zero"), reason, format_args!("delete it"));
     }
-    let is_external = |motor: &ActuatorConfig| motor.driver == DriverKind::External;
+    let is_external = |motor: &ActuatorConfig| !motor.driver.is_on_board();
     if stop.phase.calibrated.is_some() && [Some(motor), other].into_iter().flatten().any(is_external) {
         let reason = format_args!("nobody can read where an external driver is in its cycle after power up");
         let fix = format_args!("delete it: the first homing then sets the phase, until the next power up");

@@ -20,6 +20,7 @@ mod planner;
 mod shapers;
 mod soft_endstops;
 mod stall_homing;
+mod stealth_drivers;
 mod temperature_switches;
 mod tools;
 mod uart;

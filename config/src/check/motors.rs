@@ -15,7 +15,7 @@ const ACTUATOR: &str = "actuator";
 pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut Reporter<'_>) {
     for actuator in Actuator::ALL {
         let place = actuator as usize;
-        let ceiling = config.driver(actuator).filter(|chip| chip.present).map(|chip| chip.max_current);
+        let ceiling = config.max_current(actuator);
         let motor = config.actuators[actuator];
         let (possible, bound) = step_rate_possible(config, motor.driver);
         let rate = motor.max_rate.get() * motor.steps_per_mm;
@@ -40,13 +40,13 @@ pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     }
 }
 
-/// Steps in a second that a motor can make, and the setting that bounds them. An external driver takes
+/// Steps in a second that a motor can make, and the setting that bounds them. A driver outside takes
 /// pulses: high for `step_pulse_us`, low for as long and half a microsecond, which the end of a pulse may
 /// come late.
 fn step_rate_possible(config: &MachineConfig, driver: DriverKind) -> (f64, &'static str) {
     let most = f64::from(config.system.step_frequency_hz);
     let pulses = 1e6 / (2.0 * f64::from(config.system.step_pulse_us.max(1)) + 0.5);
-    if driver == DriverKind::External && pulses < most { (pulses, "step_pulse_us") } else { (most, "step_frequency") }
+    if !driver.is_on_board() && pulses < most { (pulses, "step_pulse_us") } else { (most, "step_frequency") }
 }
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
@@ -60,6 +60,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             checks.error((ACTUATOR, actuator as usize, "steps_per_mm"), reason, fix);
         }
     }
+    super::stealth_drivers::unused(checks);
     for (actuator, motor) in config.actuators() {
         step_and_direction(checks, actuator, motor);
         driver(checks, actuator, motor);
@@ -103,6 +104,11 @@ fn slow_table(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorC
 
 fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfig) {
     let place = actuator as usize;
+    if motor.driver.is_spoken_with() && !motor.microsteps.is_power_of_two() {
+        let reason = format_args!("{} microsteps do not exist", motor.microsteps);
+        let fix = format_args!("write 1, 2, 4, 8, 16, 32, 64, 128 or 256, and fit steps_per_mm to it");
+        checks.error((ACTUATOR, place, "microsteps"), reason, fix);
+    }
     let (section, sense_volts) = match motor.driver {
         DriverKind::Tmc2590 => ("tmc2590", TMC2590_SENSE_VOLTS),
         DriverKind::Tmc2660 => ("tmc2660", TMC2660_SENSE_VOLTS),
@@ -113,12 +119,10 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
             }
             return;
         }
+        DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240 => {
+            return super::stealth_drivers::check(checks, actuator, motor);
+        }
     };
-    if !motor.microsteps.is_power_of_two() {
-        let reason = format_args!("{} microsteps do not exist", motor.microsteps);
-        let fix = format_args!("write 1, 2, 4, 8, 16, 32, 64, 128 or 256, and fit steps_per_mm to it");
-        checks.error((ACTUATOR, place, "microsteps"), reason, fix);
-    }
     let Some(chip) = checks.config.driver(actuator) else { return };
     if !chip.present {
         let reason = format_args!("the motor's driver has no entry in [{section}]");

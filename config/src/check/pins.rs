@@ -79,9 +79,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
     let lives = setting.is_common || section.instances().is_none_or(|instances| (instances.is_live)(config, place));
     lives
         && match (section.name, setting.key) {
-            ("actuator", "en_pin") => {
-                config.actuators.0.get(place).is_some_and(|motor| motor.driver == DriverKind::External)
-            }
+            ("actuator", "en_pin") => config.actuators.0.get(place).is_some_and(|motor| !motor.driver.is_on_board()),
             ("actuator", "motors_enable_pin") => uses_driver_chips(checks),
             ("tmc2590", "reset_pin") => config.actuators().any(|(_, motor)| motor.driver == DriverKind::Tmc2590),
             ("uart console", _) => config.uart.enable,
@@ -104,7 +102,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
 }
 
 fn uses_driver_chips(checks: &Checks<'_, '_>) -> bool {
-    checks.config.actuators().any(|(_, motor)| motor.driver != DriverKind::External)
+    checks.config.actuators().any(|(_, motor)| motor.driver.is_on_board())
 }
 
 /// Pads of the buses that are in use.
@@ -119,8 +117,11 @@ fn buses(checks: &Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>) {
     for channel in [0, 1] {
         let by_drivers = config
             .actuators()
-            .filter_map(|(_, motor)| config.driver_family(motor.driver))
-            .any(|family| family.spi_channel == channel);
+            .filter_map(|(_, motor)| {
+                let on_board = config.driver_family(motor.driver).map(|family| family.spi_channel);
+                on_board.or_else(|| Some(config.stealth_family(motor.driver)?.spi_channel))
+            })
+            .any(|used| used == channel);
         let by_sensors = config
             .temperatures
             .iter()

@@ -1,4 +1,5 @@
-//! Motors: `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`, `[extruder]`.
+//! Motors: `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`, `[extruder]`. Drivers outside that
+//! are spoken with are in [`super::stealth_drivers`].
 
 use super::{Name, ToolId};
 use crate::pin::Pin;
@@ -12,6 +13,37 @@ pub enum DriverKind {
     Tmc2590,
     Tmc2660,
     External,
+    Tmc2130,
+    Tmc5160,
+    Tmc2240,
+}
+
+impl DriverKind {
+    /// A chip of the board: it takes every edge of STEP as a step, and its supply is the board's. Others are
+    /// outside and take pulses.
+    #[must_use]
+    pub const fn is_on_board(self) -> bool {
+        matches!(self, Self::Tmc2590 | Self::Tmc2660)
+    }
+
+    /// A chip that is set up and asked for its state, on the board or outside.
+    #[must_use]
+    pub const fn is_spoken_with(self) -> bool {
+        !matches!(self, Self::External)
+    }
+
+    /// The word that stands for it, which is the name of its section.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tmc2590 => "tmc2590",
+            Self::Tmc2660 => "tmc2660",
+            Self::External => "external",
+            Self::Tmc2130 => "tmc2130",
+            Self::Tmc5160 => "tmc5160",
+            Self::Tmc2240 => "tmc2240",
+        }
+    }
 }
 
 /// One motor.

@@ -16,6 +16,7 @@ mod id;
 mod leveling;
 mod motion;
 mod outputs;
+mod stealth_drivers;
 mod system;
 mod temperature_switches;
 
@@ -43,6 +44,7 @@ pub use leveling::{
 };
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
+pub use stealth_drivers::{StealthConfig, StealthFamily};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
     PrinterDialect, SafetyDoor, SystemConfig, ToolChangeConfig, UartConfig,
@@ -100,6 +102,12 @@ pub struct MachineConfig {
     pub tmc2590: DriverFamily,
     /// `[tmc2660]`
     pub tmc2660: DriverFamily,
+    /// `[tmc2130]`
+    pub tmc2130: StealthFamily,
+    /// `[tmc5160]`
+    pub tmc5160: StealthFamily,
+    /// `[tmc2240]`
+    pub tmc2240: StealthFamily,
     /// `[extruder]`, enabled ones only after reading.
     pub extruders: Vec<ExtruderConfig, MAX_EXTRUDERS>,
     /// `[temperature control]`, enabled ones only after reading.
@@ -174,13 +182,13 @@ impl MachineConfig {
         Some(&self.driver_family(self.actuators[actuator].driver)?.axes[actuator])
     }
 
-    /// The settings that all chips of a kind share; none for external drivers.
+    /// The settings that all chips of a kind on the board share; none for drivers outside.
     #[must_use]
     pub const fn driver_family(&self, kind: DriverKind) -> Option<&DriverFamily> {
         match kind {
             DriverKind::Tmc2590 => Some(&self.tmc2590),
             DriverKind::Tmc2660 => Some(&self.tmc2660),
-            DriverKind::External => None,
+            _ => None,
         }
     }
 

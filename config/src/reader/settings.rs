@@ -291,7 +291,7 @@ impl Reader<'_> {
             let config = &self.config;
             let kind = config.actuators[motor].driver;
             let is_described = [&config.tmc2590, &config.tmc2660].iter().any(|family| family.axes[motor].present);
-            if !config.actuators[motor].present || kind == DriverKind::External || is_described {
+            if !config.actuators[motor].present || !kind.is_on_board() || is_described {
                 continue;
             }
             let name = if kind == DriverKind::Tmc2590 { "tmc2590" } else { "tmc2660" };

@@ -10,7 +10,7 @@ use program::Dialect;
 use units::Micros;
 
 use super::{Machine, automatic, grbl, kept, recover, statistics, suspend};
-use crate::axes::internal_motors;
+use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
 use crate::grbl::{framing, hal, stored};
@@ -233,9 +233,11 @@ async fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
 fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
     let internal = internal_motors(machine.config);
     let check = machine.config.motors.check_driver_errors;
-    machine.ports.supervisor(|supervisor| supervisor.configure(internal, check));
+    let on_board = on_board_motors(machine.config);
+    machine.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
     let supplied = machine.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
-    for motor in crate::axes::motors(internal).filter(|_| supplied) {
+    let awake = if supplied { internal } else { internal & !on_board };
+    for motor in crate::axes::motors(awake) {
         let current = machine.config.actuators[motor].current;
         let set = machine.ports.drivers(|drivers| {
             drivers.initialise(motor)?;

@@ -19,7 +19,7 @@ use crate::outputs::Changes;
 use crate::ports::{Input, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId};
-use crate::supervisor::{Supervisor, SupervisorEvent};
+use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
@@ -382,6 +382,9 @@ impl<P: Ports> Machine<'_, P> {
                     if trouble.is_off() {
                         // It may have turned by itself.
                         self.axes.lose_place(motor);
+                    }
+                    if trouble == DriverTrouble::Reset {
+                        self.axes.lose_current(motor);
                     }
                     let halts = trouble.is_fatal() && self.config.motors.halt_on_driver_alarm;
                     if halts && !self.safety.is_halted() {

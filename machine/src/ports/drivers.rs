@@ -23,6 +23,8 @@ pub struct DriverStatus {
     pub open_a: bool,
     /// No load on coil B (only meaningful while turning).
     pub open_b: bool,
+    /// It was without power since it was initialised: its settings are lost, and its motor is off.
+    pub reset: bool,
 }
 
 /// Where a driver is in the electrical cycle of its motor: four full steps, 1024 places.
@@ -46,7 +48,7 @@ pub struct StallSearch {
 /// Why a driver could not be talked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverFault {
-    /// This actuator has an external driver, or none: nothing to set or read.
+    /// This actuator has an external driver, or none, or one that has no such thing: nothing to set or read.
     External,
     /// All bits of the answer are equal: nobody drives the bus.
     Silent,

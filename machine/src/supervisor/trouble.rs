@@ -21,10 +21,12 @@ pub enum DriverTrouble {
     OpenA,
     /// No current through coil B.
     OpenB,
+    /// It was without power by itself, and has been set up again.
+    Reset,
 }
 
 impl DriverTrouble {
-    pub(super) const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 10] = [
         Self::OverTemperatureWarning,
         Self::OverTemperature,
         Self::ShortA,
@@ -34,6 +36,7 @@ impl DriverTrouble {
         Self::Silent,
         Self::OpenA,
         Self::OpenB,
+        Self::Reset,
     ];
 
     /// Must the motor stop?
@@ -64,6 +67,7 @@ impl DriverTrouble {
             Self::SupplyShortB => "SHORT to supply on channel B",
             Self::OpenA => "no current through coil A: check the motor's plug and cable",
             Self::OpenB => "no current through coil B: check the motor's plug and cable",
+            Self::Reset => "the driver was without power, the motor was off and is elsewhere: check its supply, home",
             Self::Silent => "driver does not answer, check its supply and SPI wiring",
         }
     }

@@ -12,11 +12,20 @@ use units::Actuator;
 use super::ports::Shared;
 use crate::world::DriverConfig;
 
+/// A chip's select on the simulated bus.
+#[derive(Clone, Copy)]
+enum Select {
+    /// One of the board's, by its number.
+    OnBoard(usize),
+    /// That of a motor's driver outside.
+    Outside(Actuator),
+}
+
 /// One chip's place on the simulated bus.
 #[derive(Clone)]
 pub struct Bus {
     shared: Rc<Shared>,
-    index: usize,
+    select: Select,
 }
 
 impl ErrorType for Bus {
@@ -24,14 +33,23 @@ impl ErrorType for Bus {
 }
 
 impl Bus {
-    /// One frame of 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
-    /// datasheet, "SPI interface").
     fn frame(&self, bytes: &mut [u8]) {
-        let word = bytes.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) & 0xF_FFFF;
         let now_ns = self.shared.now_ns.get();
-        let answer = self.shared.world.borrow_mut().driver_spi(now_ns, self.index, word) << 4;
-        for (byte, value) in bytes.iter_mut().zip(answer.to_be_bytes().into_iter().skip(1)) {
-            *byte = value;
+        let mut world = self.shared.world.borrow_mut();
+        match self.select {
+            // One frame of 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
+            // datasheet, "SPI interface").
+            Select::OnBoard(index) => {
+                let word = bytes.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) & 0xF_FFFF;
+                let answer = world.driver_spi(now_ns, index, word) << 4;
+                for (byte, value) in bytes.iter_mut().zip(answer.to_be_bytes().into_iter().skip(1)) {
+                    *byte = value;
+                }
+            }
+            Select::Outside(motor) => {
+                let datagram = <[u8; 5]>::try_from(&*bytes).expect("a datagram of 40 bits");
+                bytes.copy_from_slice(&world.outside_spi(now_ns, motor, datagram));
+            }
         }
     }
 }
@@ -84,7 +102,11 @@ impl Enable {
         let now_ns = self.shared.now_ns.get();
         let mut world = self.shared.world.borrow_mut();
         let entry = world.config().actuators.iter().find(|entry| entry.actuator == self.motor);
-        if let Some(DriverConfig::External { enable_high: Some(high), .. }) = entry.map(|entry| entry.driver) {
+        if let Some(
+            DriverConfig::External { enable_high: Some(high), .. }
+            | DriverConfig::Outside { enable_high: Some(high), .. },
+        ) = entry.map(|entry| entry.driver)
+        {
             world.enable_pin(now_ns, self.motor, enabled == high);
         }
     }
@@ -97,12 +119,17 @@ pub type Bank = DriverBank<Bus, Enable>;
 pub fn configure(shared: &Rc<Shared>, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> (Bank, bool) {
     let (mut bank, mut clean) = (Bank::default(), true);
     for (motor, settings) in config.actuators() {
-        let Some(chip) = config.driver(motor) else {
-            bank.0[motor] = MotorDriver::External(Enable { shared: Rc::clone(shared), motor });
-            continue;
+        let enable = Enable { shared: Rc::clone(shared), motor };
+        let bus = |select| Bus { shared: Rc::clone(shared), select };
+        let set_up = if let Some(chip) = config.stealth_driver(motor) {
+            let enable = settings.en_pin.map(|_| enable);
+            driver_bank::set_up_outside(bus(Select::Outside(motor)), enable, settings, chip)
+        } else if let Some(chip) = config.driver(motor) {
+            driver_bank::set_up(bus(Select::OnBoard(motor as usize)), settings, chip)
+        } else {
+            Ok(MotorDriver::External(enable))
         };
-        let bus = Bus { shared: Rc::clone(shared), index: motor as usize };
-        match driver_bank::set_up(bus, settings, chip) {
+        match set_up {
             Ok(driver) => bank.0[motor] = driver,
             Err(error) => {
                 report(&format!("driver {}: {error}", motor.name()));

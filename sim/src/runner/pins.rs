@@ -12,7 +12,8 @@ type Used = (Option<Pin>, String);
 
 fn motors(config: &MachineConfig) -> impl Iterator<Item = Used> {
     let motors = config.actuators().flat_map(|(actuator, motor)| {
-        let select = config.driver(actuator).and_then(|driver| driver.spi_cs_pin);
+        let on_board = config.driver(actuator).and_then(|driver| driver.spi_cs_pin);
+        let select = on_board.or_else(|| config.stealth_driver(actuator)?.spi_cs_pin);
         let pins = [
             ("step_pin", motor.step_pin),
             ("dir_pin", motor.dir_pin),

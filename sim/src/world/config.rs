@@ -8,6 +8,7 @@ use crate::models::heater::Plant;
 use crate::models::surface::Surface;
 use crate::models::switch::Side;
 use crate::models::thermistor::Curve;
+use crate::models::tmc_stealth::StealthKind;
 use crate::models::tmc26x::Chip;
 
 /// A pin of the microcontroller.
@@ -76,6 +77,13 @@ pub enum DriverConfig {
         /// Microsteps per full step set by its switches.
         microsteps: u32,
         /// Level of the enable pin that energises the motor; `None` when it is always on.
+        enable_high: Option<bool>,
+    },
+    /// A driver on a header with a chip that is set up over SPI.
+    Outside {
+        /// Its chip.
+        kind: StealthKind,
+        /// Level of the enable pin that lets the chip drive; `None` where that input is tied so.
         enable_high: Option<bool>,
     },
 }

@@ -48,6 +48,8 @@ pub enum Fault {
     DriverShort(Actuator),
     /// Coil A of the motor is shorted to the motor supply.
     DriverShortToSupply(Actuator),
+    /// The chip of a driver outside the board was without supply for a moment.
+    DriverReset(Actuator),
     /// The motor supply has this voltage.
     MotorSupply(f64),
     /// The supply of heaters and fans has this voltage.
@@ -70,7 +72,7 @@ pub struct TimedFault {
 /// How faults are spelled, for usage texts.
 pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-bit-errors:MOTOR,EVERY driver-overheat:MOTOR driver-prewarn:MOTOR \
-driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
+driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR driver-reset:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
 
 impl TimedFault {
@@ -141,6 +143,7 @@ impl TimedFault {
             "driver-open-load" => Fault::DriverOpenLoad(motor()?),
             "driver-short" => Fault::DriverShort(motor()?),
             "driver-short-to-supply" => Fault::DriverShortToSupply(motor()?),
+            "driver-reset" => Fault::DriverReset(motor()?),
             "motor-supply" => Fault::MotorSupply(volts()?),
             "fet-supply" => Fault::FetSupply(volts()?),
             "fet-switch-stuck-on" => Fault::FetSwitchStuckOn,

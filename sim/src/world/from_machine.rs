@@ -17,6 +17,7 @@ use crate::models::rotor;
 use crate::models::surface::{Bed, Surface};
 use crate::models::switch::Side;
 use crate::models::thermistor::{Curve, REFERENCE_VOLTS};
+use crate::models::tmc_stealth::StealthKind;
 use crate::models::tmc26x::Chip;
 
 /// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
@@ -70,11 +71,15 @@ fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
 /// Rotors cost time, so only a machine that looks at their load has them.
 fn rotor(machine: &MachineConfig, actuator: Actuator) -> Option<rotor::Plant> {
     let config = &machine.actuators[actuator];
-    if config.driver == DriverKind::External || !machine.looks_at_stalls() {
+    if !config.driver.is_on_board() || !machine.looks_at_stalls() {
         return None;
     }
     let rated_amps = config.current.map_or(rotor::Plant::PRINTER.rated_amps, |current| f64::from(current.0));
     Some(rotor::Plant { rated_amps, ..rotor::Plant::PRINTER })
+}
+
+fn outside(kind: StealthKind, motor: &config::ActuatorConfig) -> DriverConfig {
+    DriverConfig::Outside { kind, enable_high: motor.en_pin.map(|pin| !pin.inverted) }
 }
 
 fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> ActuatorConfig {
@@ -98,6 +103,9 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
                 enable_high: config.en_pin.map(|pin| !pin.inverted),
             },
             DriverKind::Tmc2590 | DriverKind::Tmc2660 => DriverConfig::OnBoard,
+            DriverKind::Tmc2130 => outside(StealthKind::Tmc2130, config),
+            DriverKind::Tmc5160 => outside(StealthKind::Tmc5160, config),
+            DriverKind::Tmc2240 => outside(StealthKind::Tmc2240, config),
         },
         mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
         // The wiring of a working machine; `!` says that this motor's is the other way round.

@@ -13,6 +13,9 @@ use crate::trace::StepEdge;
 /// timing": setup time 20 ns).
 const DIRECTION_SETUP_NS: u64 = 20;
 
+/// STEP of a chip outside must stay high or low this long ("STEP/DIR interface timing": 100 ns).
+const PULSE_NS: u64 = 100;
+
 /// A motor with its driver's logic inputs and its carriage.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
@@ -71,6 +74,11 @@ impl World {
                 self.timing_faults += u64::from(stayed_ns < pulse_ns);
                 let size = 256 / microsteps.clamp(1, 256) as i32;
                 (high.then_some(if dir_high { size } else { -size }), motor.enabled)
+            }
+            DriverConfig::Outside { .. } => {
+                self.timing_faults += u64::from(stayed_ns < PULSE_NS);
+                let Some(chip) = &mut self.outside[actuator as usize] else { return };
+                (chip.step_edge(at_ns, high, dir_high), chip.drives())
             }
         };
         let Some(micropositions) = moved else { return };
@@ -149,10 +157,12 @@ impl World {
 
     /// The level of the enable pin of an external driver.
     pub fn enable_pin(&mut self, _at_ns: u64, actuator: Actuator, high: bool) {
-        if let Some(motor) = &mut self.motors[actuator as usize]
-            && let DriverConfig::External { enable_high: Some(active), .. } = motor.driver
-        {
-            motor.enabled = high == active;
+        let Some(motor) = &mut self.motors[actuator as usize] else { return };
+        match (motor.driver, &mut self.outside[actuator as usize]) {
+            (DriverConfig::External { enable_high: Some(active), .. }, _) => motor.enabled = high == active,
+            // The chip's own input is low for on, whatever the driver's board makes of it.
+            (DriverConfig::Outside { enable_high: Some(active), .. }, Some(chip)) => chip.set_enn(high != active),
+            _ => {}
         }
     }
 
@@ -165,6 +175,13 @@ impl World {
     pub fn driver_spi(&mut self, at_ns: u64, index: usize, frame: u32) -> u32 {
         self.advance(at_ns);
         self.drivers[index].transfer(at_ns, frame)
+    }
+
+    /// One SPI datagram to the chip of a driver outside; answers what it shifts out. A line that nobody
+    /// drives is pulled up.
+    pub fn outside_spi(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) -> [u8; 5] {
+        self.advance(at_ns);
+        self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.transfer(at_ns, datagram))
     }
 
     /// Where a motor's carriage is, millimetres; `None` when the machine has no such motor.

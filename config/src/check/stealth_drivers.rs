@@ -1,0 +1,83 @@
+//! Drivers outside the board that are spoken with: nothing of them is known but what the file says.
+
+use super::Checks;
+use crate::machine::{ActuatorConfig, DriverKind};
+use units::{Actuator, Amps};
+
+/// Entries of drivers that no motor has.
+pub(super) fn unused(checks: &mut Checks<'_, '_>) {
+    for kind in [DriverKind::Tmc2130, DriverKind::Tmc5160, DriverKind::Tmc2240] {
+        let Some(family) = checks.config.stealth_family(kind) else { continue };
+        for actuator in Actuator::ALL {
+            let motor = &checks.config.actuators[actuator];
+            if !family.axes[actuator].present || !motor.present || motor.driver == kind {
+                continue;
+            }
+            let (name, has) = (actuator.name(), motor.driver.name());
+            let reason = format_args!("a motor has one driver, and there is an entry for it in [{}]", kind.name());
+            let fix = format_args!("write {name}.driver = {}, or delete that entry if {has} is right", kind.name());
+            checks.error(("actuator", actuator as usize, "driver"), reason, fix);
+        }
+    }
+}
+
+/// The driver of a motor.
+pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfig) {
+    let config = checks.config;
+    let Some(chip) = config.stealth_driver(actuator) else { return };
+    let (section, place, name) = (motor.driver.name(), actuator as usize, actuator.name());
+    let resistor_key = if motor.driver == DriverKind::Tmc2240 { "reference_resistor" } else { "sense_resistor" };
+    if !chip.present {
+        let reason = format_args!("the motor's driver has no entry in [{section}]");
+        let fix = format_args!("write [{section}] {name}.spi_cs_pin and {name}.{resistor_key}");
+        return checks.error(("actuator", place, "driver"), reason, fix);
+    }
+    match chip.spi_cs_pin {
+        None => {
+            let reason = format_args!("the driver needs a chip select");
+            checks.error((section, place, "spi_cs_pin"), reason, format_args!("write the pin it is wired to"));
+        }
+        Some(pin) if pin.inverted => {
+            let reason = format_args!("a chip select is active low by itself");
+            checks.error((section, place, "spi_cs_pin"), reason, format_args!("delete the !"));
+        }
+        Some(_) => {}
+    }
+    if i16::from(chip.hysteresis_start) + i16::from(chip.hysteresis_end) > 15 {
+        let reason =
+            format_args!("{} and hysteresis_start {} make more than 15", chip.hysteresis_end, chip.hysteresis_start);
+        checks.error((section, place, "hysteresis_end"), reason, format_args!("write less"));
+    }
+    let Some(resistor) = chip.resistor else {
+        if !checks.is_unreadable((section, place, resistor_key)) {
+            let reason = format_args!("the resistor is that of the driver's own board, and the current depends on it");
+            let fix = format_args!("look it up, mostly it is printed on the board, and write it");
+            checks.error((section, place, resistor_key), reason, fix);
+        }
+        return;
+    };
+    let Some(Amps(most)) = motor.driver.measurable(resistor) else { return };
+    current(checks, section, actuator, motor, most);
+    if let Some(Amps(standing)) = chip.standstill_current
+        && standing > chip.max_current.get()
+    {
+        let reason = format_args!("{:.0} mA is above max_current", standing * 1_000.0);
+        checks.error((section, place, "standstill_current"), reason, format_args!("write less than max_current"));
+    }
+}
+
+fn current(checks: &mut Checks<'_, '_>, section: &str, actuator: Actuator, motor: &ActuatorConfig, most: f32) {
+    let setting = ("current control", actuator as usize, "current");
+    match motor.current {
+        None if !checks.is_unreadable(setting) => {
+            let reason = format_args!("the motor has no current, so it gets the least its driver can give");
+            let fix = format_args!("write [current control] {}.current = ...", actuator.name());
+            checks.warn(("actuator", actuator as usize, "driver"), reason, fix);
+        }
+        Some(Amps(wanted)) if wanted > most => {
+            let reason = format_args!("{wanted} A is more than the driver's resistor in [{section}] allows");
+            checks.error(setting, reason, format_args!("write {most:.2} or less"));
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,107 @@
+//! Drivers outside the board with a TMC2130, TMC5160 or TMC2240: `[tmc2130]`, `[tmc5160]`, `[tmc2240]`.
+
+use super::{DriverKind, MachineConfig};
+use crate::pin::Pin;
+use units::{Actuator, Amps, Micros, MmPerSecond, Ohms, PerActuator};
+
+/// One driver.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StealthConfig {
+    /// The file has an entry for it.
+    pub present: bool,
+    /// Chip select, active low.
+    pub spi_cs_pin: Option<Pin>,
+    /// Sense resistor, or the reference resistor of a TMC2240; none: not written.
+    pub resistor: Option<Ohms>,
+    /// Ceiling of any requested current.
+    pub max_current: Amps,
+    /// Interpolate to 256 microsteps.
+    pub step_interpolation: bool,
+    /// Current when standing still; none: no reduction.
+    pub standstill_current: Option<Amps>,
+    /// stealthChop up to this speed; none: never.
+    pub stealth_threshold: Option<MmPerSecond>,
+    /// spreadCycle's off time, 1 to 15.
+    pub off_time: u8,
+    /// spreadCycle's blanking time in clocks: 16, 24, 36 or 54.
+    pub blank_time: u8,
+    /// spreadCycle's hysteresis at the start, 1 to 8.
+    pub hysteresis_start: u8,
+    /// spreadCycle's hysteresis at the end, -3 to 12.
+    pub hysteresis_end: i8,
+}
+
+/// What all drivers of one kind share, and each of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StealthFamily {
+    /// 0: SPI1; 1: SPI4, the on-board chips' own.
+    pub spi_channel: u8,
+    /// Idle time before the standstill current.
+    pub standstill_time: Micros,
+    /// By motor.
+    pub axes: PerActuator<StealthConfig>,
+}
+
+impl DriverKind {
+    /// Most peak current that such a chip may be asked for, whatever its resistor; none: its MOSFETs are
+    /// outside.
+    #[must_use]
+    pub const fn most_current(self) -> Option<Amps> {
+        match self {
+            Self::Tmc2130 => Some(Amps(2.5)),
+            Self::Tmc2240 => Some(Amps(3.0)),
+            _ => None,
+        }
+    }
+
+    /// Peak current that a driver of this kind outside can measure with its resistor; none for others.
+    #[must_use]
+    pub fn measurable(self, resistor: Ohms) -> Option<Amps> {
+        match self {
+            // Behind 20 mOhm inside the chip.
+            Self::Tmc2130 => Some(Amps(0.32 / (resistor.get() + 0.02))),
+            Self::Tmc5160 => Some(Amps(0.325 / resistor.get())),
+            // 36 A kOhm in its highest range.
+            Self::Tmc2240 => Some(Amps(36_000.0 / resistor.get())),
+            _ => None,
+        }
+    }
+}
+
+impl MachineConfig {
+    /// The settings that all drivers of a kind outside share; none for other kinds.
+    #[must_use]
+    pub const fn stealth_family(&self, kind: DriverKind) -> Option<&StealthFamily> {
+        match kind {
+            DriverKind::Tmc2130 => Some(&self.tmc2130),
+            DriverKind::Tmc5160 => Some(&self.tmc5160),
+            DriverKind::Tmc2240 => Some(&self.tmc2240),
+            DriverKind::Tmc2590 | DriverKind::Tmc2660 | DriverKind::External => None,
+        }
+    }
+
+    /// The settings of a motor's driver, when it is one of these.
+    #[must_use]
+    pub fn stealth_driver(&self, actuator: Actuator) -> Option<&StealthConfig> {
+        Some(&self.stealth_family(self.actuators[actuator].driver)?.axes[actuator])
+    }
+
+    /// The most a motor's driver may be asked for; none where nobody can set its current.
+    #[must_use]
+    pub fn max_current(&self, actuator: Actuator) -> Option<Amps> {
+        let on_board = self.driver(actuator).filter(|driver| driver.present).map(|driver| driver.max_current);
+        let outside = || self.stealth_driver(actuator).filter(|driver| driver.present).map(|driver| driver.max_current);
+        on_board.or_else(outside).filter(|most| most.get() > 0.0)
+    }
+
+    /// The current of a motor at rest and the time after which it applies, if there is one.
+    #[must_use]
+    pub fn standstill(&self, actuator: Actuator) -> Option<(Amps, Micros)> {
+        let kind = self.actuators[actuator].driver;
+        if let Some(family) = self.driver_family(kind) {
+            return Some((family.axes[actuator].standstill_current?, family.standstill_time));
+        }
+        let family = self.stealth_family(kind)?;
+        Some((family.axes[actuator].standstill_current?, family.standstill_time))
+    }
+}
