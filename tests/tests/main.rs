@@ -38,6 +38,7 @@ mod objects;
 mod objects_at_once;
 mod operation;
 mod out_of_service;
+mod outside_drivers;
 mod paper;
 mod power_cuts;
 mod power_loss;

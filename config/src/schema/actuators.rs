@@ -9,13 +9,13 @@ use units::{Actuator, Amps, Micros, MmPerSecond, MmPerSecond2, Ohms};
 
 const ACTUATOR_NAMES: &[&str] = &["alpha", "beta", "gamma", "delta", "epsilon", "zeta"];
 const MASTERS: &[&str] = &["none", "alpha", "beta", "gamma"];
-const DRIVERS: &[&str] = &["tmc2590", "tmc2660", "external"];
+const DRIVERS: &[&str] = &["tmc2590", "tmc2660", "external", "tmc2130", "tmc5160", "tmc2240"];
 
-fn actuator_place(name: &str) -> Result<usize, CannotCreate> {
+pub(super) fn actuator_place(name: &str) -> Result<usize, CannotCreate> {
     Actuator::from_name(name).map(|actuator| actuator as usize).ok_or(CannotCreate::UnknownName(ACTUATOR_NAMES))
 }
 
-fn actuator_name(_: &MachineConfig, place: usize) -> &str {
+pub(super) fn actuator_name(_: &MachineConfig, place: usize) -> &str {
     Actuator::from_index(place).map_or("", Actuator::name)
 }
 
@@ -34,6 +34,9 @@ const fn driver(word: usize) -> DriverKind {
     match word {
         0 => DriverKind::Tmc2590,
         1 => DriverKind::Tmc2660,
+        3 => DriverKind::Tmc2130,
+        4 => DriverKind::Tmc5160,
+        5 => DriverKind::Tmc2240,
         _ => DriverKind::External,
     }
 }
@@ -117,7 +120,7 @@ pub const ACTUATOR: Section = Section {
             "nc",
             PinRole::Output,
             motor!(|m, v| m.en_pin = v.and_then(PinName::digital)),
-            "Enable output of an external driver. On-board drivers are enabled over SPI.",
+            "Enable output of a driver outside the board. On-board drivers are enabled over SPI.",
         )
         .klipper("[stepper_<axis>] enable_pin")
         .v1("<axis>_en_pin"),
@@ -126,7 +129,7 @@ pub const ACTUATOR: Section = Section {
             "32",
             (1, 256),
             motor!(|m, v| m.microsteps = v as u16),
-            "Microsteps per full step of an on-board driver: 1, 2, 4, 8, 16, 32, 64, 128 or 256. steps_per_mm must \
+            "Microsteps per full step of a driver that is not external: 1, 2, 4, 8, 16, 32, 64, 128 or 256. steps_per_mm must \
              fit. M909 changes it.",
         )
         .klipper("[stepper_<axis>] microsteps")
@@ -137,7 +140,7 @@ pub const ACTUATOR: Section = Section {
             "tmc2590",
             DRIVERS,
             motor!(|m, v| m.driver = driver(v)),
-            "What drives the motor. On-board drivers also need their entry in [tmc2590] or [tmc2660].",
+            "What drives the motor. All but external also need their entry in the section of the same name.",
         )
         .by_name(&[("epsilon", "external"), ("zeta", "external"), ("tmc2660 board", "tmc2660")])
         .v1("motor_driver_control.<axis>.chip"),
@@ -156,14 +159,14 @@ pub const ACTUATOR: Section = Section {
             "Time from a change of direction to the next step. On-board drivers need 20 ns, optically isolated ones \
              some microseconds.",
         )
-        .derived("500 for on-board drivers, 5000 for external ones")
+        .derived("5000 for external drivers, else 500")
         .unit("ns")
         .velvet(),
         bool(
             "check_driver_errors",
             "true",
             |c, _, v| c.motors.check_driver_errors = v,
-            "Once a second, ask the on-board drivers for faults and report them.",
+            "Once a second, ask the drivers for faults and report them; external ones cannot be asked.",
         )
         .common(),
         bool(
@@ -287,7 +290,7 @@ macro_rules! driver_section {
     };
 }
 
-fn milliamps(value: i64) -> Amps {
+pub(super) fn milliamps(value: i64) -> Amps {
     Amps(value as f32 / 1_000.0)
 }
 
@@ -421,7 +424,7 @@ pub const CURRENT_CONTROL: Section = Section {
         "",
         (0.001, 20.0),
         motor!(|m, v| m.current = Some(Amps(v as f32))),
-        "Peak coil current of an on-board driver. A slave takes its master's. M906 and M907 change it.",
+        "Peak coil current of a driver that is not external. A slave takes its master's. M906 and M907 change it.",
     )
     .klipper("[tmc2660 <stepper>] run_current")
     .required()

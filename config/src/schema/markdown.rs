@@ -43,7 +43,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         "Kinematics",
         &["linear delta", "rotary delta", "morgan scara", "corexz", "deltesian", "generic cartesian", "winch"],
     ),
-    ("Motors", &["actuator", "tmc2590", "tmc2660", "current control"]),
+    ("Motors", &["actuator", "tmc2590", "tmc2660", "tmc2130", "tmc5160", "tmc2240", "current control"]),
     (
         "Extruders and heat",
         &[

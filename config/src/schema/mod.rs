@@ -34,6 +34,7 @@ mod motion;
 mod probe;
 mod shaper;
 mod soft_endstops;
+mod stealth_drivers;
 mod switches;
 mod system;
 mod temperature_switches;
@@ -61,6 +62,9 @@ pub const SECTIONS: &[Section] = &[
     actuators::ACTUATOR,
     actuators::TMC2590,
     actuators::TMC2660,
+    stealth_drivers::TMC2130,
+    stealth_drivers::TMC5160,
+    stealth_drivers::TMC2240,
     actuators::CURRENT_CONTROL,
     extruder::EXTRUDER,
     heat::TEMPERATURE_CONTROL,

@@ -1,9 +1,9 @@
-//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`.
+//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[current control]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::system::EXTERNAL;
 use super::{Bench, Row, row};
-use units::Actuator::Alpha;
+use units::Actuator::{Alpha, Delta};
 
 const LINE: &[&str] = &["G91", "G1 X20 F12000"];
 /// The fourth motor beside the third.
@@ -89,8 +89,71 @@ pub const ROWS: &[Row] = &[
     row("[tmc2660] alpha.stall_watch", "false", "true", Look(crash)).with(OTHER_WATCH),
     row("[tmc2660] alpha.stall_least_speed", "", "120", Look(crash)).with(OTHER_WATCH),
     row("[actuator] common.halt_on_stall", "true", "false", Look(crash)).with(WATCH),
+    row("[tmc2130] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_2130),
+    row("[tmc2130] delta.sense_resistor", "110", "150", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_2130),
+    row("[tmc2130] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc5160] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_5160),
+    row("[tmc5160] delta.sense_resistor", "75", "100", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_5160),
+    row("[tmc5160] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc2240] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_2240),
+    row("[tmc2240] delta.reference_resistor", "12000", "24000", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_2240),
+    row("[tmc2240] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2240),
     row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
 ];
+
+/// The fourth motor with a driver outside.
+macro_rules! outside {
+    ($kind:literal, $resistor:literal) => {
+        &[
+            "[extruder] hotend.enable = false",
+            concat!("[actuator] delta.driver = ", $kind),
+            "[actuator] delta.step_pin = PJ5",
+            "[actuator] delta.dir_pin = PJ1",
+            concat!("[", $kind, "] delta.spi_cs_pin = PJ9"),
+            concat!("[", $kind, "] delta.", $resistor),
+            concat!("[", $kind, "] delta.standstill_current = 600"),
+            concat!("[", $kind, "] common.standstill_time = 2"),
+        ]
+    };
+}
+const OUTSIDE_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110");
+const OUTSIDE_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75");
+const OUTSIDE_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000");
+
+/// What the chip of a driver outside has in its registers while its motor rests: chopper, microsteps,
+/// current, stealthChop.
+fn outside_registers(bench: &mut Bench) -> String {
+    bench.run(&["G91", "G1 A1 F600", "M400"]);
+    bench.hear(4.0);
+    bench.world(|world| {
+        let chip = world.outside_driver(Delta).expect("a driver outside");
+        format!("{:x?}", [0x00, 0x0A, 0x0B, 0x10, 0x13, 0x6C].map(|address| chip.register(address)))
+    })
+}
 
 /// What the chip of alpha has in its registers, as far as it changes with settings.
 fn registers(bench: &mut Bench) -> String {
