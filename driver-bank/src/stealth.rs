@@ -24,7 +24,7 @@ pub struct Outside<BUS, E> {
     most: Amps,
 }
 
-/// The driver of this motor outside the board, with its settings; sends nothing that must be answered.
+/// The driver of this motor outside the board, with its settings. Sends nothing.
 ///
 /// # Errors
 /// The setting that the chip cannot take.
@@ -57,8 +57,7 @@ pub fn set_up<SPI: SpiDevice, E>(
     };
     let mut chip = StealthDriver::new(SpiRegisters(spi), kind, settings_of_chip).map_err(NotSetUp::Driver)?;
     if let Some(current) = motor.current {
-        // A chip that does not answer yet gets it with all the rest.
-        let _silent = chip.set_current(lesser(current, settings.max_current));
+        chip.store_current(lesser(current, settings.max_current));
     }
     Ok(MotorDriver::Outside(Outside { chip, enable, most: settings.max_current }))
 }

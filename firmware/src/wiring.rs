@@ -67,19 +67,25 @@ pub fn motors(
 ) -> DriverBank {
     let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
     let mut bank = DriverBank::default();
+    // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
+    // told. They are told nothing yet themselves.
+    for (actuator, motor) in config.actuators() {
+        if let Some(settings) = config.stealth_driver(actuator) {
+            bank.0[actuator] = outside(actuator, motor, settings, pins, bus, report);
+        }
+    }
     for (actuator, motor) in config.actuators() {
         if let Some(line) = lines.get_mut(actuator as usize) {
             let timing = machine::motion_config::actuator(config, actuator);
             let least_distance = timing.step_interval.max(timing.direction_setup);
             *line = motor_lines(actuator, motor, least_distance, pins, report);
         }
-        bank.0[actuator] = if let Some(settings) = config.stealth_driver(actuator) {
-            outside(actuator, motor, settings, pins, bus, report)
-        } else if let Some(settings) = config.driver(actuator) {
-            chip(actuator, motor, settings, pins, bus, report)
-        } else {
-            enable_pin(actuator, motor, pins, report).map_or(MotorDriver::None, MotorDriver::External)
-        };
+        if let Some(settings) = config.driver(actuator) {
+            bank.0[actuator] = chip(actuator, motor, settings, pins, bus, report);
+        } else if !motor.driver.is_spoken_with() {
+            let enable = enable_pin(actuator, motor, pins, report);
+            bank.0[actuator] = enable.map_or(MotorDriver::None, MotorDriver::External);
+        }
     }
     unused_chips(pins, bus);
     bsp_prime::step_engine::configure(&lines, config.system.step_pulse_us);

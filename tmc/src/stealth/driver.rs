@@ -114,6 +114,11 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.enabled
     }
 
+    /// Takes the peak coil current that [`Self::start`] will set; sends nothing.
+    pub fn store_current(&mut self, peak: Amps) {
+        self.current = stealth_current(self.chip, self.settings.resistor, peak, self.current.range);
+    }
+
     /// Sets the peak coil current, at rest and in motion. The range of a TMC2240 only ever rises, so that a
     /// motor at rest keeps it.
     ///
@@ -121,7 +126,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// As [`Self::status`].
     pub fn set_current(&mut self, peak: Amps) -> Result<StealthCurrent, Error<BUS::Error>> {
         let before = self.current;
-        self.current = stealth_current(self.chip, self.settings.resistor, peak, before.range);
+        self.store_current(peak);
         self.write_current(before)?;
         Ok(self.current)
     }

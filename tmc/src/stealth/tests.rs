@@ -93,7 +93,8 @@ fn a_tmc5160_is_sent_what_its_datasheet_says() {
     let memory = Memory::new(StealthChip::Tmc5160);
     let mut driver = driver(&memory, StealthSettings::new(SENSE));
     // 256 * 2 A * 0.075 Ohm / 0.325 V = 118.2
-    driver.set_current(Amps(2.0)).unwrap();
+    driver.store_current(Amps(2.0));
+    assert!(memory.borrow().heard.is_empty());
     driver.start().unwrap();
     driver.enable().unwrap();
     let heard = memory.borrow().heard.clone();
