@@ -1,6 +1,6 @@
 //! States to break a machine in, and what is to come of it.
 
-use board_facts::wiring::OUTPUT_BUFFER_ENABLE;
+use board_facts::wiring::{MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE};
 use sim::world::Fault;
 use units::Actuator;
 
@@ -246,10 +246,11 @@ pub fn resets(
     told: &str,
     within_ms: f64,
 ) -> Seen {
-    watch(&mut velvet, &HEATERS);
+    watch(&mut velvet, &[&HEATERS[..], &[MOTORS_ENABLE]].concat());
     changes(&mut velvet);
     let greeted = velvet.said().len();
     let from_ns = velvet.bench.vm.now_ns();
+    let mut released_ms = f64::INFINITY;
     let was_on = HEATERS.iter().any(|name| velvet.level(name));
     blow(&mut velvet);
     let mut outputs_ms = None;
@@ -258,7 +259,11 @@ pub fn resets(
     while !velvet.said()[greeted..].contains(told) {
         assert!(velvet.now_ms() < patience, "no {told:?}; it said: {}", &velvet.said()[greeted..]);
         velvet.hear(1);
-        let last = changes(&mut velvet).iter().map(|change| ms(from_ns, change.at_ns)).last();
+        let (motors, heaters): (Vec<_>, Vec<_>) =
+            changes(&mut velvet).into_iter().partition(|change| change.pin == pin(MOTORS_ENABLE));
+        let released = motors.iter().filter(|change| change.high).map(|change| ms(from_ns, change.at_ns)).next();
+        released_ms = released.map_or(released_ms, |at_ms| released_ms.min(at_ms));
+        let last = heaters.iter().map(|change| ms(from_ns, change.at_ns)).last();
         let is_off = !HEATERS.iter().any(|name| velvet.level(name));
         if mend.is_some() {
             outputs_ms = last.or(outputs_ms);
@@ -277,7 +282,10 @@ pub fn resets(
         velvet.hear(5);
     }
     assert_eq!(velvet.said()[greeted..].matches(told).count(), 1, "{}", &velvet.said()[greeted..]);
-    let motion_ms = standstill(&mut velvet, from_ns);
+    // Motors without current don't follow: a reset lets the pins of steps go, and some fall.
+    let edges = velvet.world(|world| world.trace_mut().take());
+    let moved = edges.iter().filter(|edge| edge.time_ns >= from_ns).map(|edge| ms(from_ns, edge.time_ns));
+    let motion_ms = moved.filter(|at_ms| *at_ms <= released_ms).last();
     velvet.hear(WATCHED_MS);
     assert!(standstill(&mut velvet, from_ns).is_none(), "it moves");
     velvet.type_in("M105");
