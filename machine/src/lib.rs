@@ -52,6 +52,7 @@ mod saved_settings;
 pub mod sessions;
 mod slow_turning;
 mod spread;
+mod stall_recovery;
 mod stall_watch;
 pub mod supervisor;
 pub mod tasks;

@@ -54,6 +54,7 @@ mod settings;
 mod slicers;
 mod soft_endstops;
 mod stall_homing;
+mod stall_recovery;
 mod stall_watch;
 mod state_walk;
 mod stuck_heater;

@@ -14,6 +14,7 @@ mod homing;
 mod leveling;
 mod motors;
 mod names;
+mod on_stall;
 mod outputs;
 mod pins;
 mod planner;
@@ -46,6 +47,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     homing::check(&mut checks);
     endstop_phase::check(&mut checks);
     stall_homing::check(&mut checks);
+    on_stall::check(&mut checks);
     soft_endstops::check(&mut checks);
     leveling::check(&mut checks);
     alignment::check(&mut checks);

@@ -75,6 +75,35 @@ pub struct ActuatorConfig {
     pub current: Option<Amps>,
     /// Time from a direction change to the next step, nanoseconds.
     pub dir_setup_ns: u32,
+    /// What a stall of it leads to; none: as `halt_on_stall` says.
+    pub on_stall: Option<OnStall>,
+}
+
+/// What follows when a motor that is watched stalls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnStall {
+    /// It is told, and its axis is not homed any more.
+    Tell,
+    /// The job stops there and is suspended.
+    Pause,
+    /// The machine halts.
+    #[default]
+    Halt,
+    /// The job stops there, homes what has lost its place, and goes on.
+    Recover,
+}
+
+impl OnStall {
+    /// As they are written.
+    pub const WORDS: &'static [&'static str] = &["tell", "pause", "halt", "recover"];
+    /// In the order of [`Self::WORDS`].
+    pub const ALL: [Self; 4] = [Self::Tell, Self::Pause, Self::Halt, Self::Recover];
+
+    /// The job is stopped where it is, and can be gone on with.
+    #[must_use]
+    pub const fn keeps_job(self) -> bool {
+        matches!(self, Self::Pause | Self::Recover)
+    }
 }
 
 /// A motor that follows another.
@@ -89,6 +118,17 @@ impl ActuatorConfig {
     }
 }
 
+/// `[actuator]` `common.stall_*`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StallRecoveryConfig {
+    /// So often within `time`, then the job pauses.
+    pub most: u8,
+    /// Within which recoveries are counted.
+    pub time: Micros,
+    /// How far Z rises before an axis homes.
+    pub lift: Mm,
+}
+
 /// `[actuator]` `common.*`
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MotorsCommon {
@@ -98,6 +138,8 @@ pub struct MotorsCommon {
     pub halt_on_driver_alarm: bool,
     /// Halt when a motor stalls.
     pub halt_on_stall: bool,
+    /// How a job gets over a stall.
+    pub stall: StallRecoveryConfig,
     /// Shared not-enable line of the on-board drivers.
     pub motors_enable_pin: Option<Pin>,
 }

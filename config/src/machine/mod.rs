@@ -21,7 +21,8 @@ mod system;
 mod temperature_switches;
 
 pub use actuators::{
-    ActuatorConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, Slave, TmcConfig,
+    ActuatorConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, OnStall, Slave,
+    StallRecoveryConfig, TmcConfig,
 };
 pub use alignment::{
     AxisTwist, BedScrews, MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread, ZAlignment,
@@ -225,6 +226,13 @@ impl MachineConfig {
             let is_watched = self.driver(motor)?.stall_watch;
             Some((motor, crate::board::stall_pin(motor).filter(|_| is_watched)?))
         })
+    }
+
+    /// What follows a stall of a motor that is watched.
+    #[must_use]
+    pub fn on_stall(&self, motor: Actuator) -> OnStall {
+        let usual = if self.motors.halt_on_stall { OnStall::Halt } else { OnStall::Tell };
+        self.actuators[motor].on_stall.unwrap_or(usual)
     }
 
     /// The endstop that a pin belongs to, by its place in [`Self::endstops`].

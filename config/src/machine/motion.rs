@@ -1,7 +1,7 @@
 //! Path and speed: `[motion control]`, `[planner]`, `[conveyor]`.
 
 use super::Arms;
-use units::{Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
+use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 /// How actuators relate to Cartesian axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,6 +33,28 @@ pub enum ArmSolution {
     Generic,
     /// alpha is X, beta is Z.
     Lathe,
+}
+
+impl ArmSolution {
+    /// The axes that a motor moves. `None` where a motor's place is that of all of them.
+    #[must_use]
+    pub const fn axes_of(self, motor: Actuator) -> Option<AxisSet> {
+        const fn both(one: Axis, other: Axis) -> AxisSet {
+            AxisSet::of(one).with(other)
+        }
+        Some(match (self, motor) {
+            (_, Actuator::Delta) => AxisSet::of(Axis::A),
+            (_, Actuator::Epsilon) => AxisSet::of(Axis::B),
+            (_, Actuator::Zeta) => AxisSet::of(Axis::C),
+            (Self::Cartesian, Actuator::Beta) => AxisSet::of(Axis::Y),
+            (Self::CoreXy, Actuator::Alpha | Actuator::Beta) => both(Axis::X, Axis::Y),
+            (Self::CoreXz, Actuator::Alpha | Actuator::Beta) => both(Axis::X, Axis::Z),
+            (Self::CoreXz, Actuator::Gamma) => AxisSet::of(Axis::Y),
+            (Self::Cartesian, Actuator::Alpha) => AxisSet::of(Axis::X),
+            (Self::Cartesian | Self::CoreXy, Actuator::Gamma) => AxisSet::of(Axis::Z),
+            _ => return None,
+        })
+    }
 }
 
 /// `[motion control]`

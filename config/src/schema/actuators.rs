@@ -1,8 +1,8 @@
 //! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`.
 
 use super::build::{ANY, POSITIVE, bool, integer, number, pin, registers, word};
-use super::driver_load;
 use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{driver_load, stall};
 use crate::machine::{DriverKind, MachineConfig};
 use crate::pin::PinName;
 use units::{Actuator, Amps, Micros, MmPerSecond, MmPerSecond2, Ohms};
@@ -162,6 +162,7 @@ pub const ACTUATOR: Section = Section {
         .derived("5000 for external drivers, else 500")
         .unit("ns")
         .velvet(),
+        stall::ON_STALL,
         bool(
             "check_driver_errors",
             "true",
@@ -181,10 +182,14 @@ pub const ACTUATOR: Section = Section {
             "halt_on_stall",
             "true",
             |c, _, v| c.motors.halt_on_stall = v,
-            "Halt when a motor with stall_watch stalls. Otherwise it is told, and the axis is not homed any more.",
+            "Halt when a motor with stall_watch stalls. Otherwise it is told, and the axis is not homed any more. on_stall \
+             says more for a motor.",
         )
         .common()
         .velvet(),
+        stall::RECOVERIES,
+        stall::RECOVERY_TIME,
+        stall::LIFT,
         pin(
             "motors_enable_pin",
             "PH13!",

@@ -34,6 +34,7 @@ mod motion;
 mod probe;
 mod shaper;
 mod soft_endstops;
+mod stall;
 mod stealth_drivers;
 mod switches;
 mod system;

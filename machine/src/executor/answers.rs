@@ -121,6 +121,10 @@ pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
         passed.refused = passed.refused.saturating_add(1);
         return;
     }
+    if machine.stalls.is_under_way() {
+        // It is stopped, and what becomes of it is told.
+        return;
+    }
     let Machine { jobs, sessions, .. } = machine;
     jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
 }

@@ -55,6 +55,15 @@ pub(super) struct Replay {
     pub at_end: bool,
 }
 
+/// What is done once a stall has stopped a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StallStep {
+    /// Z rises, and the file is read up to where the job was.
+    Lift,
+    /// That has been done: the job is suspended there.
+    Suspend,
+}
+
 /// What is done when a script has ended.
 #[derive(Clone, Debug)]
 pub(super) enum Then {
@@ -64,6 +73,8 @@ pub(super) enum Then {
     Ended(Result<(), Failure>),
     /// A job is gone on with after a power cut: the next step of that.
     Recover(Step, Recipient),
+    /// A stall has stopped the job: the next step of getting over it.
+    Stalled(StallStep),
     /// The job is suspended.
     Suspended,
     /// The job goes on.

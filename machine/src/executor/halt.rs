@@ -105,6 +105,7 @@ impl<P: Ports> Machine<'_, P> {
         if self.jobs.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
         }
+        self.stalls.rest();
         self.filament.forget();
         self.files.spoil_upload(&mut self.ports);
     }

@@ -331,10 +331,21 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         safety.limits.search_ends(ports.latch(), now);
     }
 
-    /// A suspended job is given up; true when there was one.
+    /// A suspended job is given up; true when there was one. One that a stall has stopped goes on from where
+    /// homing ends.
     pub fn cancel_suspend(&mut self) -> bool {
+        if self.machine.jobs.stalled_job().is_some() {
+            return false;
+        }
         self.machine.safety.apply(Event::Unsuspend);
         self.machine.jobs.cancel_suspend()
+    }
+
+    /// Homing has ended, and a job is suspended still.
+    pub const fn stay_suspended(&mut self) {
+        if self.machine.jobs.is_suspended() {
+            self.machine.safety.apply(Event::Suspend);
+        }
     }
 
     /// Z of a contact at this height of the machine reads as given from now on, both in mm.

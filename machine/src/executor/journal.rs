@@ -136,15 +136,20 @@ type Standing = ([u8; BEGINNING_BYTES], bool);
 
 /// The same, under a job that is noted.
 pub(super) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Standing> {
-    machine.journal.is_noting().then(|| program::standing(&mut machine.program))
+    let counts = machine.journal.is_noting() || machine.stalls.beginning_of(machine.jobs.count()).is_some();
+    counts.then(|| program::standing(&mut machine.program))
 }
 
 /// It has: the file alone does not lead there any more.
 pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<Standing>) {
-    if before.is_none() || !machine.journal.is_noting() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
+    if before.is_none() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
         return;
     }
-    if before != Some(program::standing(&mut machine.program)) {
+    if before == Some(program::standing(&mut machine.program)) {
+        return;
+    }
+    machine.stalls.forget_beginning();
+    if machine.journal.is_noting() {
         machine.journal.end(&mut machine.ports);
         machine.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
@@ -155,7 +160,8 @@ pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Opti
 /// A look at the job.
 pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     watch_offer(machine);
-    if !machine.journal.is_noting() || machine.journal.halts || machine.recovery.is_some() {
+    let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
+    if !machine.journal.is_noting() || machine.journal.halts || is_away {
         return;
     }
     if !machine.jobs.is_open() {
@@ -271,11 +277,12 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         _ if stands => [position[Axis::Z]; 2],
         _ => ahead,
     };
-    if machine.recovery.is_some() || machine.journal.halts {
+    let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
+    if is_away || machine.journal.halts {
         // On the way back to the job, and once it is closed, only the machine's place is another one.
         let doing = match last.doing {
             _ if heights == Heights::Any => Doing::WaitsAnywhere,
-            Doing::Job if machine.recovery.is_none() => Doing::Job,
+            Doing::Job if !is_away => Doing::Job,
             Doing::Passes => Doing::Passes,
             _ => Doing::Waits,
         };

@@ -15,7 +15,7 @@ use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
     Machine, actions, blocks, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control, journal,
-    kept, log, named, objects, passed_over, stack, statistics, suspend,
+    kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
 };
 use crate::failure::{Answer, message};
 use crate::grbl::numbers::Error;
@@ -155,6 +155,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
                     let begins: Pin<&mut dyn Future<Output = ()>> = pin!(journal::begin(machine));
                     begins.await;
                 }
+                stall_recovery::job_begins(machine);
                 // It may have taken a while.
                 if !machine.jobs.is_playing() {
                     return true;
@@ -219,7 +220,7 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
-            JobStart::Now => {}
+            JobStart::Now => stall_recovery::job_begins(machine),
             JobStart::Later => {
                 machine.jobs.is_new_again();
                 machine.serve();

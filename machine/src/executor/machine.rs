@@ -35,6 +35,7 @@ use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
 use crate::sessions::{Recipient, Sessions};
+use crate::stall_recovery::StallRecovery;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 use crate::wait::yield_once;
@@ -84,6 +85,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) set_before: Option<motion::MotionConfig>,
     /// What is kept on the card of the job that is played.
     pub(super) journal: Journal,
+    /// A stall has stopped the job.
+    pub(super) stalls: StallRecovery,
     /// A job that is gone on with after a power cut, on its way there.
     pub(super) recovery: Option<Recovery>,
     /// The forecast that goes on beside the executor.
@@ -148,6 +151,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             passed: None,
             set_before: None,
             journal: Journal::new(config.player.power_loss.enable),
+            stalls: StallRecovery::default(),
             recovery: None,
             foresight,
             ahead: Ahead::default(),

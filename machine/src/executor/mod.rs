@@ -51,6 +51,7 @@ mod serve;
 mod shapes;
 mod source;
 mod stack;
+mod stall_recovery;
 mod stalls;
 mod statistics;
 mod suspend;

@@ -15,7 +15,7 @@ use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 use super::frames::{Frame, Then};
 use super::journal::Heights;
 use super::passed::{Passed, Until};
-use super::{Hands, Machine, fast_forward, foresee, journal, restore, suspend};
+use super::{Hands, Machine, fast_forward, foresee, journal, restore, stall_recovery, suspend};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
@@ -433,6 +433,7 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     program::set_flow(&mut machine.program, &entry.flow);
     restore::switch(machine, &recovery.switches);
     (machine.recovery, machine.set_before) = (None, None);
+    stall_recovery::job_goes_on(machine, recovery.offer.beginning);
     journal::note(machine, Heights::Planned, false);
     machine
         .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));

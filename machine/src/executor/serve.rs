@@ -9,7 +9,7 @@ use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, automatic, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io,
-    stalls, statistics,
+    stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -279,6 +279,7 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_step_times(now);
         self.watch_halt(now);
         self.watch_reset(now);
+        stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
             self.outputs.look(levels, self.config, now);

@@ -9,7 +9,7 @@ use super::blocks::Start;
 use super::frames::{Frame, Replay, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
-use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, tool_change};
+use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Ports, StorageError};
 use crate::probing::{level_by_cartesian_grid, stow_after};
@@ -123,6 +123,7 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
         Then::Recover(step, to) => return recover::go_on(machine, step, to).await,
+        Then::Stalled(step) => return pin!(stall_recovery::go_on(machine, step)).await,
         Then::Resumed => return suspend::go_back(machine).await,
         Then::PlayFrom(to) => return pin!(play_from::go_on(machine, to)).await,
     }

@@ -1,9 +1,10 @@
 //! What happens when a motor stalls while it moves.
 
+use config::OnStall;
 use program::State;
 use units::{Actuator, Axis, Micros, PerActuator};
 
-use super::Machine;
+use super::{Machine, stall_recovery};
 use crate::grbl::numbers::Alarm;
 use crate::ports::{Input, Ports};
 use crate::stall_watch::Sight;
@@ -17,6 +18,9 @@ const TOLD: Micros = Micros::from_seconds(2);
 
 /// One look at the outputs of the drivers, when it is due.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if machine.stalls.is_under_way() {
+        stall_recovery::watch(machine);
+    }
     if !machine.polls.stalls.is_due(now) {
         return;
     }
@@ -50,16 +54,20 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 }
 
 fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
+    let wanted = machine.config.on_stall(motor);
+    if wanted.keeps_job() && stall_recovery::brake(machine, motor) {
+        return machine.polls.stalls.rest(now, TOLD);
+    }
     machine.axes.lose_place(motor);
     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
-    if machine.config.motors.halt_on_stall {
-        let text =
-            format_args!("ERROR: motor {letter} stalls: it hit something, or its load is too high; home after M999\n");
-        machine.halt(Alarm::Abort, text);
-    } else {
+    if wanted == OnStall::Tell {
         machine.polls.stalls.rest(now, TOLD);
         machine.announce(format_args!(
             "WARNING: motor {letter} stalls: it hit something, or its load is too high; home it\n"
         ));
+    } else {
+        let text =
+            format_args!("ERROR: motor {letter} stalls: it hit something, or its load is too high; home after M999\n");
+        machine.halt(Alarm::Abort, text);
     }
 }

@@ -8,7 +8,7 @@ use program::{Part, Words};
 use units::{Axis, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
-use super::{Hands, Machine, filament};
+use super::{Hands, Machine, filament, stall_recovery};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Path, safe_file};
 use crate::heat_codes;
@@ -44,11 +44,7 @@ pub(super) async fn suspend<P: Ports>(
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
     machine.standstill().await?;
     machine.announce(format_args!("// Saving current state...\n"));
-    let mut targets = machine.ports.heat(|heat| {
-        let mut targets = [Celsius(0.0); units::MAX_HEATERS];
-        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
-        targets
-    });
+    let mut targets = targets(machine);
     if let Some((heater, target)) = change.and_then(|change| change.goes_on_with)
         && let Some(to) = targets.get_mut(heater.index())
     {
@@ -57,11 +53,25 @@ pub(super) async fn suspend<P: Ports>(
     let change = change.map(|change| change.lengths).filter(filament::moves_anything);
     let position = machine.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
-    machine.jobs.suspend(Suspended { position, kept, targets, change });
+    machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
     machine.safety.apply(Event::Suspend);
     if let Some(change) = &change {
         leave(machine, change).await?;
     }
+    rest(machine, heaters_stay)
+}
+
+/// What heaters are to hold, in the order of the configuration; 0 for those that are off.
+pub(super) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units::MAX_HEATERS] {
+    machine.ports.heat(|heat| {
+        let mut targets = [Celsius(0.0); units::MAX_HEATERS];
+        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
+        targets
+    })
+}
+
+/// The job waits for a person: heaters off, unless they are to stay on, and the script for that.
+pub(super) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -> Outcome {
     let player = &machine.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
         // Off is never refused.
@@ -103,6 +113,7 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
     for (id, _) in heated() {
         heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id).await?;
     }
+    stall_recovery::rehome(machine).await?;
     if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
         filament::come_back(machine, &change).await?;
     }
@@ -121,8 +132,13 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
     Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
     machine.stays_within(&from, &target)?;
     let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
-    if suspended.change.is_some() {
-        // What was pushed and drawn meanwhile is not of the program.
+    let stalled = suspended.stall;
+    if stalled.is_some() {
+        // Until it has arrived: it may stall on its way.
+        machine.jobs.suspend(suspended.clone());
+    }
+    if suspended.change.is_some() || stalled.is_some() {
+        // What was pushed and drawn meanwhile is not of the program; a line that is made again pushes again.
         machine.standstill().await?;
         for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
             (from[axis], target[axis]) = (position[axis], position[axis]);
@@ -145,6 +161,9 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
     hands.go(over, rate, Mode::Rapid).await?;
     hands.go(target, rate, Mode::Rapid).await?;
     machine.resynchronise();
+    if let Some(stall) = stalled {
+        stall_recovery::arrive(machine, &stall).await?;
+    }
     machine.announce(format_args!("// Resuming print\n"));
     if !machine.jobs.set_paused(false) {
         machine.announce(format_args!("// action:resume\n"));

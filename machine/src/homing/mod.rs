@@ -95,6 +95,7 @@ async fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, sampl
         homed = homed.and(hands.wait_while_held().await);
     }
     hands.apply(Event::HomingEnds);
+    hands.stay_suspended();
     if let Err(Failure::Alarm(_)) = homed {
         hands.axes().forget_all_homed();
         let word = if config.general.grbl_mode { "ALARM: Homing fail" } else { "ERROR: Homing cycle failed" };

@@ -3,7 +3,7 @@
 use program::Dialect;
 use units::Micros;
 
-use super::{Job, Jobs, Layers, Listeners, PRINTING, Suspended};
+use super::{Job, Jobs, Layers, Listeners, PRINTING, StalledJob, Suspended};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{Files, Path};
 use crate::ports::{Calendar, OpenMode, Storage, StorageError};
@@ -141,6 +141,11 @@ impl Jobs {
         self.suspended.as_ref()
     }
 
+    /// The suspended job, where a stall has stopped it.
+    pub fn stalled_job(&mut self) -> Option<&mut StalledJob> {
+        self.suspended.as_mut()?.stall.as_mut()
+    }
+
     /// Keeps what `resume` restores.
     pub fn suspend(&mut self, suspended: Suspended) {
         self.suspended = Some(suspended);
@@ -251,6 +256,7 @@ mod tests {
                 kept,
                 targets: [units::Celsius(0.0); units::MAX_HEATERS],
                 change: None,
+                stall: None,
             });
         }
     }

@@ -50,7 +50,7 @@ use queue::Queue;
 pub use scripts::Scripts;
 use slicer::SlicerTimes;
 pub use statistics::{Duration, PATH as STATISTICS_PATH, Statistics, Sums};
-pub use suspended::Suspended;
+pub use suspended::{StalledJob, Suspended};
 use tags::Tags;
 pub(crate) use tags::of_number;
 pub use tower::Tower;

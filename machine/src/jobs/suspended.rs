@@ -2,7 +2,7 @@
 
 use config::FilamentChangeConfig;
 use program::Kept;
-use units::{Celsius, MAX_HEATERS, PerAxis};
+use units::{AxisSet, Celsius, MAX_HEATERS, PerAxis};
 
 /// What `resume` restores.
 #[derive(Clone, Debug)]
@@ -15,4 +15,17 @@ pub struct Suspended {
     pub targets: [Celsius; MAX_HEATERS],
     /// How filament has been drawn back or taken out, if it has.
     pub change: Option<FilamentChangeConfig>,
+    /// A stall has stopped it.
+    pub stall: Option<StalledJob>,
+}
+
+/// A job that a stall has stopped in the middle of a line.
+#[derive(Clone, Copy, Debug)]
+pub struct StalledJob {
+    /// Axes that are to be homed before it goes on.
+    pub lost: AxisSet,
+    /// Where that line begins: what is relative in it counts from there.
+    pub begins: PerAxis<f64>,
+    /// Clear of everything that was made, height of the machine, mm.
+    pub above: f64,
 }

@@ -101,6 +101,7 @@ const FILES: &[(&str, &str)] = &[
     ("config-override", "M204 S777\n"),
     ("on_boot.gcode", "G91\nG1 X1 F600\n"),
     ("other.g", "G91\nG1 X2 F600\n"),
+    ("crash.gcode", "G28\nG1 Z1 F600\nG1 X150 F6000\nG1 X20\n"),
     ("part.gcode", "G91\nG1 X3 F600\nM600\nG1 X1\n"),
 ];
 

@@ -29,6 +29,12 @@ const WATCH: &[&str] = &[
     "[tmc2590] alpha.stall_threshold = 2",
     "[tmc2590] alpha.stall_filter = false",
 ];
+const RECOVER: &[&str] = &[
+    "[tmc2590] alpha.stall_watch = true",
+    "[tmc2590] alpha.stall_threshold = 2",
+    "[tmc2590] alpha.stall_filter = false",
+    "[actuator] alpha.on_stall = recover",
+];
 const OTHER_WATCH: &[&str] = &[
     "[actuator] alpha.driver = tmc2660",
     "[tmc2660] alpha.spi_cs_pin = PJ13",
@@ -122,6 +128,10 @@ pub const ROWS: &[Row] = &[
     row("[tmc2240] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_2240),
     row("[tmc2240] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2240),
     row("[tmc2240] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[actuator] alpha.on_stall", "halt", "tell", Look(crash)).with(WATCH),
+    row("[actuator] common.stall_recoveries", "1", "2", Look(crash_in_a_job)).with(RECOVER),
+    row("[actuator] common.stall_recovery_time", "600", "5", Look(crash_in_a_job)).with(RECOVER),
+    row("[actuator] common.stall_lift", "5", "8", Look(crash_in_a_job)).with(RECOVER),
     row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
 ];
 
@@ -189,4 +199,18 @@ fn crash(bench: &mut Bench) -> String {
     bench.world(|world| world.obstruct(Alpha, [-3.0, 80.0]));
     bench.say("G1 X120 F6000");
     bench.hear(2.0) + &bench.status()
+}
+
+/// A job runs into something again and again: what is told, and how high it rises.
+fn crash_in_a_job(bench: &mut Bench) -> String {
+    bench.world(|world| world.obstruct(Alpha, [-3.0, 80.0]));
+    bench.type_in("play /sd/crash.gcode\n");
+    let (mut said, mut highest) = (String::new(), 0.0_f64);
+    for _ in 0..400 {
+        said += &bench.hear(0.1);
+        if said.contains("the job stops") {
+            highest = highest.max(bench.carriage(units::Actuator::Gamma));
+        }
+    }
+    format!("{said} up to {highest:.1}")
 }

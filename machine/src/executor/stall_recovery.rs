@@ -1,0 +1,320 @@
+//! A stall stops a job: it lifts, homes what has lost its place, and goes on with the line that was under
+//! way; or is suspended there until somebody has it go on.
+//!
+//! The machine brakes along its path, as in a hold, and what was planned behind is dropped. Z rises. Then the
+//! file is read over up to the line that was under way, as after a power cut, so that the program stands
+//! there, and the job is suspended. From there on it is `resume`, with homing before it: whether that begins
+//! by itself is all that `pause` and `recover` differ in.
+
+use config::{MachineConfig, OnStall};
+use motion::State as Motion;
+use program::{BEGINNING_BYTES, State};
+use units::{Actuator, Axis, AxisSet, PerAxis};
+
+use super::frames::{Frame, StallStep, Then};
+use super::passed::{Passed, Until};
+use super::{Hands, Machine, fast_forward, journal, leave_out, suspend};
+use crate::failure::{Failure, message};
+use crate::homing;
+use crate::jobs::{StalledJob, Suspended};
+use crate::ports::Ports;
+use crate::sessions::Recipient;
+use crate::stall_recovery::{Phase, Stopped};
+
+/// The stop is on the way of a move when it is so near to it: corners are rounded, mm.
+const ON_THE_WAY: f64 = 0.05;
+const CHANGED: &str = "modes or offsets were changed from a console, or are none that the file can be read again with";
+
+/// A file is about to be read: what it begins with, in case a stall stops it.
+pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
+    if is_wanted(machine.config) {
+        let beginning = program::beginning(&mut machine.program);
+        machine.stalls.keep_beginning(machine.jobs.count(), beginning);
+    }
+}
+
+/// The same of a file that is gone on with after a power cut.
+pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
+    if is_wanted(machine.config) {
+        machine.stalls.keep_beginning(machine.jobs.count(), Some(beginning));
+    }
+}
+
+fn is_wanted(config: &MachineConfig) -> bool {
+    config.watched_for_stalls().any(|(motor, _)| config.on_stall(motor).keeps_job())
+}
+
+/// A motor has stalled: the job stops. False where there is none that can.
+pub(super) fn brake<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator) -> bool {
+    let is_of_job = machine.jobs.is_playing() || matches!(machine.stalls.phase, Phase::Returns);
+    let runs = machine.safety.mode().is_in(State::Run) && machine.hold.acts() && machine.recovery.is_none();
+    if !is_of_job || !runs {
+        return false;
+    }
+    machine.stalls.phase = Phase::Brakes(motor);
+    machine.ports.motion(motion::Motion::hold);
+    let letter = letter(motor);
+    machine.announce(format_args!(
+        "WARNING: motor {letter} stalls: it hit something, or its load is too high; the job stops\n"
+    ));
+    true
+}
+
+fn letter(motor: Actuator) -> char {
+    Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter())
+}
+
+/// A look at a machine that brakes because of a stall: when it stands, whatever waits for its moves ends.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Phase::Brakes(motor) = machine.stalls.phase else { return };
+    let (state, stands, under_way, at) = machine.ports.motion(|motion| {
+        let under_way = motion.waiting().next();
+        (motion.state(), motion.is_held_still(), under_way, motion.held_at())
+    });
+    let is_idle = machine.ports.motion(|motion| motion.is_idle());
+    if !stands && !is_idle {
+        if state == Motion::Running {
+            machine.ports.motion(motion::Motion::hold);
+        }
+        return;
+    }
+    let made = match under_way {
+        Some(waiting) => machine.jobs.made(waiting.request.tag),
+        // Its last line has been made.
+        None => Some(machine.jobs.begun()),
+    };
+    let line = under_way.and_then(|waiting| machine.jobs.line_of(waiting.request.tag));
+    let mut flow = [1.0; 3];
+    flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
+    let lost = machine.config.motion.arm_solution.axes_of(motor).unwrap_or(AxisSet::PRIMARY);
+    let stopped = Stopped {
+        motor,
+        lost,
+        at,
+        made,
+        line: line.unwrap_or_else(|| machine.jobs.line_now()),
+        straight_to: under_way.filter(|waiting| waiting.is_straight).map(|waiting| waiting.request.target),
+        left_out: machine.jobs.objects.left_out(),
+        flow,
+    };
+    machine.jobs.set_paused(true);
+    machine.axes.forget_homed(lost);
+    let now = machine.ports.now();
+    if machine.safety.begin_reset(now) {
+        machine.stalls.phase = Phase::Stands(stopped);
+        machine.cut = super::cut::Cut::default();
+        machine.ports.motion(motion::Motion::stop);
+        machine.ports.heat(|heat| heat.drop_effects());
+        machine.program.halt();
+    }
+}
+
+/// Whatever waited has ended: the way back begins, before any other line.
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Phase::Stands(stopped) = machine.stalls.phase else { return };
+    if !machine.safety.is_halted() && machine.frames.is_empty() {
+        machine.stalls.phase = Phase::Looks(stopped);
+        // There is room: nothing else is on the stack.
+        let _ = machine.frames.push(Frame::Then(Then::Stalled(StallStep::Lift)));
+    }
+}
+
+/// The next step.
+///
+/// # Errors
+/// When the machine halts, or a script cannot be run.
+pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> Result<(), Failure> {
+    let Phase::Looks(stopped) = machine.stalls.phase else { return Ok(()) };
+    let looked = match step {
+        StallStep::Lift => lift_and_look(machine, &stopped).await,
+        StallStep::Suspend => found(machine, &stopped).map(|()| true),
+    };
+    match looked {
+        Ok(true) => get_over(machine, &stopped).await,
+        Ok(false) => Ok(()),
+        Err(Failure::Refused(why)) => end_job(machine, &stopped, &why),
+        Err(failure) => Err(failure),
+    }
+}
+
+/// Up from the part, and then the file is read up to where the job was. True: that is known already.
+async fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<bool, Failure> {
+    if !machine.jobs.is_open() {
+        return Err(Failure::Halted);
+    }
+    let [_, most] = machine.travel().ends();
+    let top = stopped.at[Axis::Z] + machine.config.motors.stall.lift.0;
+    rise(machine, top.min(most[Axis::Z])).await?;
+    machine.resynchronise();
+    if let Some(stall) = machine.jobs.stalled_job() {
+        // On its way back to the job.
+        stall.lost = stall.lost.or(stopped.lost);
+        machine.safety.apply(crate::safety::Event::Suspend);
+        return Ok(true);
+    }
+    let made = stopped.made.ok_or_else(|| Failure::refused("what moved was none of its lines"))?;
+    let beginning = machine.stalls.beginning_of(machine.jobs.count());
+    let mut beginning = beginning.ok_or_else(|| Failure::refused(CHANGED))?;
+    if !program::begin_again(&mut machine.program, &mut beginning) {
+        return Err(Failure::refused(CHANGED));
+    }
+    machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
+    if !machine.frames.push(Frame::Then(Then::Stalled(StallStep::Suspend))) {
+        return Err(Failure::refused("scripts start each other without end"));
+    }
+    machine.announce(format_args!("// the file is read up to line {}, where the job was\n", stopped.line));
+    fast_forward::begin(machine, Until::Begun(made)).inspect_err(|_| machine.frames.drop_top())?;
+    Ok(false)
+}
+
+/// Z rises so high, where it is homed and lower.
+async fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure> {
+    let mut up = machine.ports.motion(|motion| motion.commanded_position());
+    if !machine.axes.homed().has(Axis::Z) || top <= up[Axis::Z] {
+        return Ok(());
+    }
+    up[Axis::Z] = top;
+    journal::leaves_height(machine, core::iter::once(top));
+    let rate = machine.program.modal().seek_rate;
+    Hands::new(machine, Recipient::All).go_there(up, rate).await
+}
+
+/// The program stands where the job was: it is suspended there.
+fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
+    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
+    let passed = passed.ok_or_else(|| Failure::refused("the file ends before the line that was under way"))?;
+    if passed.has_asked {
+        return Err(Failure::refused("the file probes or reads inputs: what follows depends on what it found then"));
+    }
+    machine.program.set_thermal_z(machine.thermal.offset());
+    machine.jobs.objects.set_left_out(stopped.left_out);
+    program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
+    program::set_flow(&mut machine.program, &stopped.flow);
+    let begins = *machine.program.position();
+    let is_on_its_way = stopped.straight_to.is_some_and(|end| is_between(&begins, &end, &stopped.at));
+    // A curve, and a line of several moves, are made again from their beginning.
+    let position = if is_on_its_way { stopped.at } else { begins };
+    let stall = StalledJob { lost: stopped.lost, begins, above: above(machine, &passed, stopped) };
+    let targets = suspend::targets(machine);
+    let kept = machine.program.keep();
+    machine.jobs.suspend(Suspended { position, kept, targets, change: None, stall: Some(stall) });
+    machine.resynchronise();
+    machine.safety.apply(crate::safety::Event::Suspend);
+    Ok(())
+}
+
+/// Whether a place is on a straight way.
+fn is_between(from: &PerAxis<f64>, to: &PerAxis<f64>, place: &PerAxis<f64>) -> bool {
+    let [way, done] = [to, place].map(|end| Axis::PRIMARY.map(|axis| end[axis] - from[axis]));
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let length = dot(&way, &way);
+    let share = if length > 0.0 { dot(&way, &done) / length } else { 0.0 };
+    let off = [0, 1, 2]
+        .map(|axis: usize| done.get(axis).copied().unwrap_or(0.0) - share * way.get(axis).copied().unwrap_or(0.0));
+    (-1e-3..=1.0 + 1e-3).contains(&share) && dot(&off, &off) <= ON_THE_WAY * ON_THE_WAY
+}
+
+/// So high that an axis may home over all that was made, mm.
+fn above<P: Ports>(machine: &mut Machine<'_, P>, passed: &Passed, stopped: &Stopped) -> f64 {
+    let [_, most] = machine.travel().ends();
+    let highest = passed.z[1].max(stopped.at[Axis::Z]);
+    (highest + machine.config.motors.stall.lift.0).min(most[Axis::Z])
+}
+
+/// The suspended job goes on by itself, where it may.
+async fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
+    machine.stalls.rest();
+    let settings = &machine.config.motors.stall;
+    if machine.config.on_stall(stopped.motor) != OnStall::Recover {
+        return pause(machine, stopped, "");
+    }
+    let now = machine.ports.now();
+    let Some(count) = machine.stalls.take_recovery(now, settings) else {
+        let (most, minutes) = (settings.most, settings.time.seconds() / 60.0);
+        let why =
+            message(format_args!("{most} stalls within {minutes:.0} minutes are enough: something is in its way; "));
+        return pause(machine, stopped, &why);
+    };
+    let most = settings.most;
+    machine.announce(format_args!("// it homes and goes on by itself, {count} of {most}\n"));
+    let returned = match rehome(machine).await {
+        Ok(()) => suspend::go_back(machine).await,
+        Err(failure) => Err(failure),
+    };
+    match returned {
+        Err(Failure::Refused(why) | Failure::Alarm(why)) => {
+            machine.stalls.rest();
+            pause(machine, stopped, &message(format_args!("{why}; ")))
+        }
+        returned => returned,
+    }
+}
+
+/// Above all that was made, and the axes that have lost their place to their ends.
+///
+/// # Errors
+/// Where Z is not homed, and where an end is not found.
+pub(super) async fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    let Some(StalledJob { lost, above, .. }) = machine.jobs.stalled_job().copied() else { return Ok(()) };
+    let homed = machine.axes.homed();
+    let lost = lost.without(homed);
+    if !homed.has(Axis::Z) {
+        return Err(Failure::refused("Z is not homed, and is not homed onto a part: home it where that is safe"));
+    }
+    if let Some(axis) = lost.without(machine.can_home).axes().next() {
+        return Err(Failure::Refused(message(format_args!("{} has nothing to home with: set it", axis.letter()))));
+    }
+    machine.stalls.phase = Phase::Returns;
+    rise(machine, above).await?;
+    if lost.is_empty() {
+        return Ok(());
+    }
+    machine.announce(format_args!("// homing what has lost its place\n"));
+    let found = homing::home(&mut Hands::new(machine, Recipient::All), lost).await;
+    if let Err(Failure::Alarm(why)) = found {
+        // What has not stalled is where it was.
+        machine.axes.mark_homed(homed);
+        machine.stalls.rest();
+        return Err(Failure::Refused(why));
+    }
+    found
+}
+
+/// The machine is on its way to where the job was: it goes on when it is there, with the rest of its line.
+///
+/// # Errors
+/// When the machine halts.
+pub(super) async fn arrive<P: Ports>(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
+    machine.stalls.phase = Phase::Returns;
+    machine.standstill().await?;
+    machine.stalls.rest();
+    let _arrived = machine.jobs.take_suspended();
+    leave_out::filament_counts_anew(machine);
+    machine.program.resynchronise(stall.begins);
+    Ok(())
+}
+
+/// The job waits for a person, suspended.
+fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -> Result<(), Failure> {
+    machine.stalls.rest();
+    let (letter, line) = (letter(stopped.motor), stopped.line);
+    machine.announce(format_args!(
+        "WARNING: the job is paused at line {line}, where motor {letter} stalled: {why}resume homes what has lost its place \
+         and goes on, abort ends it\n"
+    ));
+    suspend::rest(machine, false).map(drop)
+}
+
+/// It cannot be gone on with: not even where it was is known.
+fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -> Result<(), Failure> {
+    machine.stalls.rest();
+    machine.passed = None;
+    let line = stopped.line;
+    machine.announce(format_args!(
+        "ERROR: the job ends at line {line}, where a motor stalled: {why}. Home, then play its file --from line {line}\n"
+    ));
+    leave_out::filament_counts_anew(machine);
+    machine.jobs.close(&mut machine.ports);
+    machine.resynchronise_if_still();
+    suspend::rest(machine, false).map(drop)
+}
