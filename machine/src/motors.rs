@@ -10,7 +10,7 @@ use crate::axes::{Axes, internal_motors, motors};
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::ports::{Description, DriverFault, DriversPort, MotionPort, MotorDrivers};
 use crate::sessions::Reply;
-use crate::tuning::Tuning;
+use crate::tuning::{StallThreshold, Tuning};
 
 /// Letters of motors.
 const LETTERS: &str = "XYZABC";
@@ -92,6 +92,20 @@ pub(crate) fn write_currents(text: &mut impl Write, tuning: &Tuning, config: &Ma
         }
     }
     if any { writeln!(text) } else { Ok(()) }
+}
+
+/// What drivers make of load, as M500 saves it.
+pub(crate) fn write_stall_thresholds(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
+    for motor in Actuator::ALL {
+        if let Some(StallThreshold { threshold, filter }) = tuning.stall_thresholds[motor] {
+            let filter = u8::from(filter);
+            writeln!(text, ";Load measurement:\nM911.3 P{} S7 O{threshold} Q{filter}", motor as u8)?;
+        }
+        if let Some(threshold) = tuning.homing_thresholds[motor] {
+            writeln!(text, ";The same while it homes:\nM911.3 P{} S9 O{threshold}", motor as u8)?;
+        }
+    }
+    Ok(())
 }
 
 /// M911: the motors whose drivers are asked about, one bit each: all, that with P's number, or those whose
@@ -208,17 +222,28 @@ pub(crate) fn write_register(
 pub(crate) fn driver_option(
     ports: &mut impl DriversPort,
     config: &MachineConfig,
+    tuning: &mut Tuning,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
     let named = named_drivers(words, config)?;
-    let Some(option) = words.get('S').filter(|option| (0.0..=8.0).contains(option)) else {
+    let Some(option) = words.get('S').filter(|option| (0.0..=9.0).contains(option)) else {
         motors(named).for_each(|_| reply.say(format_args!("No options were recognised\n")));
         return Ok(Answer::Ok);
     };
+    let threshold = words.get('O').map(|threshold| threshold as i8);
     for motor in motors(named) {
+        if option == 9.0 {
+            let threshold = threshold.filter(|threshold| (-64..=63).contains(threshold));
+            tuning.homing_thresholds[motor] = Some(threshold.ok_or_else(|| not_set(motor, DriverFault::BadSetting))?);
+            continue;
+        }
         let set = ports.drivers(|drivers| drivers.set_option(motor, option as u8, &|letter| words.get(letter)));
         set.map_err(|fault| not_set(motor, fault))?;
+        if let Some(threshold) = threshold.filter(|_| option == 7.0) {
+            let filter = words.get('Q').is_some_and(|filter| filter != 0.0);
+            tuning.stall_thresholds[motor] = Some(StallThreshold { threshold, filter });
+        }
     }
     Ok(Answer::Ok)
 }

@@ -25,6 +25,10 @@ pub struct Tuning {
     pub phases: PerAxis<Option<f64>>,
     /// Current of each motor that has a driver of ours (M906, M907).
     pub currents: PerActuator<Option<Amps>>,
+    /// Threshold of each driver's load measurement (M911.3 S7), where it is another than the configuration's.
+    pub stall_thresholds: PerActuator<Option<StallThreshold>>,
+    /// The same while the motor's axis homes without a switch (M911.3 S9).
+    pub homing_thresholds: PerActuator<Option<i8>>,
     /// How straight moves are cut (M665 S and U).
     pub lines: LineSettings,
     /// Thermistors that are not as configured (M305), by temperature control.
@@ -36,6 +40,26 @@ pub struct Tuning {
     pub filament_width: FilamentWidthConfig,
     /// How far filament is moved to change it (M603).
     pub filament_change: FilamentChangeConfig,
+}
+
+/// How a driver measures load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StallThreshold {
+    /// `SGT`
+    pub threshold: i8,
+    /// `SFILT`
+    pub filter: bool,
+}
+
+impl StallThreshold {
+    /// As the words of M911.3 S7.
+    pub fn words(self) -> impl Fn(char) -> Option<f64> {
+        move |letter| match letter {
+            'O' => Some(f64::from(self.threshold)),
+            'Q' => Some(f64::from(u8::from(self.filter))),
+            _ => None,
+        }
+    }
 }
 
 /// Where axes home.
@@ -63,6 +87,8 @@ impl Tuning {
             },
             phases: PerAxis(Axis::ALL.map(|axis| config.homing_endstop(axis).and_then(|stop| stop.phase.calibrated))),
             currents,
+            stall_thresholds: PerActuator::default(),
+            homing_thresholds: PerActuator::default(),
             lines: line_settings(config),
             thermistors: [None; units::MAX_HEATERS],
             filament: config.filament_detector,

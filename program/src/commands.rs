@@ -88,6 +88,8 @@ pub const COMMANDS: &[CommandInfo] = &[
         "move back and forth, squares or circles, so many steps of one motor; how well an axis homes, whether it loses steps, where it rings, its backlash",
     )
     .working(),
+    command("tune_driver", "axis [mm/s ...]", "measure which stallGuard threshold a motor is to have: its axis moves over its travel")
+        .working(),
     command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),
     command("break", "", "stop for a debugger, if one is attached"),
     command("reset", "", "restart the board in a second"),

@@ -65,6 +65,7 @@ mod thermal_adjust;
 mod tool_change;
 mod tools;
 mod transfers;
+mod tune_driver;
 mod v2_codes;
 mod v2_commands;
 mod v2_replay;

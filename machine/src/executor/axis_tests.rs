@@ -5,7 +5,8 @@ use motion::{Limits, Mode};
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
 use super::{Hands, Machine};
-use crate::failure::{Failure, message};
+use crate::driver_tuning;
+use crate::failure::{Failure, Outcome, message};
 use crate::homing;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -85,6 +86,13 @@ pub(super) async fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, 
         "{letter} is {off:.3} mm off: {} full steps were lost: less speed or acceleration, or more current",
         libm::fabs(steps)
     ))))
+}
+
+/// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
+pub(super) async fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let tuned = driver_tuning::tune(&mut Hands::new(machine, to), arguments).await;
+    machine.resynchronise_if_still();
+    tuned
 }
 
 /// Shakes an axis, from one frequency to another.

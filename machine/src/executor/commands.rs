@@ -9,8 +9,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, editing, foresee, functions, grbl, home, job_control, log, long_answers,
-    motion_tests, objects, passed_over, play_from, program_io, statistics, suspend,
+    Hands, Machine, actions, answers, axis_tests, editing, foresee, functions, grbl, home, job_control, log,
+    long_answers, motion_tests, objects, passed_over, play_from, program_io, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -359,7 +359,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
     // Where a file that is read over asks for a pause may lie behind that.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
     if machine.safety.state() == State::Check
-        && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "gpio")
+        && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "tune_driver" | "gpio")
         && !is_place
     {
         return Ok(Answer::Ok);
@@ -386,6 +386,10 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "test" => {
             let tests: Pin<&mut dyn Future<Output = Outcome>> = pin!(motion_tests::run(machine, arguments, to));
             tests.await
+        }
+        "tune_driver" => {
+            let tunes: Pin<&mut dyn Future<Output = Outcome>> = pin!(axis_tests::tune_driver(machine, arguments, to));
+            tunes.await
         }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
         "cp" | "truncate" | "md5sum" => {

@@ -233,7 +233,7 @@ fn motion_or_heat<P: Ports>(
         Function::HeaterModel => heat_codes::heater_model(ports, config, words, reply),
         Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
-        Function::DriverOption => motors::driver_option(ports, config, words, reply),
+        Function::DriverOption => motors::driver_option(ports, config, tuning, words, reply),
         _ => return None,
     })
 }

@@ -110,6 +110,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.ports.latch()
     }
 
+    /// Stalls of motors are looked for from now on, or not: the output of a driver whose load is measured
+    /// says anything.
+    pub const fn watch_stalls(&mut self, yes: bool) {
+        self.machine.polls.ignores_stalls = !yes;
+    }
+
     /// Levels of all inputs.
     pub fn inputs(&self) -> InputLevels {
         self.machine.ports.inputs()

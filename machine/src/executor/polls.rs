@@ -18,6 +18,8 @@ pub(super) struct Polls {
     pub flow: Flow,
     pub heat_due: Micros,
     pub stalls: StallWatch,
+    /// A sequence makes drivers say stall.
+    pub ignores_stalls: bool,
     /// What was wrong with the line of saved settings that just ended.
     pub settings_problem: Option<Message>,
 }

@@ -26,7 +26,8 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
     let config = machine.config;
     // An axis without a switch stalls where it homes.
-    let is_elsewhere = machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+    let is_elsewhere =
+        machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
     if config.watched_for_stalls().next().is_none() {
         return machine.polls.stalls.rest(now, SELDOM);
     }

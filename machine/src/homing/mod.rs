@@ -36,6 +36,7 @@ use motor_space::MotorSpace;
 pub(crate) use motor_space::come_to_rest;
 pub use overtravel::OVERTRAVEL;
 use samples::Samples;
+pub(crate) use stall::steady;
 use switches::{homeable, operated, slowest, switch_of, towards};
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);

@@ -62,8 +62,9 @@ fn full_step(config: &MachineConfig, axis: Axis) -> f64 {
 pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
     let config = hands.config();
     let Some((_, stop)) = switch_of(config, axis) else { return Ok(()) };
-    let search = StallSearch { current: stop.stall.current, threshold: stop.stall.threshold };
     for motor in motors(config, axis) {
+        let threshold = hands.tuning().homing_thresholds[motor].unwrap_or(stop.stall.threshold);
+        let search = StallSearch { current: stop.stall.current, threshold };
         said(motor, hands.drivers(|drivers| drivers.begin_stall_search(motor, search)))?;
     }
     Ok(())
@@ -144,7 +145,7 @@ async fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Res
 
 /// Waits until motion has been at a constant speed for as long as the load takes to be measured, or has
 /// ended.
-async fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
+pub(crate) async fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
     hands.motion(motion::Motion::flush);
     let (mut speed, mut since) = (0.0, hands.now());
     loop {

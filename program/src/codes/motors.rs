@@ -183,7 +183,7 @@ pub const ROWS: &[CodeInfo] = &[
                         'S',
                         Unit::Number,
                         "0 constant off time, 1 spreadCycle, 2 random off time, 4 interpolation, 5 coolStep \
-                    off, 6 passive fast decay, 7 stallGuard2, 8 coolStep",
+                    off, 6 passive fast decay, 7 stallGuard2, 8 coolStep, 9 stallGuard2 while it homes",
                     ),
                     word('U', Unit::Number, "off time"),
                     word('V', Unit::Number, "blanking time, clocks"),

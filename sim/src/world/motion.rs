@@ -122,6 +122,13 @@ impl World {
         }
     }
 
+    /// Another motor, or another load on it, from now on.
+    pub fn fit_rotor(&mut self, actuator: Actuator, plant: crate::models::rotor::Plant) {
+        if let Some(motor) = &mut self.motors[actuator as usize] {
+            motor.rotor = Some(Rotor::new(plant));
+        }
+    }
+
     /// One step as the board makes it: both edges of a pulse, or one edge where the driver takes both.
     pub fn step(&mut self, at_ns: u64, actuator: Actuator) {
         let Some(motor) = &self.motors[actuator as usize] else { return };

@@ -1,0 +1,312 @@
+//! `tune_driver`: which stallGuard threshold a motor is to have, measured on the machine as it is.
+//!
+//! The output of a driver says stall where its reading is 0, and the threshold shifts all readings. So there
+//! are two ends: below the one a motor that runs free reads 0 now and then; above the other a motor that
+//! stands does not. The first is measured as it is, at two or three speeds. The second would take stalls; in
+//! their place the axis crawls, for a motor that hardly turns induces as little as one that stands. Between
+//! both lies the threshold. The chopper is left alone: nothing that these chips read says how good it is.
+//!
+//! The driver is set as for a search for a stall, which keeps what was set before, and puts it back however
+//! this ends.
+
+mod readings;
+mod strokes;
+
+use config::{ArmSolution, MachineConfig};
+use units::{Actuator, Amps, Axis, AxisSet};
+
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome, message};
+use crate::ports::{MotorDrivers, Ports, StallSearch};
+use crate::tuning::StallThreshold;
+use readings::{FIRST, Halving, LAST, Readings, middle};
+use strokes::Way;
+
+/// A free motor reads at least this in the mean, as homing without a switch asks for.
+const LEAST_MEAN: f32 = 100.0;
+/// The crawl, as a share of the speed from which on load can be measured.
+const CRAWL: f64 = 0.1;
+/// So much faster than that speed is the slowest that is measured.
+const ABOVE_LEAST: f64 = 1.2;
+/// From the ends of the travel, mm.
+const CLEAR: f64 = 5.0;
+/// Thresholds between both ends that are enough to be sure.
+const SURE: i8 = 6;
+const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s";
+
+/// Speeds, the fastest first.
+type Speeds = heapless::Vec<f64, 3>;
+
+/// What was found for a current.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    threshold: i8,
+    /// The lowest that runs free, and the highest at which a crawl reads 0.
+    ends: [i8; 2],
+    /// Of the slowest speed that it is right for, mm/s, and what it reads there.
+    slowest: f64,
+    readings: Readings,
+}
+
+/// `tune_driver axis [mm/s ...]`
+///
+/// # Errors
+/// Where the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is
+/// as it was.
+pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+    let (way, speeds) = prepare(hands, arguments)?;
+    let from = hands.position();
+    hands.enable_motors()?;
+    let overrides = hands.motion(|motion| motion.overrides());
+    hands.motion(|motion| motion.set_overrides(1.0, 1.0));
+    hands.watch_stalls(false);
+    let found = measure(hands, &way, &speeds).await;
+    // Whatever has happened.
+    let put_back = hands.drivers(|drivers| drivers.end_stall_search(way.motor));
+    hands.watch_stalls(true);
+    hands.motion(|motion| motion.set_overrides(overrides.feed, overrides.rapid));
+    let found = match found {
+        Err(Failure::Halted) => return Err(Failure::Halted),
+        found => found,
+    };
+    hands.standstill().await?;
+    hands.go_there(from, units::MmPerSecond(speeds.first().copied().unwrap_or(1.0))).await?;
+    put_back.map_err(|fault| strokes::silent(way.motor, fault))?;
+    keep(hands, &way, found?)
+}
+
+/// What was found for the watch over stalls, and for homing without a switch.
+type Both = [Option<Found>; 2];
+
+async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
+    let config = hands.config();
+    let letter = way.axis.letter();
+    hands.say(format_args!("// {letter} moves over {:.0} mm\n", way.ends[1] - way.ends[0]));
+    let watched = find(hands, way, speeds, None).await?;
+    let stop = config.homing_endstop(way.axis).filter(|stop| stop.stall.homing);
+    let Some(stop) = stop else { return Ok([Some(watched), None]) };
+    hands.say(format_args!("// as it homes: at {:.0} mm/s, at stall_current\n", stop.slow_rate.0));
+    let mut rates = Speeds::new();
+    for rate in [stop.fast_rate.0, stop.slow_rate.0] {
+        if rates.last().is_none_or(|last| (last - rate).abs() > 0.01) {
+            // There is room for three.
+            let _ = rates.push(rate);
+        }
+    }
+    let homing = find(hands, way, &rates, stop.stall.current).await?;
+    if homing.slowest > stop.slow_rate.0.min(stop.fast_rate.0) + 0.01 {
+        return Err(Failure::Refused(message(format_args!(
+            "at {:.0} mm/s no threshold tells a stall from running free: home faster, or with more stall_current",
+            stop.slow_rate.0
+        ))));
+    }
+    Ok([Some(watched), Some(homing)])
+}
+
+/// Finds the threshold for a current.
+async fn find<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    speeds: &Speeds,
+    current: Option<Amps>,
+) -> Result<Found, Failure> {
+    let highest = crawl(hands, way, current).await?;
+    let mut found: Option<Found> = None;
+    for rate in speeds {
+        let lowest = lowest_free(hands, way, *rate, current, found.map_or(FIRST, |found| found.ends[0])).await?;
+        let Some(lowest) = lowest.filter(|lowest| *lowest <= highest) else {
+            hands.say(format_args!("// at {rate:.0} mm/s it reads too little for any threshold\n"));
+            break;
+        };
+        let threshold = middle(lowest, highest);
+        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        let readings = strokes::there_and_back(hands, way, *rate, false).await?;
+        hands.say(format_args!(
+            "// at {rate:.0} mm/s free from {lowest} on; with {threshold} it reads {:.0}, noise {:.0}, least {}\n",
+            readings.mean(),
+            readings.noise(),
+            readings.least()
+        ));
+        found = Some(Found { threshold, ends: [lowest, highest], slowest: *rate, readings });
+    }
+    found.ok_or_else(|| {
+        Failure::refused("no threshold tells a stall from running free: a higher speed, or less current, may")
+    })
+}
+
+/// The highest threshold at which a motor that hardly turns reads 0.
+async fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
+    let driver = hands.config().driver(way.motor);
+    let rate = driver.map_or(0.0, |driver| driver.stall_least_speed.0) * CRAWL;
+    let mut halving = Halving::from(FIRST);
+    while let Some(threshold) = halving.next() {
+        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        let readings = strokes::there_and_back(hands, way, rate, true).await?;
+        halving.tell(!readings.are_stalled());
+    }
+    let highest = halving.found().map_or(LAST, |first| first.saturating_sub(1));
+    hands.say(format_args!(
+        "// crawling at {rate:.1} mm/s, where it induces next to nothing, it reads 0 up to {highest}\n"
+    ));
+    if halving.found() == Some(FIRST) {
+        return Err(Failure::refused("it reads something even where it hardly turns: its load cannot be told so"));
+    }
+    Ok(highest)
+}
+
+/// The lowest threshold from here on with which a motor runs free at a speed.
+async fn lowest_free<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    rate: f64,
+    current: Option<Amps>,
+    from: i8,
+) -> Result<Option<i8>, Failure> {
+    let mut halving = Halving::from(from);
+    while let Some(threshold) = halving.next() {
+        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        let readings = strokes::there_and_back(hands, way, rate, false).await?;
+        halving.tell(readings.are_free(LEAST_MEAN));
+    }
+    Ok(halving.found())
+}
+
+/// Sets what was found, and says how sure it is.
+fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Both) -> Outcome {
+    let (motor, config) = (way.motor, hands.config());
+    let filter = config.driver(motor).and_then(|driver| driver.stall_filter).unwrap_or(true);
+    if let Some(found) = watched {
+        let kept = StallThreshold { threshold: found.threshold, filter };
+        let word = kept.words();
+        let set = hands.drivers(|drivers| drivers.set_option(motor, 7, &word));
+        set.map_err(|fault| strokes::silent(motor, fault))?;
+        hands.tuning().stall_thresholds[motor] = Some(kept);
+        say(hands, "stall_threshold", &found);
+        let least = config.driver(motor).map_or(0.0, |driver| driver.stall_least_speed.0);
+        if found.slowest > ABOVE_LEAST * least + 0.1 {
+            hands.say(format_args!("It sees nothing slower: stall_least_speed = {:.0} in config.ini\n", found.slowest));
+        }
+    }
+    if let Some(found) = homing {
+        hands.tuning().homing_thresholds[motor] = Some(found.threshold);
+        say(hands, "stall_threshold of its endstop", &found);
+    }
+    hands.say(format_args!(
+        "The chopper stays as it is: nothing that the driver reads says whether another is better\n"
+    ));
+    hands.say(format_args!("No stall was tried. In use until reset: keep with M500\n"));
+    Ok(Answer::Ok)
+}
+
+fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
+    let [lowest, highest] = found.ends;
+    let (threshold, room) = (found.threshold, highest - lowest);
+    hands.say(format_args!("{name} = {threshold}, the middle of {lowest} (free) to {highest} (stands)\n"));
+    let noise = found.readings.noise().max(1.0);
+    let sigmas = found.readings.mean() / noise;
+    let sure = if room >= SURE { "sure" } else { "not very sure" };
+    hands.say(format_args!(
+        "At {:.0} mm/s a stall reads 0 and this motor {:.0}, {sigmas:.0} times its noise: {sure}\n",
+        found.slowest,
+        found.readings.mean()
+    ));
+}
+
+/// Whether it can be measured, and where and how fast.
+fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(Way, Speeds), Failure> {
+    let mut words = arguments.split_ascii_whitespace();
+    let letter = words.next().and_then(|word| word.chars().next());
+    let axis = letter.and_then(Axis::from_letter).ok_or_else(|| Failure::refused(USAGE))?;
+    let config = hands.config();
+    let motor = measurable(config, axis)?;
+    if hands.is_playing() {
+        return Err(Failure::refused("a job is under way"));
+    }
+    if !hands.axes().homed().has(axis) {
+        return Err(Failure::Refused(message(format_args!(
+            "home {} first: it goes over its whole travel",
+            axis.letter()
+        ))));
+    }
+    let way = way(hands, axis, motor)?;
+    let mut speeds = Speeds::new();
+    for word in words {
+        let rate = word.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+        let pushed = rate.map(|rate| speeds.push(rate));
+        if !matches!(pushed, Some(Ok(()))) {
+            return Err(Failure::refused(USAGE));
+        }
+    }
+    let least = config.driver(motor).map_or(0.0, |driver| driver.stall_least_speed.0);
+    if speeds.is_empty() {
+        speeds = usual_speeds(hands, &way, least)?;
+    }
+    speeds.sort_unstable_by(|one, other| other.total_cmp(one));
+    for rate in &speeds {
+        if *rate < least || !way.is_long_enough(*rate) {
+            return Err(Failure::Refused(message(format_args!(
+                "{rate:.0} mm/s: give speeds from stall_least_speed, {least:.0}, on, that its travel leaves room for"
+            ))));
+        }
+    }
+    Ok((way, speeds))
+}
+
+/// The motor of an axis that has it for itself, with a driver of the board.
+fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
+    let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
+    let motor = motor.ok_or_else(|| Failure::refused("that axis has no motor"))?;
+    if config.driver(motor).is_none() {
+        return Err(Failure::refused("its driver is none of this board's, and measures no load"));
+    }
+    let is_alone = config.motion.arm_solution == ArmSolution::Cartesian || !AxisSet::PRIMARY.has(axis);
+    let has_slave = config.actuators().any(|(_, other)| other.slaved_to == Some(motor));
+    if !is_alone || has_slave {
+        return Err(Failure::refused("its motor does not move this axis alone: each would have another load"));
+    }
+    Ok(motor)
+}
+
+fn way<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, motor: Actuator) -> Result<Way, Failure> {
+    let limits = hands.motion_config()?.limits;
+    let settings = &hands.config().actuators[motor];
+    let [least, most] = hands.travel().ends().map(|ends| ends[axis]);
+    if !(least.is_finite() && most.is_finite()) || most - least < 4.0 * CLEAR {
+        return Err(Failure::refused("its travel has no ends that are known, or is too short"));
+    }
+    let own = limits.actuator_acceleration[motor].map_or(f64::INFINITY, |own| own.0);
+    let jerk = limits.axis_jerk.get(axis as usize).copied().flatten().or(limits.jerk).map(|jerk| jerk.0);
+    Ok(Way {
+        axis,
+        motor,
+        ends: [least + CLEAR, most - CLEAR],
+        full_step: f64::from(settings.microsteps.max(1)) / settings.steps_per_mm,
+        acceleration: own.min(limits.acceleration.0),
+        jerk,
+    })
+}
+
+/// Three speeds: that of rapids, as far as the axis comes to it, the slowest at which load can be measured,
+/// and one between.
+fn usual_speeds<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, least: f64) -> Result<Speeds, Failure> {
+    let limits = hands.motion_config()?.limits;
+    let axis = limits.axis_speed.get(way.axis as usize).copied().flatten().map_or(f64::INFINITY, |rate| rate.0);
+    let mut fast = hands.config().motion.default_seek_rate.0.min(axis).min(limits.actuator_rate[way.motor].0);
+    let slow = ABOVE_LEAST * least;
+    while !way.is_long_enough(fast) && fast > slow {
+        fast *= 0.9;
+    }
+    if fast < slow {
+        return Err(Failure::Refused(message(format_args!(
+            "it can be no faster than {fast:.0} mm/s: its load can be told from {slow:.0} on"
+        ))));
+    }
+    let mut speeds = Speeds::new();
+    for rate in [fast, libm::sqrt(fast * slow), slow] {
+        if speeds.last().is_none_or(|last| rate < 0.95 * last) {
+            // There is room for three.
+            let _ = speeds.push(rate);
+        }
+    }
+    Ok(speeds)
+}

@@ -1,0 +1,143 @@
+//! Moves an axis at one speed and reads its motor's load meanwhile.
+
+use config::EndstopStallConfig;
+use motion::Mode;
+use units::{Actuator, Axis, Micros, MmPerSecond};
+
+use super::readings::Readings;
+use crate::executor::Hands;
+use crate::failure::{Failure, message};
+use crate::homing;
+use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch};
+
+/// Readings of one way: noise counts in none of fewer.
+const COUNT: u32 = 60;
+/// Readings of the crawl: it takes a full step for each.
+const CRAWLED: u32 = 24;
+/// Between two readings over SPI.
+const PERIOD_S: f64 = 0.002;
+
+/// The axis whose motor is measured, and the way it has for that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub axis: Axis,
+    pub motor: Actuator,
+    /// From here to there, mm.
+    pub ends: [f64; 2],
+    /// mm.
+    pub full_step: f64,
+    /// mm/s^2
+    pub acceleration: f64,
+    /// mm/s^3
+    pub jerk: Option<f64>,
+}
+
+impl Way {
+    const fn count(&self, is_crawl: bool) -> u32 {
+        if is_crawl { CRAWLED } else { COUNT }
+    }
+
+    /// Time from one reading to the next at a speed: a full step, s.
+    fn period(&self, rate: f64) -> f64 {
+        PERIOD_S.max(self.full_step / rate)
+    }
+
+    /// How long a way at a speed is, mm.
+    pub fn needed(&self, rate: f64, is_crawl: bool) -> f64 {
+        let ramp = EndstopStallConfig::run_up(rate, self.acceleration, self.jerk, 1.0 / self.full_step);
+        2.0 * ramp + rate * self.period(rate) * f64::from(self.count(is_crawl) + 1)
+    }
+
+    /// Whether it is long enough for a speed.
+    pub fn is_long_enough(&self, rate: f64) -> bool {
+        self.needed(rate, false) <= self.ends[1] - self.ends[0]
+    }
+}
+
+/// Sets the driver for the next way.
+pub(super) fn set<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator, search: StallSearch) -> Result<(), Failure> {
+    hands.drivers(|drivers| drivers.begin_stall_search(motor, search)).map_err(|fault| silent(motor, fault))
+}
+
+pub(super) fn silent(motor: Actuator, fault: DriverFault) -> Failure {
+    let why = match fault {
+        DriverFault::External => "has no driver of this board",
+        DriverFault::Silent | DriverFault::BadAnswer => "its driver does not answer",
+        DriverFault::BadSetting => "its driver cannot be set so",
+    };
+    Failure::Refused(message(format_args!("{}: {why}", motor.name())))
+}
+
+/// There and back at a speed: what the driver reads while that is constant.
+///
+/// # Errors
+/// When the machine halts, whoever asked wants it to end, the driver does not answer, or it or its motor is
+/// not sound.
+pub(super) async fn there_and_back<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    rate: f64,
+    is_crawl: bool,
+) -> Result<Readings, Failure> {
+    let mut readings = Readings::default();
+    for _ in 0..2 {
+        one_way(hands, way, rate, is_crawl, &mut readings).await?;
+        if hands.stop_requested() {
+            return Err(Failure::refused("it was stopped: nothing was changed"));
+        }
+    }
+    if readings.count() < way.count(is_crawl) {
+        return Err(Failure::Refused(message(format_args!(
+            "at {rate:.1} mm/s there were {} readings only: the axis did not keep its speed",
+            readings.count()
+        ))));
+    }
+    is_sound(hands, way.motor)?;
+    Ok(readings)
+}
+
+async fn one_way<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    rate: f64,
+    is_crawl: bool,
+    readings: &mut Readings,
+) -> Result<(), Failure> {
+    let mut target = hands.position();
+    let [least, most] = way.ends;
+    let needed = way.needed(rate, is_crawl);
+    let up = most - target[way.axis] > target[way.axis] - least;
+    target[way.axis] = if up { target[way.axis] + needed } else { target[way.axis] - needed }.clamp(least, most);
+    hands.go(target, MmPerSecond(rate), Mode::Feed).await?;
+    homing::steady(hands, way.full_step).await?;
+    let speed = hands.motion(|motion| motion.speed().0);
+    let period = Micros((way.period(rate) * 1e6) as u64);
+    let mut due = hands.now();
+    loop {
+        let (now, is_idle) = hands.motion(|motion| (motion.speed().0, motion.is_idle()));
+        if is_idle || libm::fabs(now - speed) > 1e-3 * speed || libm::fabs(speed - rate) > 0.01 * rate {
+            break;
+        }
+        if hands.now() >= due {
+            due = due.plus(period);
+            let reading = hands.drivers(|drivers| drivers.reserve(way.motor));
+            readings.add(reading.map_err(|fault| silent(way.motor, fault))?);
+        }
+        hands.pause().await?;
+    }
+    hands.standstill().await
+}
+
+/// A driver that is hot or has a coil open measures something else.
+fn is_sound<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator) -> Result<(), Failure> {
+    let status = hands.drivers(|drivers| drivers.status(motor)).map_err(|fault| silent(motor, fault))?;
+    let name = motor.name();
+    let why = if status.over_temperature || status.over_temperature_warning {
+        "its driver is hot: let it cool, or lower the current"
+    } else if status.short_a || status.short_b || status.supply_short_a || status.supply_short_b {
+        "its driver reports a short circuit"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Refused(message(format_args!("{name}: {why}"))))
+}
