@@ -11,6 +11,7 @@ mod bed;
 mod check;
 mod colour;
 mod flash;
+mod heat;
 mod migrate;
 mod motion_page;
 mod plot;
@@ -59,6 +60,9 @@ enum Command {
     Preflight(preflight::Options),
     /// Look at a mesh of a bed, as the board saved it on its card: where it is high, what to do about it
     Bed(bed::Options),
+    /// Look at the tuning of a heater (M303, M306), as a console has heard it: what was measured, what the
+    /// gains mean
+    Heat(heat::Options),
     /// Print the JSON Schema of the configuration
     Schema,
     /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can
@@ -135,6 +139,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Actions { file, tools } => actions::print(&file, tools.as_deref()).map(|()| ExitCode::SUCCESS),
         Command::Preflight(options) => Ok(success(preflight::preflight(&options)?)),
         Command::Bed(options) => bed::bed(&options).map(|()| ExitCode::SUCCESS),
+        Command::Heat(options) => heat::heat(&options).map(|()| ExitCode::SUCCESS),
         Command::Schema => {
             print!("{}", config::schema::json_schema());
             Ok(ExitCode::SUCCESS)

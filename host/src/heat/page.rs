@@ -1,0 +1,48 @@
+//! The page of a tuning. It needs no network.
+
+use serde_json::json;
+
+use super::answer::{Line, Swing};
+use super::{Tuning, words};
+
+const TEMPLATE: &str = include_str!("../../assets/heat.html");
+const SLOTS: [(&str, &str); 4] = [
+    ("uplot.css", include_str!("../../assets/vendor/uPlot.min.css")),
+    ("report.css", include_str!("../../assets/report.css")),
+    ("uplot.js", include_str!("../../assets/vendor/uPlot.iife.min.js")),
+    ("heat.js", include_str!("../../assets/heat.js")),
+];
+
+/// The whole page.
+pub fn page(tuning: &Tuning) -> String {
+    let log = &tuning.log;
+    let gains = words::gains(tuning);
+    let data = json!({
+        "heater": log.heater, "target": log.target, "failed": log.failed,
+        "is_model": matches!(log.found, Some(super::log::Found::Model(_))),
+        "time": log.samples.iter().map(|sample| sample.second).collect::<Vec<_>>(),
+        "celsius": log.samples.iter().map(|sample| sample.celsius).collect::<Vec<_>>(),
+        "output": log.samples.iter().map(|sample| rounded(sample.duty / 2.55, 10.0)).collect::<Vec<_>>(),
+        "model": tuning.laid.as_ref().map(|laid| laid.celsius.iter().map(|c| rounded(*c, 100.0)).collect::<Vec<_>>()),
+        "swings": tuning.swings.iter().map(swing).collect::<Vec<_>>(),
+        "facts": words::facts(tuning),
+        "gains": gains.iter().map(|gain| json!([gain.name, gain.value, gain.unit, gain.means])).collect::<Vec<_>>(),
+    });
+    // `<` never stands in the JSON, so no text of a log can end the script it is in.
+    let data = data.to_string().replace('<', "\\u003c");
+    let page = SLOTS
+        .iter()
+        .fold(TEMPLATE.to_owned(), |page, (slot, content)| page.replace(&format!("{{{{{slot}}}}}"), content));
+    page.replace("{{data}}", &data)
+}
+
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit
+}
+
+fn swing(swing: &Swing) -> serde_json::Value {
+    let line = |line: &Line| json!({ "from": line.from, "to": line.to, "slope": rounded(line.slope, 1e3) });
+    json!({
+        "off": swing.off, "meet": swing.meet, "celsius": swing.celsius, "rise": line(&swing.rise), "fall": line(&swing.fall),
+    })
+}
