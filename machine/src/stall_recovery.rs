@@ -33,7 +33,6 @@ pub(crate) struct Stopped {
 
 /// How far the machine is with a stall.
 #[derive(Clone, Copy, Debug, Default)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them")]
 pub(crate) enum Phase {
     /// None has stopped a job.
     #[default]
