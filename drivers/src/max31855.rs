@@ -2,18 +2,34 @@
 //!
 //! MAX31855 datasheet (19-5793 Rev 5), tables 2 to 5: bits 31 to 18 thermocouple in quarter degrees, bit 16
 //! any fault, bits 15 to 4 the cold junction in sixteenths, bits 2, 1 and 0 which fault, bits 17 and 3 always
-//! zero.
+//! zero. The frame is read with the clock resting low and sampled at its rising edge, mode 0 (figure 1). The
+//! chip converts in the background, and takes a new result over only while it is not selected ("Serial
+//! Interface").
 
-use units::Celsius;
+use embedded_hal::spi::SpiDevice;
+use units::{Celsius, Micros};
 
 /// SPI clock the chip takes at most (datasheet, "Serial-Interface Timing Characteristics").
 pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
+/// From one conversion to the next at most (datasheet, "Thermal Characteristics": tCONV).
+pub const CONVERSION: Micros = Micros::from_millis(100);
+/// From power-up to the first conversion (the same, tCONV_PU).
+pub const FIRST_CONVERSION: Micros = Micros::from_millis(200);
+
+/// What the thermocouple can be, quarter degrees: -270 to 1800 C (datasheet, "General Description").
+const POSSIBLE: core::ops::RangeInclusive<i16> = -270 * 4..=1_800 * 4;
+/// Where the chip itself works, sixteenths of a degree: -40 to 125 C ("Recommended Operating Conditions").
+const CHIP_WORKS: core::ops::RangeInclusive<i16> = -40 * 16..=125 * 16;
 
 /// Why there is no temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing drives the data line, or it is stuck: all zeros, all ones, or a bit that must be zero is not.
+    /// The bus failed, or nothing drives the data line: all ones.
     Absent,
+    /// The data line stays low: all zeros.
+    Low,
+    /// A bit that must be zero is not, or a temperature is none that there can be.
+    Garbled,
     /// Thermocouple not connected (OC).
     Open,
     /// Thermocouple shorted to ground (SCG).
@@ -29,11 +45,13 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::Absent => "no MAX31855 answers: check its chip select, wiring and supply",
-            Self::Open => "thermocouple open",
-            Self::ShortToGround => "thermocouple shorted to ground",
-            Self::ShortToSupply => "thermocouple shorted to the supply",
-            Self::Unknown => "MAX31855 reports a fault without a cause",
+            Self::Absent => "no MAX31855 answers: check spi_select_pin, its wires and its supply",
+            Self::Low => "the MAX31855's data line stays low: check its supply and the wire to MISO",
+            Self::Garbled => "that is no MAX31855's answer: check sensor, and the wires of the bus",
+            Self::Open => "thermocouple open: check its plug and wires",
+            Self::ShortToGround => "thermocouple shorted to ground: check its insulation",
+            Self::ShortToSupply => "thermocouple shorted to the supply: check its wires",
+            Self::Unknown => "the MAX31855 reports a fault without a cause: check its wires",
         }
     }
 }
@@ -52,12 +70,21 @@ impl Reading {
     ///
     /// # Errors
     /// What the chip reports, or that no chip reports.
-    pub const fn decode(frame: u32) -> Result<Self, Fault> {
+    pub fn decode(frame: u32) -> Result<Self, Fault> {
         const MUST_BE_ZERO: u32 = 1 << 17 | 1 << 3;
         // A true all-zero frame would need both junctions at 0.00 C; a dead line is likelier, and off is the
         // safe side.
-        if frame == 0 || frame & MUST_BE_ZERO != 0 {
-            return Err(Fault::Absent);
+        match frame {
+            0 => return Err(Fault::Low),
+            u32::MAX => return Err(Fault::Absent),
+            _ if frame & MUST_BE_ZERO != 0 => return Err(Fault::Garbled),
+            _ => {}
+        }
+        let high = (frame >> 16) as u16;
+        let low = frame as u16;
+        let read = Self { quarters: high.cast_signed() >> 2, cold_junction_sixteenths: low.cast_signed() >> 4 };
+        if !CHIP_WORKS.contains(&read.cold_junction_sixteenths) {
+            return Err(Fault::Garbled);
         }
         if frame >> 16 & 1 == 1 {
             return Err(match frame & 0b111 {
@@ -67,9 +94,7 @@ impl Reading {
                 _ => Fault::Unknown,
             });
         }
-        let high = (frame >> 16) as u16;
-        let low = frame as u16;
-        Ok(Self { quarters: high.cast_signed() >> 2, cold_junction_sixteenths: low.cast_signed() >> 4 })
+        if POSSIBLE.contains(&read.quarters) { Ok(read) } else { Err(Fault::Garbled) }
     }
 
     /// Thermocouple temperature.
@@ -85,53 +110,74 @@ impl Reading {
     }
 }
 
-/// How many good readings are averaged, and how many faults in a row it takes to have no temperature.
-const WINDOW: u8 = 4;
+/// Most readings that are averaged.
+const MOST: usize = 16;
 
-/// The average of the last good readings. Single disturbed frames are passed over; four in a row are not.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Average {
-    quarters: [i16; WINDOW as usize],
-    filled: u8,
-    next: u8,
-    faults: u8,
+/// The average of the last good readings.
+#[derive(Clone, Copy, Debug)]
+struct Average {
+    quarters: [i16; MOST],
+    window: usize,
+    filled: usize,
+    next: usize,
 }
 
 impl Average {
-    /// Takes the next frame; gives the temperature, or the fault that has lasted.
+    /// Of so many readings, 1 to [`MOST`].
+    fn of(window: u8) -> Self {
+        Self { quarters: [0; MOST], window: usize::from(window).clamp(1, MOST), filled: 0, next: 0 }
+    }
+
+    fn push(&mut self, quarters: i16) -> Celsius {
+        if let Some(place) = self.quarters.get_mut(self.next) {
+            *place = quarters;
+        }
+        self.next = (self.next + 1) % self.window;
+        self.filled = (self.filled + 1).min(self.window);
+        let sum: i32 = self.quarters.iter().take(self.filled).map(|quarters| i32::from(*quarters)).sum();
+        Celsius(sum as f32 * 0.25 / self.filled as f32)
+    }
+
+    /// Readings from before a fault say nothing about after it.
+    const fn forget(&mut self) {
+        (self.filled, self.next) = (0, 0);
+    }
+}
+
+/// A chip on its bus. It has nothing to set up.
+#[derive(Debug)]
+pub struct Max31855<SPI> {
+    spi: SPI,
+    average: Average,
+}
+
+impl<SPI: SpiDevice> Max31855<SPI> {
+    /// Nothing is said to the chip. Its last `averaging` readings make one, 1 to 16.
+    pub fn new(spi: SPI, averaging: u8) -> Self {
+        Self { spi, average: Average::of(averaging) }
+    }
+
+    /// The average of the latest conversions: a transfer of four bytes.
     ///
     /// # Errors
-    /// The last fault, when four frames in a row were faulty or no good one has come yet.
-    pub fn push(&mut self, frame: Result<Reading, Fault>) -> Result<Celsius, Fault> {
-        match frame {
-            Ok(reading) => {
-                if let Some(place) = self.quarters.get_mut(usize::from(self.next)) {
-                    *place = reading.quarters;
-                }
-                self.next = (self.next + 1) % WINDOW;
-                self.filled = (self.filled + 1).min(WINDOW);
-                self.faults = 0;
-            }
+    /// What the chip reports, or that no chip answers.
+    pub fn read(&mut self) -> Result<Celsius, Fault> {
+        let mut frame = [0; 4];
+        let read = self.spi.read(&mut frame).map_err(|_| Fault::Absent);
+        match read.and_then(|()| Reading::decode(u32::from_be_bytes(frame))) {
+            Ok(reading) => Ok(self.average.push(reading.quarters)),
             Err(fault) => {
-                self.faults = (self.faults + 1).min(WINDOW);
-                if self.faults == WINDOW {
-                    // Readings from before the fault say nothing about after it.
-                    self.filled = 0;
-                    self.next = 0;
-                }
-                if self.filled == 0 {
-                    return Err(fault);
-                }
+                self.average.forget();
+                Err(fault)
             }
         }
-        let sum: i32 = self.quarters.iter().take(usize::from(self.filled)).map(|q| i32::from(*q)).sum();
-        Ok(Celsius(sum as f32 * 0.25 / f32::from(self.filled)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use embedded_hal::spi::{ErrorKind, ErrorType, Operation};
     use proptest::prelude::*;
 
     #[test]
@@ -154,7 +200,11 @@ mod tests {
             [1, 2, 4, 0, 3].map(fault),
             [Fault::Open, Fault::ShortToGround, Fault::ShortToSupply, Fault::Unknown, Fault::Unknown]
         );
-        assert_eq!([0, u32::MAX].map(|dead| Reading::decode(dead).unwrap_err()), [Fault::Absent; 2]);
+        assert_eq!([0, u32::MAX].map(|dead| Reading::decode(dead).unwrap_err()), [Fault::Low, Fault::Absent]);
+        // Bits that are always zero, a chip at 126 C, a thermocouple at 1801 C.
+        for garbled in [100 << 18 | 1 << 17, 100 << 18 | 1 << 3, 100 << 18 | 0x7E0 << 4, 7_204 << 18 | 0x190 << 4] {
+            assert_eq!(Reading::decode(garbled), Err(Fault::Garbled), "{garbled:#010x}");
+        }
     }
 
     proptest! {
@@ -166,28 +216,47 @@ mod tests {
         }
 
         #[test]
-        fn the_average_lies_among_the_last_four(values in prop::collection::vec(-100_i16..4_000, 1..20)) {
-            let mut average = Average::default();
+        fn the_average_lies_among_the_last_ones(
+            values in prop::collection::vec(-100_i16..4_000, 1..40),
+            window in 1_u8..=16,
+        ) {
+            let mut average = Average::of(window);
             for (index, quarters) in values.iter().enumerate() {
-                let celsius = average.push(Ok(Reading { quarters: *quarters, cold_junction_sixteenths: 0 })).unwrap();
-                let last = &values[index.saturating_sub(3)..=index];
+                let celsius = average.push(*quarters);
+                let last = &values[(index + 1).saturating_sub(usize::from(window))..=index];
                 let (low, high) = (*last.iter().min().unwrap(), *last.iter().max().unwrap());
                 prop_assert!((f32::from(low)..=f32::from(high)).contains(&(celsius.0 * 4.0)));
             }
         }
     }
 
-    #[test]
-    fn three_bad_frames_are_passed_over_and_the_fourth_is_a_fault() {
-        let mut average = Average::default();
-        let good = Ok(Reading { quarters: 800, cold_junction_sixteenths: 400 });
-        assert_eq!(average.push(Err(Fault::Open)), Err(Fault::Open));
-        assert_eq!(average.push(good), Ok(Celsius(200.0)));
-        for _ in 0..3 {
-            assert_eq!(average.push(Err(Fault::Open)), Ok(Celsius(200.0)));
+    /// A chip that has this frame to give.
+    struct Chip(u32);
+
+    impl ErrorType for &mut Chip {
+        type Error = ErrorKind;
+    }
+
+    impl SpiDevice for &mut Chip {
+        fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+            match operations {
+                [Operation::Read(into)] if into.len() == 4 => into.copy_from_slice(&self.0.to_be_bytes()),
+                _ => return Err(ErrorKind::Other),
+            }
+            Ok(())
         }
-        assert_eq!(average.push(Err(Fault::Open)), Err(Fault::Open));
-        assert_eq!(average.push(Err(Fault::Open)), Err(Fault::Open));
-        assert_eq!(average.push(good), Ok(Celsius(200.0)));
+    }
+
+    #[test]
+    fn a_fault_is_told_at_once_and_what_was_read_before_is_forgotten() {
+        let mut chip = Chip(400 << 18 | 0x190 << 4);
+        let mut driver = Max31855::new(&mut chip, 4);
+        assert_eq!(driver.read(), Ok(Celsius(100.0)));
+        driver.spi.0 = 800 << 18 | 0x190 << 4;
+        assert_eq!(driver.read(), Ok(Celsius(150.0)));
+        driver.spi.0 |= 1 << 16 | 1;
+        assert_eq!(driver.read(), Err(Fault::Open));
+        driver.spi.0 = 800 << 18 | 0x190 << 4;
+        assert_eq!(driver.read(), Ok(Celsius(200.0)));
     }
 }

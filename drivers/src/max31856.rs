@@ -5,7 +5,7 @@
 //! (SR).
 
 use embedded_hal::spi::{Operation, SpiDevice};
-use units::Celsius;
+use units::{Celsius, Micros};
 
 use crate::max31865::Mains;
 
@@ -73,26 +73,55 @@ pub struct Settings {
     pub thermocouple: Thermocouple,
     /// The filter. It may be changed only while the chip does not convert.
     pub mains: Mains,
+    /// Samples that make one reading: 1, 2, 4, 8 or 16; what lies between means the next lower.
+    pub averaging: u8,
 }
-
-/// Samples that the chip averages: AVGSEL 010, four.
-const AVERAGE_OF_4: u8 = 0b010 << 4;
 
 impl Settings {
     /// What CR0 and CR1 are to hold.
     #[must_use]
     pub const fn configuration(&self) -> [u8; 2] {
         let notch = if matches!(self.mains, Mains::Hz50) { cr0::NOTCH_50_HZ } else { 0 };
-        [cr0::AUTOMATIC | cr0::FIND_OPEN | notch, AVERAGE_OF_4 | self.thermocouple as u8]
+        [cr0::AUTOMATIC | cr0::FIND_OPEN | notch, self.average_exponent() << 4 | self.thermocouple as u8]
+    }
+
+    /// AVGSEL: the power of two.
+    const fn average_exponent(&self) -> u8 {
+        match self.averaging {
+            0 | 1 => 0,
+            2..=3 => 1,
+            4..=7 => 2,
+            8..=15 => 3,
+            _ => 4,
+        }
+    }
+
+    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": tCONV, automatic
+    /// conversion; CR1, AVGSEL: what each sample more takes).
+    #[must_use]
+    pub const fn conversion(&self) -> Micros {
+        let [one, more] = if matches!(self.mains, Mains::Hz50) { [110_000, 20_000] } else { [90_000, 16_670] };
+        Micros(one + more * ((1 << self.average_exponent()) - 1))
+    }
+
+    /// From [`Max31856::set_up`] to the first conversion at most (the same places).
+    #[must_use]
+    pub const fn first_conversion(&self) -> Micros {
+        let [one, more] = if matches!(self.mains, Mains::Hz50) { [185_000, 40_000] } else { [155_000, 33_330] };
+        Micros(one + more * ((1 << self.average_exponent()) - 1))
     }
 }
 
 /// Why there is no temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The bus failed, or what is read cannot be this chip's.
+    /// The bus failed, or nothing drives the data line: all ones.
     Absent,
-    /// The chip lost its settings: its supply failed. They have been written again.
+    /// The data line stays low: all zeros.
+    Low,
+    /// The chip does not keep what it is told.
+    Garbled,
+    /// The chip lost its settings: its supply failed. They have to be written again.
     Reset,
     /// Thermocouple not connected (OPEN).
     Open,
@@ -109,7 +138,9 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::Absent => "no MAX31856 answers: check its chip select, wiring and supply",
+            Self::Absent => "no MAX31856 answers: check spi_select_pin, its wires and its supply",
+            Self::Low => "the MAX31856's data line stays low: check its supply and the wire to MISO",
+            Self::Garbled => "the MAX31856 keeps no settings: check sensor, and the wires of the bus",
             Self::Reset => "the MAX31856 has lost its settings: check its supply",
             Self::Open => "thermocouple open: check its plug and wires",
             Self::Voltage => "a wire of the sensor touches a voltage: check insulation",
@@ -151,32 +182,35 @@ pub struct Max31856<SPI> {
 }
 
 impl<SPI: SpiDevice> Max31856<SPI> {
-    /// Sets the chip up.
+    /// Nothing is said to the chip yet.
+    pub const fn new(spi: SPI, settings: Settings) -> Self {
+        Self { spi, settings }
+    }
+
+    /// Tells the chip its settings. Its first reading comes [`Settings::first_conversion`] later.
     ///
     /// # Errors
     /// When it does not read back what was written.
-    pub fn new(spi: SPI, settings: Settings) -> Result<Self, (Fault, SPI)> {
-        let mut chip = Self { spi, settings };
-        match chip.set_up() {
-            Ok(()) => Ok(chip),
-            Err(fault) => Err((fault, chip.spi)),
-        }
-    }
-
-    fn set_up(&mut self) -> Result<(), Fault> {
+    pub fn set_up(&mut self) -> Result<(), Fault> {
         let [first, second] = self.settings.configuration();
         // The filter is chosen while the chip stands.
         for bytes in [[first & !cr0::AUTOMATIC, second], [first, second]] {
             let frame = [register::CR0 | register::WRITE, bytes[0], bytes[1]];
             self.spi.write(&frame).map_err(|_| Fault::Absent)?;
         }
-        if self.configuration()? == [first, second] { Ok(()) } else { Err(Fault::Absent) }
+        if self.configuration()? == [first, second] { Ok(()) } else { Err(Fault::Garbled) }
     }
 
+    /// What the chip holds. After power-on that is 00h and 03h ("Register Map"), so two alike bytes of zeros
+    /// or ones are a line's.
     fn configuration(&mut self) -> Result<[u8; 2], Fault> {
         let mut kept = [0; 2];
         self.read_from(register::CR0, &mut kept)?;
-        Ok(kept)
+        match kept {
+            [0, 0] => Err(Fault::Low),
+            [u8::MAX, u8::MAX] => Err(Fault::Absent),
+            _ => Ok(kept),
+        }
     }
 
     fn read_from(&mut self, register: u8, into: &mut [u8]) -> Result<(), Fault> {
@@ -188,15 +222,11 @@ impl<SPI: SpiDevice> Max31856<SPI> {
     /// themselves (comparator mode), nothing has to be cleared.
     ///
     /// # Errors
-    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no
-    /// chip answers.
+    /// What the chip reports; that it has forgotten its settings, and has to be set up; or that no chip
+    /// answers.
     pub fn read(&mut self) -> Result<Celsius, Fault> {
-        let configuration = self.configuration()?;
-        if configuration == [u8::MAX; 2] {
-            return Err(Fault::Absent);
-        }
-        if configuration != self.settings.configuration() {
-            return Err(self.set_up().err().unwrap_or(Fault::Reset));
+        if self.configuration()? != self.settings.configuration() {
+            return Err(Fault::Reset);
         }
         let mut result = [0; 4];
         self.read_from(register::TEMPERATURE, &mut result)?;
@@ -267,7 +297,9 @@ mod tests {
     }
 
     fn driver(chip: &mut Chip, settings: Settings) -> Max31856<&mut Chip> {
-        Max31856::new(chip, settings).map_err(|(fault, _)| fault).unwrap()
+        let mut driver = Max31856::new(chip, settings);
+        driver.set_up().unwrap();
+        driver
     }
 
     #[test]
@@ -291,11 +323,16 @@ mod tests {
     fn every_type_and_mains_stands_in_its_bits() {
         use Thermocouple::{B, E, J, K, N, R, S, T};
         for (number, thermocouple) in [B, E, J, K, N, R, S, T].into_iter().enumerate() {
-            let [first, second] = Settings { thermocouple, mains: Mains::Hz60 }.configuration();
+            let [first, second] = Settings { thermocouple, mains: Mains::Hz60, averaging: 4 }.configuration();
             assert_eq!((first, second), (0b1001_0000, 0b0010_0000 | number as u8));
             assert!(thermocouple.range()[0] < thermocouple.range()[1]);
         }
-        assert_eq!(Settings::default().configuration(), [0b1001_0001, 0b0010_0011]);
+        assert_eq!(Settings::default().configuration(), [0b1001_0001, 0b0000_0011]);
+        for (averaging, exponent) in [(1, 0), (2, 1), (4, 2), (8, 3), (16, 4)] {
+            let settings = Settings { averaging, ..Settings::default() };
+            assert_eq!(settings.configuration()[1] >> 4, exponent);
+            assert!(settings.first_conversion() > settings.conversion());
+        }
     }
 
     #[test]
@@ -314,16 +351,19 @@ mod tests {
     }
 
     #[test]
-    fn a_chip_that_forgets_is_told_again_and_a_missing_one_is_absent() {
+    fn a_chip_that_forgets_and_a_line_that_is_dead_are_told_apart() {
         let mut chip = Chip::new();
         let mut driver = driver(&mut chip, Settings::default());
         driver.spi.registers = Chip::new().registers;
         assert_eq!(driver.read(), Err(Fault::Reset));
+        driver.set_up().unwrap();
         assert_eq!(driver.read(), Ok(Celsius(0.0)));
         driver.spi.is_there = false;
         assert_eq!(driver.read(), Err(Fault::Absent));
-        let mut none = Chip { is_there: false, ..Chip::new() };
-        assert!(matches!(Max31856::new(&mut none, Settings::default()), Err((Fault::Absent, _))));
+        assert_eq!(driver.set_up(), Err(Fault::Absent));
+        driver.spi.is_there = true;
+        driver.spi.registers = [0; 16];
+        assert_eq!(driver.read(), Err(Fault::Low));
     }
 
     proptest! {

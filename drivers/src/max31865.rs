@@ -4,7 +4,7 @@
 //! sensor to reference resistor, table 7 fault status, tables 10 to 12 what a fault means.
 
 use embedded_hal::spi::{Operation, SpiDevice};
-use units::{Celsius, Ohms};
+use units::{Celsius, Micros, Ohms};
 
 use crate::platinum::Platinum;
 
@@ -73,6 +73,21 @@ impl Settings {
         BIAS | AUTOMATIC | wires | notch
     }
 
+    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": continuous
+    /// conversion).
+    #[must_use]
+    pub const fn conversion(&self) -> Micros {
+        Micros(if matches!(self.mains, Mains::Hz50) { 21_000 } else { 17_600 })
+    }
+
+    /// From [`Max31865::set_up`] to the first conversion at most (the same place, single conversion), and
+    /// what the input's capacitors take once the bias is on: 10.5 time constants ("Conversion Mode"), 10 ms
+    /// for 100 nF at some kiloohms.
+    #[must_use]
+    pub const fn first_conversion(&self) -> Micros {
+        Micros(if matches!(self.mains, Mains::Hz50) { 66_000 + 10_000 } else { 55_000 + 10_000 })
+    }
+
     /// Fault thresholds, high and low, as they stand in their registers: a sensor beyond 850 C or below -200
     /// C is open or shorted.
     #[must_use]
@@ -87,9 +102,13 @@ impl Settings {
 /// Why there is no temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The bus failed, or what is read cannot be this chip's.
+    /// The bus failed, or nothing drives the data line: all ones.
     Absent,
-    /// The chip lost its settings: its supply failed. They have been written again.
+    /// The data line stays low: all zeros.
+    Low,
+    /// The chip does not keep what it is told.
+    Garbled,
+    /// The chip lost its settings: its supply failed. They have to be written again.
     Reset,
     /// More resistance than platinum has (D7), or REFIN- above 0.85 VBIAS (D5): tables 10 to 12.
     Open,
@@ -108,13 +127,15 @@ impl Fault {
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
-            Self::Absent => "no MAX31865 answers: check its chip select, wiring and supply",
+            Self::Absent => "no MAX31865 answers: check spi_select_pin, its wires and its supply",
+            Self::Low => "the MAX31865's data line stays low: check its supply and the wire to MISO",
+            Self::Garbled => "the MAX31865 keeps no settings: check sensor, and the wires of the bus",
             Self::Reset => "the MAX31865 has lost its settings: check its supply",
-            Self::Open => "platinum sensor open: check plug, wires and their set number",
-            Self::Shorted => "platinum sensor shorted (or a PT100 set as pt1000): check wires",
-            Self::LowSide => "platinum sensor: FORCE- or RTDIN- open or at ground",
-            Self::Voltage => "a wire of the sensor touches a voltage: check insulation",
-            Self::Unknown => "MAX31865 reports a fault without a cause",
+            Self::Open => "platinum sensor open: check its plug, its wires and rtd_wires",
+            Self::Shorted => "platinum sensor shorted: check its wires and rtd_nominal",
+            Self::LowSide => "platinum sensor: FORCE- or RTDIN- open or at ground: check its wires",
+            Self::Voltage => "a wire of the sensor touches a voltage: check its insulation",
+            Self::Unknown => "the MAX31865 reports a fault without a cause: check its wires",
         }
     }
 
@@ -144,29 +165,24 @@ pub struct Max31865<SPI> {
 }
 
 impl<SPI: SpiDevice> Max31865<SPI> {
-    /// Sets the chip up.
+    /// Nothing is said to the chip yet.
+    pub const fn new(spi: SPI, settings: Settings) -> Self {
+        Self { spi, settings }
+    }
+
+    /// Tells the chip its settings. Its first reading comes [`Settings::first_conversion`] later.
     ///
     /// # Errors
     /// When it does not read back what was written.
-    pub fn new(spi: SPI, settings: Settings) -> Result<Self, (Fault, SPI)> {
-        let mut chip = Self { spi, settings };
-        match chip.set_up() {
-            Ok(()) => Ok(chip),
-            Err(fault) => Err((fault, chip.spi)),
-        }
-    }
-
-    fn set_up(&mut self) -> Result<(), Fault> {
+    pub fn set_up(&mut self) -> Result<(), Fault> {
         let [high, low] = self.settings.thresholds().map(u16::to_be_bytes);
         let thresholds = [register::HIGH_THRESHOLD | register::WRITE, high[0], high[1], low[0], low[1]];
         self.spi.write(&thresholds).map_err(|_| Fault::Absent)?;
-        self.write_configuration(self.settings.configuration())?;
-        let mut kept = [0; 4];
-        self.read_from(register::HIGH_THRESHOLD, &mut kept)?;
-        let mut configuration = [0];
-        self.read_from(register::CONFIGURATION, &mut configuration)?;
-        let is_kept = configuration[0] & configuration::KEPT == self.settings.configuration();
-        if is_kept && kept == [high[0], high[1], low[0], low[1]] { Ok(()) } else { Err(Fault::Absent) }
+        // What an earlier fault has left would stand before every reading.
+        self.write_configuration(self.settings.configuration() | configuration::CLEAR_FAULTS)?;
+        let [configuration, _, _, kept @ .., _] = self.registers()?;
+        let is_kept = configuration & configuration::KEPT == self.settings.configuration();
+        if is_kept && kept == [high[0], high[1], low[0], low[1]] { Ok(()) } else { Err(Fault::Garbled) }
     }
 
     fn write_configuration(&mut self, value: u8) -> Result<(), Fault> {
@@ -174,25 +190,28 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         self.spi.write(&frame).map_err(|_| Fault::Absent)
     }
 
-    fn read_from(&mut self, register: u8, into: &mut [u8]) -> Result<(), Fault> {
-        let mut operations = [Operation::Write(core::slice::from_ref(&register)), Operation::Read(into)];
-        self.spi.transaction(&mut operations).map_err(|_| Fault::Absent)
+    /// All registers. After power-on the high threshold alone has ones (table 1), so nothing but zeros or
+    /// ones are a line's.
+    fn registers(&mut self) -> Result<[u8; 8], Fault> {
+        let mut all = [0; 8];
+        let mut operations = [Operation::Write(&[register::CONFIGURATION]), Operation::Read(&mut all)];
+        self.spi.transaction(&mut operations).map_err(|_| Fault::Absent)?;
+        match all {
+            _ if all == [0; 8] => Err(Fault::Low),
+            _ if all == [u8::MAX; 8] => Err(Fault::Absent),
+            _ => Ok(all),
+        }
     }
 
     /// The latest conversion: a transfer of nine bytes, and one of two more after a fault.
     ///
     /// # Errors
-    /// What the chip reports; that it has forgotten its settings, which it has been told again; or that no
-    /// chip answers. A fault is cleared, so that the next conversion tells whether it lasts.
+    /// What the chip reports; that it has forgotten its settings, and has to be set up; or that no chip
+    /// answers. A fault is cleared, so that the next conversion tells whether it lasts.
     pub fn read(&mut self) -> Result<Celsius, Fault> {
-        let mut all = [0; 8];
-        self.read_from(register::CONFIGURATION, &mut all)?;
-        let [configuration, rtd_high, rtd_low, .., status] = all;
-        if all == [0; 8] || all == [u8::MAX; 8] {
-            return Err(Fault::Absent);
-        }
+        let [configuration, rtd_high, rtd_low, .., status] = self.registers()?;
         if configuration & configuration::KEPT != self.settings.configuration() {
-            return Err(self.set_up().err().unwrap_or(Fault::Reset));
+            return Err(Fault::Reset);
         }
         let rtd = u16::from_be_bytes([rtd_high, rtd_low]);
         if rtd & 1 == 1 {
@@ -283,6 +302,25 @@ mod tests {
         }
     }
 
+    /// A data line at ground.
+    struct Dead;
+
+    impl ErrorType for Dead {
+        type Error = ErrorKind;
+    }
+
+    impl SpiDevice for Dead {
+        fn transaction(&mut self, _: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+            Ok(())
+        }
+    }
+
+    fn set_up(chip: &mut Chip, settings: Settings) -> Max31865<&mut Chip> {
+        let mut driver = Max31865::new(chip, settings);
+        driver.set_up().unwrap();
+        driver
+    }
+
     #[test]
     fn the_configuration_is_that_of_table_2() {
         let of = |wires, mains| Settings { wires, mains, ..PT100 }.configuration();
@@ -307,7 +345,7 @@ mod tests {
     fn every_fault_has_its_words_and_is_cleared() {
         for (status, fault) in [(4, Fault::LowSide), (3, Fault::LowSide), (2, Fault::Voltage), (5, Fault::Open)] {
             let mut chip = Chip::new(8_192);
-            let mut driver = Max31865::new(&mut chip, PT100).map_err(|(fault, _)| fault).unwrap();
+            let mut driver = set_up(&mut chip, PT100);
             assert!(driver.read().is_ok());
             driver.spi.also = 1 << status;
             assert_eq!(driver.read(), Err(fault));
@@ -321,23 +359,23 @@ mod tests {
     fn open_and_shorted_sensors_are_beyond_the_thresholds() {
         for (ratio, fault) in [(32_767, Fault::Open), (0, Fault::Shorted)] {
             let mut chip = Chip::new(ratio);
-            let mut driver = Max31865::new(&mut chip, PT100).map_err(|(fault, _)| fault).unwrap();
+            let mut driver = set_up(&mut chip, PT100);
             assert_eq!(driver.read(), Err(fault));
         }
     }
 
     #[test]
-    fn a_chip_that_forgets_is_told_again_and_a_missing_one_is_absent() {
+    fn a_chip_that_forgets_and_a_line_that_is_dead_are_told_apart() {
         let mut chip = Chip::new(8_192);
-        let mut driver = Max31865::new(&mut chip, PT100).map_err(|(fault, _)| fault).unwrap();
+        let mut driver = set_up(&mut chip, PT100);
         driver.spi.registers = Chip::new(0).registers;
         assert_eq!(driver.read(), Err(Fault::Reset));
+        driver.set_up().unwrap();
         assert!(driver.read().is_ok());
         driver.spi.is_there = false;
         assert_eq!(driver.read(), Err(Fault::Absent));
-        let mut none = Chip::new(8_192);
-        none.is_there = false;
-        assert!(matches!(Max31865::new(&mut none, PT100), Err((Fault::Absent, _))));
+        assert_eq!(driver.set_up(), Err(Fault::Absent));
+        assert_eq!(Max31865::new(Dead, PT100).read(), Err(Fault::Low));
     }
 
     proptest! {
@@ -348,7 +386,7 @@ mod tests {
             let settings = Settings { platinum, reference, ..PT100 };
             let ratio = f64::from(platinum.ohms(Celsius(celsius)).0) / f64::from(reference.0);
             let mut chip = Chip::new((ratio * 32_768.0).round() as u16);
-            let mut driver = Max31865::new(&mut chip, settings).map_err(|(fault, _)| fault).unwrap();
+            let mut driver = set_up(&mut chip, settings);
             // Half a step of 13 milliohms where platinum is least steep.
             prop_assert!((driver.read().unwrap().0 - celsius).abs() < 0.03);
         }
