@@ -9,6 +9,7 @@
 //! reported within [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the
 //! message follows later.
 
+mod chip_faults;
 mod combined;
 mod effects;
 mod fan_drive;
@@ -41,6 +42,7 @@ pub use step_test::{Answer, Gains, StepTest, TestFailed};
 use crate::heat_safety::HeatSafety;
 pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
+use chip_faults::ChipFaults;
 use pulses::Pulses;
 use switch_outputs::SwitchOutputs;
 
@@ -74,6 +76,7 @@ pub struct HeatControl {
     /// What is extruded, mm3/s, when that was said, and by which tool.
     flow: (f32, Micros),
     flow_tool: Option<ToolId>,
+    chip_faults: ChipFaults,
 }
 
 impl Default for HeatControl {
@@ -102,6 +105,7 @@ impl HeatControl {
             filament_width: [SensorReading::Missing; 2],
             flow: (0.0, Micros(0)),
             flow_tool: None,
+            chip_faults: ChipFaults::new(),
         }
     }
 
@@ -311,6 +315,11 @@ impl HeatControl {
         self.dispatcher_seen = now;
     }
 
+    /// What the chip of a sensor reports, in words, once.
+    pub const fn take_chip_fault(&mut self) -> Option<(HeaterId, &'static str)> {
+        self.chip_faults.take()
+    }
+
     /// The fault that stopped heating, once.
     pub fn take_fault(&mut self) -> Option<HeatFault> {
         self.fault.take()
@@ -346,6 +355,7 @@ impl HeatControl {
     /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.
     pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
         self.modulation_ticks_since_control = 0;
+        self.chip_faults.look(now, readings);
         if self.any_on() && now.since(self.dispatcher_seen) > DISPATCHER_TIMEOUT {
             let on = self.heaters().find(|(_, heater)| heater.is_on()).map(|(id, _)| id);
             if let Some(heater) = on {

@@ -29,7 +29,8 @@ pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
 pub use gcode::realtime::Realtime;
 pub use io::{
-    Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
+    DatedReading, Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings,
+    heater_bit, switch_bit,
 };
 pub use storage::{
     DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage,

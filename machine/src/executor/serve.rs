@@ -359,6 +359,10 @@ impl<P: Ports> Machine<'_, P> {
                 self.announce(format_args!("error:{text}\n"));
             }
         }
+        if let Some((sensor, words)) = self.ports.heat(HeatControl::take_chip_fault) {
+            let name = self.config.temperatures.get(sensor.index()).map_or("", |controller| controller.name.as_str());
+            self.announce(format_args!("WARNING: {name}: {words}\n"));
+        }
         let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
         let text = heat_fault_text(self.config, fault);
         if self.safety.is_halted() {

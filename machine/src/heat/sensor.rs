@@ -20,8 +20,6 @@ pub struct SensorFault {
 impl SensorFault {
     /// Nothing has been read, or not for too long.
     pub const SILENT: Self = Self::new("the sensor has not been read");
-    /// What its chip says.
-    pub const REPORTED: Self = Self::new("the sensor's chip reports a fault");
     /// What was read makes no temperature.
     const NO_TEMPERATURE: Self = Self::new("the reading makes no temperature: check its description");
 
@@ -77,7 +75,7 @@ impl Sensor {
             (Self::Unusable(words), _) => Err(fault(words)),
             (Self::Combined(..), _) => Err(SensorFault::NO_TEMPERATURE),
             (_, SensorReading::Missing) => Err(SensorFault::SILENT),
-            (_, SensorReading::Fault) => Err(SensorFault::REPORTED),
+            (_, SensorReading::Fault(words)) => Err(fault(words)),
             (Self::Thermistor(thermistor), SensorReading::Counts(counts)) => {
                 thermistor.celsius(AdcCode(counts)).map_err(|flaw| fault(flaw.message()))
             }
@@ -233,7 +231,8 @@ mod tests {
     fn a_reading_of_another_kind_is_none() {
         assert_eq!(sensor(EPCOS).celsius(SensorReading::Missing), Err(SensorFault::SILENT));
         assert_eq!(sensor(EPCOS).celsius(SensorReading::MilliDegrees(25_000)), Err(SensorFault::NO_TEMPERATURE));
-        assert_eq!(Sensor::Degrees.celsius(SensorReading::Fault), Err(SensorFault::REPORTED));
+        let words = Sensor::Degrees.celsius(SensorReading::Fault("open")).map_err(SensorFault::message);
+        assert_eq!(words, Err("open"));
         assert_eq!(Sensor::Degrees.celsius(SensorReading::MilliDegrees(-1_500)), Ok(Celsius(-1.5)));
     }
 

@@ -1,6 +1,8 @@
 //! The bits of inputs and outputs. Numbers, not names: the board binds each to a pin once, at boot.
 
-/// Most temperature controllers: seven ADC inputs and one SPI sensor.
+use units::Micros;
+
+/// Most temperature controllers.
 pub const MAX_HEATERS: usize = config::MAX_TEMPERATURES;
 /// Most switches.
 pub const MAX_SWITCHES: usize = config::MAX_SWITCHES;
@@ -39,8 +41,27 @@ pub enum SensorReading {
     Counts(u16),
     /// A sensor that reports degrees, in thousandths of one.
     MilliDegrees(i32),
-    /// Digital sensor that reports a fault (open, shorted).
-    Fault,
+    /// Why the chip of a sensor gives no temperature, in words that say what to check.
+    Fault(&'static str),
+}
+
+/// A reading that was taken elsewhere than in the heat task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DatedReading {
+    /// What was read.
+    pub reading: SensorReading,
+    /// When.
+    pub taken: Micros,
+    /// For how long it counts.
+    pub lasts: Micros,
+}
+
+impl DatedReading {
+    /// The reading, as long as it counts: then it is missing, so that nothing heats by what once was.
+    #[must_use]
+    pub fn at(&self, now: Micros) -> SensorReading {
+        if now.since(self.taken) <= self.lasts { self.reading } else { SensorReading::Missing }
+    }
 }
 
 /// The latest reading of each temperature controller, in the configuration's order.
@@ -130,5 +151,18 @@ impl InputLevels {
     #[must_use]
     pub const fn is_active(self, input: Input) -> bool {
         self.0 & 1 << input.number() != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_that_lasts_no_longer_is_missing() {
+        let reading = SensorReading::MilliDegrees(25_000);
+        let dated = DatedReading { reading, taken: Micros(1_000), lasts: Micros(400) };
+        assert_eq!([1_000, 1_400].map(|now| dated.at(Micros(now))), [reading; 2]);
+        assert_eq!(dated.at(Micros(1_401)), SensorReading::Missing);
     }
 }
