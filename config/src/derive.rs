@@ -213,7 +213,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
         heater.enable = true;
         heater.heater_pin = None;
         heater.sensor.thermistor.input = None;
-        heater.sensor.spi_select_pin = None;
+        heater.sensor.spi.select_pin = None;
         heater.combines.clear();
     }
     for switch in config.switches.iter_mut().filter(|switch| is_off("switch", &switch.name)) {

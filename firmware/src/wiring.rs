@@ -202,10 +202,6 @@ pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::hea
         }
         let input = match (controller.sensor.kind, controller.sensor.thermistor.input) {
             (kind, Some(input)) if kind.is_analog() => table::THERMISTORS.get(usize::from(input.0)),
-            (SensorKind::Max31855, _) => {
-                report.trouble(format_args!("temperature control.{name}.sensor: this firmware reads no MAX31855 yet"));
-                None
-            }
             _ => None,
         };
         let Some(input) = input else { continue };

@@ -24,12 +24,28 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("machine", &["units", "gcode", "program", "config", "motion", "drivers"]),
     // The machine's port over the chips: `machine` never sees a chip, `tmc` never sees a machine.
     ("driver-bank", &["units", "config", "machine", "tmc"]),
+    // The same for the converter chips of sensors: their settings, and when each is read.
+    ("sensor-bank", &["units", "config", "machine", "drivers"]),
     // The machine's port over a card's file system.
     ("storage", &["machine", "drivers"]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
     ("bsp-prime", &["units", "motion"]),
-    ("firmware", &["units", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "storage", "bsp-prime"]),
-    ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank"]),
+    (
+        "firmware",
+        &[
+            "units",
+            "gcode",
+            "config",
+            "motion",
+            "drivers",
+            "machine",
+            "driver-bank",
+            "sensor-bank",
+            "storage",
+            "bsp-prime",
+        ],
+    ),
+    ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "sensor-bank"]),
     ("scenarios", &["units", "program", "gcode", "config", "motion", "drivers", "machine", "sim"]),
     ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
@@ -58,6 +74,7 @@ const PURE: &[&str] = &[
     "drivers",
     "machine",
     "driver-bank",
+    "sensor-bank",
     "storage",
 ];
 

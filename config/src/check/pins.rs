@@ -4,7 +4,7 @@ use super::Checks;
 use crate::board::{self, Pad};
 use crate::diagnostic::Severity;
 use crate::ledger::{Path, Span};
-use crate::machine::{DriverKind, EndstopConfig, HomingDirection, SensorKind};
+use crate::machine::{DriverKind, EndstopConfig, HomingDirection};
 use crate::pin::{Pin, PinName, Pull};
 use crate::report::At;
 use crate::schema::{Kind, PinRole, SECTIONS};
@@ -94,7 +94,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("switch", "output_pin") => config.switches.get(place).is_some_and(|switch| !switch.is_input()),
             ("temperature control", key) => config.temperatures.get(place).is_some_and(|heater| match key {
                 "thermistor_pin" => heater.sensor.kind.is_analog(),
-                "spi_select_pin" => heater.sensor.kind == SensorKind::Max31855,
+                "spi_select_pin" => heater.sensor.kind.is_on_spi(),
                 _ => true,
             }),
             _ => true,
@@ -126,7 +126,7 @@ fn buses(checks: &Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>) {
             .temperatures
             .iter()
             .filter(|heater| heater.enable)
-            .any(|heater| heater.sensor.kind == SensorKind::Max31855 && heater.sensor.spi_channel == Some(channel));
+            .any(|heater| heater.sensor.kind.is_on_spi() && heater.sensor.spi.channel == Some(channel));
         if by_drivers || by_sensors {
             let (name, pads) = board::spi_pads(channel);
             add(&pads, name);

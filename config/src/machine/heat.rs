@@ -1,6 +1,6 @@
 //! `[temperature control]`: sensor, heater, control and safety.
 
-use super::{Name, ToolId};
+use super::{Name, SpiSensorConfig, ToolId};
 use crate::pin::{Pin, ThermistorInput};
 use heapless::String;
 use units::{Celsius, Duty, HeaterId, Micros, Ohms, Volts};
@@ -21,11 +21,13 @@ pub enum SensorKind {
     Difference,
     Chip,
     Max31855,
+    Max31856,
+    Max31865,
 }
 
 impl SensorKind {
     /// In the order of [`Self::WORDS`].
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Thermistor,
         Self::Pt100,
         Self::Pt1000,
@@ -37,10 +39,12 @@ impl SensorKind {
         Self::Difference,
         Self::Chip,
         Self::Max31855,
+        Self::Max31856,
+        Self::Max31865,
     ];
     /// What the file calls them.
-    pub const WORDS: [&'static str; 11] = {
-        let mut words = [""; 11];
+    pub const WORDS: [&'static str; 13] = {
+        let mut words = [""; 13];
         let mut at = 0;
         while at < words.len() {
             words[at] = Self::ALL[at].word();
@@ -64,6 +68,8 @@ impl SensorKind {
             Self::Difference => "difference",
             Self::Chip => "chip",
             Self::Max31855 => "max31855",
+            Self::Max31856 => "max31856",
+            Self::Max31865 => "max31865",
         }
     }
 
@@ -71,6 +77,12 @@ impl SensorKind {
     #[must_use]
     pub const fn is_analog(self) -> bool {
         matches!(self, Self::Thermistor | Self::Pt100 | Self::Pt1000 | Self::Ad849x | Self::Voltage)
+    }
+
+    /// It is read by a converter chip of its own, on an SPI bus.
+    #[must_use]
+    pub const fn is_on_spi(self) -> bool {
+        matches!(self, Self::Max31855 | Self::Max31856 | Self::Max31865)
     }
 
     /// It measures nothing itself: it combines others.
@@ -124,10 +136,8 @@ pub struct SensorConfig {
     pub parts: [Option<HeaterId>; units::MAX_HEATERS],
     /// Time constant of the filter between sensor and control, s; 0: none.
     pub filter_s: f32,
-    /// SPI bus of a MAX31855.
-    pub spi_channel: Option<u8>,
-    /// Chip select of a MAX31855.
-    pub spi_select_pin: Option<Pin>,
+    /// When a converter chip reads it.
+    pub spi: SpiSensorConfig,
     /// Sampling and control rate.
     pub readings_per_second: u16,
 }

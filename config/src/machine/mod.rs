@@ -16,6 +16,7 @@ mod id;
 mod leveling;
 mod motion;
 mod outputs;
+mod spi_sensor;
 mod stealth_drivers;
 mod system;
 mod temperature_switches;
@@ -45,6 +46,7 @@ pub use leveling::{
 };
 pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
+pub use spi_sensor::{SpiSensorConfig, ThermocoupleType};
 pub use stealth_drivers::{StealthConfig, StealthFamily};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,

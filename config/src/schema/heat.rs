@@ -222,7 +222,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "spi_channel",
             "-1",
             (-1, 1),
-            heater!(|h, v| h.sensor.spi_channel = u8::try_from(v).ok()),
+            heater!(|h, v| h.sensor.spi.channel = u8::try_from(v).ok()),
             "SPI bus of a MAX31855: 0 is SPI1, 1 is SPI4. All of them must be on the same one.",
         )
         .not_yet("use an analogue sensor"),
@@ -230,7 +230,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "spi_select_pin",
             "nc",
             PinRole::Output,
-            heater!(|h, v| h.sensor.spi_select_pin = v.and_then(PinName::digital)),
+            heater!(|h, v| h.sensor.spi.select_pin = v.and_then(PinName::digital)),
             "Chip select of a MAX31855.",
         )
         .dormant(),

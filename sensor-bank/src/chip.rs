@@ -1,0 +1,160 @@
+//! The chips, as one.
+
+use config::{SensorConfig, SensorKind, ThermocoupleType};
+use drivers::max31855::{self, Max31855};
+use drivers::max31856::{self, Max31856, Thermocouple};
+use drivers::max31865::{self, Mains, Max31865, Wires};
+use drivers::platinum::Platinum;
+use embedded_hal::spi::{MODE_0, MODE_3, Mode, SpiDevice};
+use units::{Celsius, Micros};
+
+/// Why there is no temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fault {
+    /// What to check.
+    pub(crate) words: &'static str,
+    /// The chip has forgotten its settings.
+    pub(crate) needs_set_up: bool,
+}
+
+macro_rules! fault_of {
+    ($($chip:ident),*) => {$(
+        impl From<$chip::Fault> for Fault {
+            fn from(fault: $chip::Fault) -> Self {
+                Self { words: fault.message(), needs_set_up: fault == $chip::Fault::Reset }
+            }
+        }
+    )*};
+}
+
+fault_of!(max31856, max31865);
+
+impl From<max31855::Fault> for Fault {
+    fn from(fault: max31855::Fault) -> Self {
+        Self { words: fault.message(), needs_set_up: false }
+    }
+}
+
+/// What a bus has to do for a kind of chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chips {
+    /// Polarity and phase of its clock.
+    pub mode: Mode,
+    /// The fastest clock, hertz.
+    pub most_hz: u32,
+}
+
+impl Chips {
+    /// Smoothieware's clock, a fifth of what the chips take: their wires are long.
+    const MOST_HZ: u32 = 1_000_000;
+
+    /// Of a kind of sensor; none where no chip reads it.
+    #[must_use]
+    pub const fn of(kind: SensorKind) -> Option<Self> {
+        let mode = match kind {
+            SensorKind::Max31855 => MODE_0,
+            // Mode 1 would do as well; mode 3 is that of the motor drivers, whose bus it may be.
+            SensorKind::Max31856 | SensorKind::Max31865 => MODE_3,
+            _ => return None,
+        };
+        Some(Self { mode, most_hz: Self::MOST_HZ })
+    }
+}
+
+const _: () = assert!(Chips::MOST_HZ <= max31855::MAX_SPI_CLOCK_HZ);
+const _: () = assert!(Chips::MOST_HZ <= max31856::MAX_SPI_CLOCK_HZ && Chips::MOST_HZ <= max31865::MAX_SPI_CLOCK_HZ);
+
+/// A converter chip on its bus, with its settings.
+#[derive(Debug)]
+pub(crate) enum Chip<SPI> {
+    Max31855(Max31855<SPI>),
+    Max31856(Max31856<SPI>, max31856::Settings),
+    Max31865(Max31865<SPI>, max31865::Settings),
+}
+
+impl<SPI: SpiDevice> Chip<SPI> {
+    pub(crate) fn of(config: &SensorConfig, spi: SPI) -> Option<Self> {
+        let sensor = &config.spi;
+        let mains = if sensor.mains_60_hz { Mains::Hz60 } else { Mains::Hz50 };
+        Some(match config.kind {
+            SensorKind::Max31855 => Self::Max31855(Max31855::new(spi, sensor.averaging)),
+            SensorKind::Max31856 => {
+                let thermocouple = thermocouple(sensor.thermocouple);
+                let settings = max31856::Settings { thermocouple, mains, averaging: sensor.averaging };
+                Self::Max31856(Max31856::new(spi, settings), settings)
+            }
+            SensorKind::Max31865 => {
+                let wires = match sensor.rtd_wires {
+                    3 => Wires::Three,
+                    4 => Wires::Four,
+                    _ => Wires::Two,
+                };
+                let platinum = Platinum { r0: sensor.rtd_nominal };
+                let settings = max31865::Settings { platinum, reference: sensor.rtd_reference, wires, mains };
+                Self::Max31865(Max31865::new(spi, settings), settings)
+            }
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn set_up(&mut self) -> Result<(), Fault> {
+        match self {
+            Self::Max31855(_) => Ok(()),
+            Self::Max31856(chip, _) => chip.set_up().map_err(Fault::from),
+            Self::Max31865(chip, _) => chip.set_up().map_err(Fault::from),
+        }
+    }
+
+    pub(crate) fn read(&mut self) -> Result<Celsius, Fault> {
+        match self {
+            Self::Max31855(chip) => chip.read().map_err(Fault::from),
+            Self::Max31856(chip, _) => chip.read().map_err(Fault::from),
+            Self::Max31865(chip, _) => chip.read().map_err(Fault::from),
+        }
+    }
+
+    /// From one conversion to the next.
+    pub(crate) const fn conversion(&self) -> Micros {
+        match self {
+            Self::Max31855(_) => max31855::CONVERSION,
+            Self::Max31856(_, settings) => settings.conversion(),
+            Self::Max31865(_, settings) => settings.conversion(),
+        }
+    }
+
+    /// From being set up, or from power-up where there is nothing to set, to the first conversion.
+    pub(crate) const fn first_conversion(&self) -> Micros {
+        match self {
+            Self::Max31855(_) => max31855::FIRST_CONVERSION,
+            Self::Max31856(_, settings) => settings.first_conversion(),
+            Self::Max31865(_, settings) => settings.first_conversion(),
+        }
+    }
+}
+
+const fn thermocouple(kind: ThermocoupleType) -> Thermocouple {
+    match kind {
+        ThermocoupleType::B => Thermocouple::B,
+        ThermocoupleType::E => Thermocouple::E,
+        ThermocoupleType::J => Thermocouple::J,
+        ThermocoupleType::K => Thermocouple::K,
+        ThermocoupleType::N => Thermocouple::N,
+        ThermocoupleType::R => Thermocouple::R,
+        ThermocoupleType::S => Thermocouple::S,
+        ThermocoupleType::T => Thermocouple::T,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The checker's figures are those of the chip.
+    #[test]
+    fn every_type_reads_as_high_as_the_checker_says() {
+        for kind in ThermocoupleType::ALL {
+            assert_eq!(thermocouple(kind).range()[1], kind.highest().0, "{kind:?}");
+            assert_eq!(kind as u8, thermocouple(kind) as u8, "{kind:?}");
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Chips that answer what a test says, by the order and the time in which they are asked.
+
+extern crate std;
+
+use core::cell::{Cell, RefCell};
+use std::rc::Rc;
+use std::vec::Vec as List;
+
+use config::{SensorConfig, SensorKind, SpiSensorConfig};
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+
+use super::*;
+
+/// A MAX31855 with this frame, or a MAX31865 that keeps its registers, and how often it was asked.
+#[derive(Clone, Default)]
+struct Line {
+    frame: Rc<Cell<u32>>,
+    registers: Rc<RefCell<[u8; 8]>>,
+    asked: Rc<Cell<u32>>,
+    /// Nothing drives the line.
+    is_dead: Rc<Cell<bool>>,
+}
+
+impl ErrorType for Line {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Line {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        self.asked.set(self.asked.get() + 1);
+        match operations {
+            [.., Operation::Read(into)] if self.is_dead.get() => into.fill(0xFF),
+            [Operation::Read(into)] => into.copy_from_slice(&self.frame.get().to_be_bytes()),
+            [Operation::Write(bytes)] => {
+                let at = usize::from(bytes[0] & 0x7F);
+                self.registers.borrow_mut()[at..at + bytes.len() - 1].copy_from_slice(&bytes[1..]);
+                self.registers.borrow_mut()[0] &= !2;
+            }
+            [Operation::Write(_), Operation::Read(into)] => into.copy_from_slice(&*self.registers.borrow()),
+            _ => return Err(ErrorKind::Other),
+        }
+        Ok(())
+    }
+}
+
+const GOOD: u32 = 400 << 18 | 0x190 << 4;
+const OPEN: u32 = GOOD | 1 << 16 | 1;
+
+fn config(kind: SensorKind, readings_per_second: u16) -> SensorConfig {
+    let spi = SpiSensorConfig {
+        averaging: 1,
+        rtd_nominal: units::Ohms(100.0),
+        rtd_reference: units::Ohms(430.0),
+        ..SpiSensorConfig::default()
+    };
+    SensorConfig { kind, spi, readings_per_second, ..SensorConfig::default() }
+}
+
+fn bank(kind: SensorKind, readings_per_second: u16) -> (SensorBank<Line>, Line) {
+    let (mut bank, line) = (SensorBank::default(), Line::default());
+    line.frame.set(GOOD);
+    assert!(bank.add(3, &config(kind, readings_per_second), line.clone()));
+    (bank, line)
+}
+
+/// What is read at every hundredth of a second from `from_ms` on: when, and what.
+fn readings(bank: &mut SensorBank<Line>, from_ms: u64, to_ms: u64) -> List<(u64, DatedReading)> {
+    let run = |ms| bank.poll(Micros::from_millis(ms)).map(|(controller, reading)| (controller, ms, reading));
+    let read = (from_ms..to_ms).step_by(10).filter_map(run);
+    read.map(|(controller, ms, reading)| {
+        assert_eq!(controller, 3);
+        (ms, reading)
+    })
+    .collect()
+}
+
+fn degrees(thousandths: i32) -> SensorReading {
+    SensorReading::MilliDegrees(thousandths)
+}
+
+#[test]
+fn a_chip_is_read_as_often_as_is_asked_for_and_it_converts() {
+    for (per_second, period_ms) in [(20, 100), (100, 100), (5, 200), (1, 1_000)] {
+        let (mut bank, _) = bank(SensorKind::Max31855, per_second);
+        let read = readings(&mut bank, 1_000, 5_000);
+        assert!(read.windows(2).all(|pair| pair[1].0 - pair[0].0 == period_ms), "{per_second}: {read:?}");
+        assert!(read.iter().all(|(_, dated)| dated.reading == degrees(100_000)));
+        let (last_ms, last) = *read.last().unwrap();
+        let at = |ms| last.at(Micros::from_millis(last_ms + ms));
+        assert_eq!([at(4 * period_ms), at(4 * period_ms + 1)], [degrees(100_000), SensorReading::Missing]);
+    }
+}
+
+#[test]
+fn a_fault_is_told_at_once_and_asked_for_again_soon() {
+    let (mut bank, line) = bank(SensorKind::Max31855, 10);
+    readings(&mut bank, 0, 1_000);
+    line.frame.set(OPEN);
+    let read = readings(&mut bank, 1_000, 1_400);
+    let words = drivers::max31855::Fault::Open.message();
+    assert!(read.iter().all(|(_, dated)| dated.reading == SensorReading::Fault(words)));
+    assert!(read.windows(2).all(|pair| pair[1].0 - pair[0].0 == 50), "{read:?}");
+    line.frame.set(GOOD);
+    assert_eq!(readings(&mut bank, 1_400, 1_500)[0].1.reading, degrees(100_000));
+}
+
+#[test]
+fn a_chip_that_was_reset_is_set_up_told_and_left_to_convert() {
+    let (mut bank, line) = bank(SensorKind::Max31865, 10);
+    assert!(bank.poll(Micros(0)).is_none(), "set up, and nothing to read");
+    let ratio = (100.0 / 430.0 * 32_768.0) as u16;
+    line.registers.borrow_mut()[1..3].copy_from_slice(&(ratio << 1).to_be_bytes());
+    let read = readings(&mut bank, 10, 500);
+    assert_eq!(read[0].0, 80, "the first conversion takes 76 ms");
+    assert!(matches!(read[0].1.reading, SensorReading::MilliDegrees(-60..60)), "{read:?}");
+    *line.registers.borrow_mut() = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
+    let read = readings(&mut bank, 500, 800);
+    let words = drivers::max31865::Fault::Reset.message();
+    assert_eq!(read[0].1.reading, SensorReading::Fault(words));
+    assert_eq!(line.registers.borrow()[0], 0b1100_0001, "told again");
+    assert_eq!(read[1].0 - read[0].0, 80);
+}
+
+#[test]
+fn a_chip_that_comes_later_is_set_up_when_it_answers() {
+    let (mut bank, line) = bank(SensorKind::Max31865, 10);
+    line.is_dead.set(true);
+    let read = readings(&mut bank, 0, 200);
+    let words = drivers::max31865::Fault::Absent.message();
+    assert!(read.len() == 4 && read.iter().all(|(_, dated)| dated.reading == SensorReading::Fault(words)), "{read:?}");
+    line.is_dead.set(false);
+    assert!(bank.poll(Micros::from_millis(200)).is_none() && line.registers.borrow()[0] == 0b1100_0001);
+}
+
+#[test]
+fn the_one_that_waits_longest_is_next() {
+    let mut bank = SensorBank::default();
+    let lines: List<Line> = (0..8).map(|_| Line::default()).collect();
+    for (place, line) in lines.iter().enumerate() {
+        line.frame.set(GOOD);
+        assert!(bank.add(place, &config(SensorKind::Max31855, 100), line.clone()));
+    }
+    for run in 0..1_000 {
+        bank.poll(Micros::from_millis(run * 10));
+    }
+    // Ten seconds at 10 Hz, of which the first set-up takes 0.2 s.
+    assert!(lines.iter().all(|line| (90..=100).contains(&line.asked.get())), "{:?}", lines[0].asked);
+    assert!(!bank.add(8, &config(SensorKind::Max31855, 1), Line::default()), "no room");
+    assert!(!SensorBank::default().add(0, &config(SensorKind::Thermistor, 1), Line::default()));
+}
