@@ -2,6 +2,7 @@
 //! others.
 
 pub mod carriage;
+pub mod converter;
 pub mod fan;
 pub mod gantry;
 pub mod heater;

@@ -121,13 +121,15 @@ pub enum Wiring {
     Open,
     /// Shorted to ground.
     Shorted,
+    /// Shorted to the supply.
+    ToSupply,
 }
 
 /// Voltage at the converter for a sensor at this temperature.
 #[must_use]
 pub fn divider_volts(curve: &Curve, celsius: f64, wiring: Wiring) -> f64 {
     match wiring {
-        Wiring::Open => REFERENCE_VOLTS,
+        Wiring::Open | Wiring::ToSupply => REFERENCE_VOLTS,
         Wiring::Shorted => 0.0,
         Wiring::Sound => {
             let ohms = curve.ohms(celsius);

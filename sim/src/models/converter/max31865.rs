@@ -1,0 +1,96 @@
+//! MAX31865, from its data sheet (19-6478 Rev 3): tables 1 and 2 for addresses and configuration, 4 and 5 for
+//! the ratio, 6 for the thresholds, 7 for the fault status, 10 to 12 for what a fault makes of the data.
+//!
+//! Not modelled: one-shot conversions and the fault detection cycle with its bits D5 to D3, which take a
+//! command of their own.
+
+use super::{Access, Cursor, Terminals};
+use crate::models::thermistor::{Curve, Wiring};
+
+const CONFIGURATION: usize = 0;
+const RTD: usize = 1;
+const HIGH: usize = 3;
+const LOW: usize = 5;
+const STATUS: usize = 7;
+/// Configuration, table 2.
+const BIAS_AND_AUTOMATIC: u8 = 0b11 << 6;
+const CLEAR: u8 = 1 << 1;
+/// Those of one-shot, fault detection and clearing go back to zero by themselves.
+const KEPT: u8 = 0b1101_0001;
+/// Single conversion of the 50 Hz filter, which the first one of many is ("Electrical Characteristics").
+const FIRST_NS: u64 = 66_000_000;
+/// The most that the 15 bits say.
+const FULL_SCALE: u16 = 0x7FFF;
+
+/// The chip.
+#[derive(Clone, Debug)]
+pub struct Max31865 {
+    sensor: Curve,
+    reference_ohms: f64,
+    registers: [u8; 8],
+    cursor: Cursor,
+    /// When the first automatic conversion is over; none while it stands.
+    ready_ns: Option<u64>,
+}
+
+impl Max31865 {
+    pub(super) fn new(sensor: Curve, reference_ohms: f64) -> Self {
+        // Table 1: all zeros but the high threshold.
+        let registers = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
+        Self { sensor, reference_ohms, registers, cursor: Cursor::default(), ready_ns: None }
+    }
+
+    pub(super) const fn registers(&self) -> &[u8] {
+        &self.registers
+    }
+
+    pub(super) fn select(&mut self, at_ns: u64, terminals: &Terminals) {
+        self.cursor.select();
+        if self.ready_ns.is_some_and(|ready_ns| at_ns >= ready_ns) {
+            self.convert(terminals);
+        }
+    }
+
+    fn convert(&mut self, terminals: &Terminals) {
+        let ratio = match terminals.wiring {
+            Wiring::Open => FULL_SCALE,
+            Wiring::Shorted => 0,
+            Wiring::Sound | Wiring::ToSupply => {
+                let ratio = self.sensor.ohms(terminals.sensor_c) / self.reference_ohms;
+                ((ratio * 32_768.0).round() as u16).min(FULL_SCALE)
+            }
+        };
+        let threshold = |at: usize| u16::from_be_bytes([self.registers[at], self.registers[at + 1]]) >> 1;
+        // Table 7: D7 high, D6 low, D2 over- or undervoltage. They stay until they are cleared.
+        let bits = u8::from(ratio >= threshold(HIGH)) << 7
+            | u8::from(ratio <= threshold(LOW)) << 6
+            | u8::from(terminals.wiring == Wiring::ToSupply) << 2;
+        self.registers[STATUS] |= bits;
+        let rtd = ratio << 1 | u16::from(self.registers[STATUS] != 0);
+        self.registers[RTD..HIGH].copy_from_slice(&rtd.to_be_bytes());
+    }
+
+    pub(super) fn transfer(&mut self, mosi: u8) -> u8 {
+        match self.cursor.next(mosi, 8) {
+            Access::Read(at) => self.registers[at],
+            Access::Write(CONFIGURATION) => {
+                if mosi & CLEAR != 0 {
+                    self.registers[STATUS] = 0;
+                }
+                self.registers[CONFIGURATION] = mosi & KEPT;
+                0
+            }
+            Access::Write(at) if (HIGH..STATUS).contains(&at) => {
+                self.registers[at] = mosi;
+                0
+            }
+            Access::Write(_) | Access::Address => 0,
+        }
+    }
+
+    /// A conversion begins when the frame that asks for it ends.
+    pub(super) fn deselect(&mut self, at_ns: u64) {
+        let runs = self.registers[CONFIGURATION] & BIAS_AND_AUTOMATIC == BIAS_AND_AUTOMATIC;
+        self.ready_ns = if runs { self.ready_ns.or(Some(at_ns + FIRST_NS)) } else { None };
+    }
+}
