@@ -12,6 +12,7 @@ pub mod curves;
 mod job;
 mod pins;
 mod ports;
+mod sensors;
 mod storage;
 mod tasks;
 mod verify;
@@ -104,6 +105,7 @@ impl Drop for Runner {
         // The drivers reach the world through what is shared, and are shared themselves: that circle would
         // keep both.
         *self.shared.bank.borrow_mut() = bank::Bank::default();
+        *self.shared.sensors.borrow_mut() = sensors::Sensors::default();
     }
 }
 
@@ -293,6 +295,11 @@ impl Runner {
     /// Something keeps the step feed from its next so many runs.
     pub fn block_feed(&mut self, runs: u32) {
         self.tasks.missed_runs = runs;
+    }
+
+    /// The task that reads the converter chips of sensors comes to run no more, or again.
+    pub fn hold_sensors(&mut self, stand: bool) {
+        self.shared.sensors.borrow_mut().stand = stand;
     }
 
     /// From now on the board says this of its step times.

@@ -6,6 +6,7 @@
 //! is called.
 
 mod config;
+mod converters;
 mod delta;
 mod electrics;
 mod fault;
@@ -15,8 +16,8 @@ mod heat;
 mod motion;
 
 pub use config::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin,
-    SwitchConfig, WorldConfig,
+    ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
+    Operator, Pin, SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
@@ -185,10 +186,16 @@ impl World {
     /// # Errors
     /// When the machine has no such heater, switch or motor.
     pub fn inject(&mut self, fault: &Fault) -> Result<(), String> {
+        use crate::models::converter::DataLine;
         use crate::models::thermistor::Wiring;
+        let now_ns = self.now_ns;
         match fault {
             Fault::ThermistorOpen(name) => self.heater_named(name)?.wiring = Wiring::Open,
             Fault::ThermistorShort(name) => self.heater_named(name)?.wiring = Wiring::Shorted,
+            Fault::SensorToSupply(name) => self.heater_named(name)?.wiring = Wiring::ToSupply,
+            Fault::ConverterSilent(name) => self.converter_of(name)?.data = DataLine::Silent,
+            Fault::ConverterLow(name) => self.converter_of(name)?.data = DataLine::Low,
+            Fault::ConverterReset(name) => self.converter_of(name)?.reset(now_ns),
             Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
             Fault::ThermistorSlips(name) => self.heater_named(name)?.seat.slips = true,
             Fault::ThermistorLoose(name) => self.heater_named(name)?.seat.loose = true,
@@ -232,6 +239,9 @@ impl World {
             heater.stuck = None;
             heater.strength = 1.0;
             heater.seat = heat::Seat::default();
+            if let Some(converter) = &mut heater.converter {
+                converter.data = crate::models::converter::DataLine::Sound;
+            }
         }
         for fan in &mut self.fans {
             fan.fan.condition = fan::Condition::Sound;

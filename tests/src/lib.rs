@@ -418,6 +418,11 @@ impl Bench {
         self.world(|world| world.driver(actuator as usize).drives())
     }
 
+    /// The chips of sensors are read no more, or again.
+    pub fn hold_sensors(&mut self, stand: bool) {
+        self.runner.hold_sensors(stand);
+    }
+
     /// Something keeps the step feed from its next so many runs.
     pub fn block_feed(&mut self, runs: u32) {
         self.runner.block_feed(runs);

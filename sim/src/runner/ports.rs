@@ -16,6 +16,7 @@ use motion::{Latch, Motion};
 use units::{Celsius, Micros, Volts};
 
 use super::bank::{self, Bank};
+use super::sensors::Sensors;
 use super::storage::Card;
 use super::{Flag, Setup, Turns, pins, tasks};
 use crate::world::World;
@@ -52,6 +53,7 @@ pub struct Shared {
     pub heat: Turns<HeatControl>,
     pub supervisor: Turns<Supervisor>,
     pub bank: Turns<Bank>,
+    pub sensors: Turns<Sensors>,
     pub queue: StepQueue,
     pub latch: Latch,
     pub reached: machine::tasks::ReachedMark,
@@ -87,6 +89,7 @@ impl Shared {
             heat: Turns::new(HeatControl::new()),
             supervisor: Turns::new(Supervisor::new()),
             bank: Turns::new(Bank::default()),
+            sensors: Turns::new(Sensors::default()),
             queue: StepQueue::new(),
             latch: Latch::new(),
             reached: machine::tasks::ReachedMark::new(),
@@ -233,6 +236,8 @@ impl Board for HostPorts {
         *self.shared.wired.borrow_mut() = Some(config.clone());
         let (bank, clean) = bank::configure(&self.shared, config, report);
         *self.shared.bank.borrow_mut() = bank;
+        let sensors = Sensors::of(&self.shared, config);
+        *self.shared.sensors.borrow_mut() = sensors;
         clean
     }
 

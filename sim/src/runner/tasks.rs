@@ -182,6 +182,9 @@ impl Tasks {
         if due.slow {
             slow(shared);
         }
+        if due.controlled {
+            shared.sensors.borrow_mut().run(now);
+        }
     }
 
     fn step_feed(&mut self, shared: &Shared, now_ns: u64) {
@@ -316,12 +319,14 @@ fn readings(shared: &Shared) -> SensorReadings {
     let mut readings = SensorReadings::default();
     let wired = shared.wired.borrow();
     let Some(config) = wired.as_ref() else { return readings };
-    let world = shared.world.borrow();
-    for (reading, (sensor, controller)) in
-        readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures))
+    let (world, sensors) = (shared.world.borrow(), shared.sensors.borrow());
+    let now = Micros(shared.now_ns.get() / 1_000);
+    for (place, (reading, (sensor, controller))) in
+        readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures)).enumerate()
     {
         *reading = match (sensor.sensor, controller.sensor.kind) {
             (_, SensorKind::Chip) => SensorReading::MilliDegrees((CHIP_C * 1e3) as i32),
+            (_, kind) if kind.is_on_spi() => sensors.reading(place, now),
             (Some(input), kind) if kind.is_analog() => SensorReading::Counts(world.adc_counts(input)),
             _ => SensorReading::Missing,
         };

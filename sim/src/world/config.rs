@@ -3,6 +3,7 @@
 use units::Actuator;
 
 use super::delta::DeltaFrame;
+use crate::models::converter::Kind;
 use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
 use crate::models::surface::Surface;
@@ -140,6 +141,17 @@ pub struct SwitchConfig {
     pub operator: Option<(Operator, f64, Side)>,
 }
 
+/// A converter chip on an SPI bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConverterConfig {
+    /// Which, and what is connected to it.
+    pub kind: Kind,
+    /// The bus: 0 is SPI1, 1 is SPI4.
+    pub channel: u8,
+    /// Its select, active low.
+    pub select: Pin,
+}
+
 /// A heater with its sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeaterConfig {
@@ -151,6 +163,8 @@ pub struct HeaterConfig {
     pub on_high: bool,
     /// Sensor input; `None` when the sensor is not analog.
     pub sensor: Option<AnalogInput>,
+    /// The chip that reads the sensor; `None` where the converter of the board does, or nothing.
+    pub converter: Option<ConverterConfig>,
     /// Sensor curve.
     pub curve: Curve,
     /// Thermal constants.
@@ -275,6 +289,7 @@ impl Default for WorldConfig {
                     pin: Some(pin("PE0")),
                     on_high: true,
                     sensor: Some(AnalogInput { converter: 1, channel: 2 }),
+                    converter: None,
                     curve,
                     plant: Plant::HOT_END,
                 },
@@ -283,6 +298,7 @@ impl Default for WorldConfig {
                     pin: Some(pin("PE3")),
                     on_high: true,
                     sensor: Some(AnalogInput { converter: 1, channel: 9 }),
+                    converter: None,
                     curve,
                     plant: Plant::BED,
                 },

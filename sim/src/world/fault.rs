@@ -9,6 +9,14 @@ pub enum Fault {
     ThermistorOpen(String),
     /// The sensor of this heater is shorted to ground.
     ThermistorShort(String),
+    /// A wire of this heater's sensor touches the supply.
+    SensorToSupply(String),
+    /// The converter chip of this heater's sensor does not answer.
+    ConverterSilent(String),
+    /// Its data line is at ground, as with a chip without supply.
+    ConverterLow(String),
+    /// Its supply fails for a moment: it forgets its settings.
+    ConverterReset(String),
     /// The sensor of this heater slides half out: it comes to feel as much of the air as of the heater.
     ThermistorSlips(String),
     /// The plug of this heater's sensor is loose: the reading jumps.
@@ -70,7 +78,7 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER sensor-to-supply:HEATER converter-silent:HEATER converter-low:HEATER converter-reset:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-bit-errors:MOTOR,EVERY driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR driver-reset:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
@@ -110,6 +118,10 @@ impl TimedFault {
         let fault = match kind {
             "thermistor-open" => Fault::ThermistorOpen(named()?),
             "thermistor-short" => Fault::ThermistorShort(named()?),
+            "sensor-to-supply" => Fault::SensorToSupply(named()?),
+            "converter-silent" => Fault::ConverterSilent(named()?),
+            "converter-low" => Fault::ConverterLow(named()?),
+            "converter-reset" => Fault::ConverterReset(named()?),
             "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
             "thermistor-slip" => Fault::ThermistorSlips(named()?),
             "thermistor-loose" => Fault::ThermistorLoose(named()?),

@@ -8,9 +8,10 @@ use units::{Actuator, Axis};
 
 use super::delta::DeltaFrame;
 use super::{
-    ActuatorConfig, AnalogInput, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage, Operator, Pin,
-    SwitchConfig, WorldConfig,
+    ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
+    Operator, Pin, SwitchConfig, WorldConfig,
 };
+use crate::models::converter::{Kind, Thermocouple};
 use crate::models::gantry::Gantry;
 use crate::models::heater::Plant;
 use crate::models::rotor;
@@ -256,8 +257,38 @@ fn heater(controller: &TemperatureConfig) -> HeaterConfig {
         pin: controller.heater_pin.map(pin),
         on_high: controller.heater_pin.is_none_or(|pin| !pin.inverted),
         sensor,
+        converter: converter(&controller.sensor),
         curve: fitted(&controller.sensor),
         plant: if bed { Plant::BED } else { Plant::HOT_END },
+    }
+}
+
+/// The converter chip that the configuration says is fitted, with the sensor it says is connected.
+fn converter(sensor: &config::SensorConfig) -> Option<ConverterConfig> {
+    let spi = &sensor.spi;
+    let kind = match sensor.kind {
+        SensorKind::Max31855 => Kind::Max31855,
+        SensorKind::Max31856 => Kind::Max31856 { thermocouple: thermocouple(spi.thermocouple) },
+        SensorKind::Max31865 => Kind::Max31865 {
+            sensor: Curve::Platinum { r0_ohms: f64::from(spi.rtd_nominal.0) },
+            reference_ohms: f64::from(spi.rtd_reference.0),
+        },
+        _ => return None,
+    };
+    Some(ConverterConfig { kind, channel: spi.channel?, select: pin(spi.select_pin?) })
+}
+
+const fn thermocouple(kind: config::ThermocoupleType) -> Thermocouple {
+    use config::ThermocoupleType::{B, E, J, K, N, R, S, T};
+    match kind {
+        B => Thermocouple::B,
+        E => Thermocouple::E,
+        J => Thermocouple::J,
+        K => Thermocouple::K,
+        N => Thermocouple::N,
+        R => Thermocouple::R,
+        S => Thermocouple::S,
+        T => Thermocouple::T,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::electrics::Path;
 use super::{FanConfig, GRID_NS, HeaterConfig, World};
+use crate::models::converter::Converter;
 use crate::models::fan::{Condition, Fan, Plant};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
@@ -80,6 +81,7 @@ pub(super) struct HeaterState {
     path: Path,
     heater: Heater,
     pub(super) wiring: Wiring,
+    pub(super) converter: Option<Converter>,
     /// A switch that conducts always or never.
     pub(super) stuck: Option<bool>,
     /// Share of its power that it still gives.
@@ -97,6 +99,7 @@ impl HeaterState {
             path: Path::of(config.pin),
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
+            converter: config.converter.map(|converter| Converter::new(converter.kind, 0)),
             stuck: None,
             strength: 1.0,
             seat: Seat::default(),
@@ -253,12 +256,21 @@ impl World {
         if let Some(volts) = self.adc_stands.as_ref().and_then(|(_, volts)| volts.get(index)) {
             return *volts;
         }
-        // Of two plugs in each other's places each brings its own sensor along.
-        let index = match self.swapped {
+        let index = self.plugged(index);
+        divider_volts(&self.config.heaters[index].curve, self.felt_c(index), self.heaters[index].wiring)
+    }
+
+    /// Of two plugs in each other's places each brings its own sensor along.
+    fn plugged(&self, index: usize) -> usize {
+        match self.swapped {
             Some([one, other]) if index == one => other,
             Some([one, other]) if index == other => one,
             _ => index,
-        };
+        }
+    }
+
+    /// Temperature of a heater's sensor, as it sits in it.
+    pub(super) fn felt_c(&self, index: usize) -> f64 {
         let state = &self.heaters[index];
         let air_c = self.config.air_c;
         let mut felt_c = state.heater.sensor_c() + (air_c - state.heater.sensor_c()) * state.seat.out;
@@ -266,6 +278,6 @@ impl World {
         if state.seat.loose && self.now_ns % LOOSE_PERIOD_NS < LOOSE_PERIOD_NS / 2 {
             felt_c += LOOSE_C;
         }
-        divider_volts(&self.config.heaters[index].curve, felt_c, state.wiring)
+        felt_c
     }
 }

@@ -1,0 +1,93 @@
+//! The converter chips of sensors behind the machine's heat task: the real reading of them over the simulated
+//! SPI buses.
+
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use config::MachineConfig;
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+use machine::ports::{DatedReading, MAX_HEATERS, SensorReading};
+use units::Micros;
+
+use super::ports::Shared;
+
+/// The wires of one chip.
+pub struct Line {
+    shared: Rc<Shared>,
+    heater: usize,
+}
+
+impl ErrorType for Line {
+    type Error = Infallible;
+}
+
+impl SpiDevice for Line {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        let (now_ns, heater) = (self.shared.now_ns.get(), self.heater);
+        let mut world = self.shared.world.borrow_mut();
+        world.converter_select(now_ns, heater);
+        for operation in operations {
+            match operation {
+                Operation::Read(bytes) => {
+                    bytes.iter_mut().for_each(|byte| *byte = world.converter_transfer(heater, 0));
+                }
+                Operation::Write(bytes) => {
+                    for byte in bytes.iter() {
+                        world.converter_transfer(heater, *byte);
+                    }
+                }
+                Operation::TransferInPlace(bytes) => {
+                    bytes.iter_mut().for_each(|byte| *byte = world.converter_transfer(heater, *byte));
+                }
+                Operation::Transfer(read, write) => {
+                    for (index, byte) in read.iter_mut().enumerate() {
+                        *byte = world.converter_transfer(heater, write.get(index).copied().unwrap_or(0));
+                    }
+                }
+                Operation::DelayNs(_) => {}
+            }
+        }
+        world.converter_deselect(now_ns, heater);
+        Ok(())
+    }
+}
+
+/// The bank, and what it has read.
+#[derive(Default)]
+pub struct Sensors {
+    bank: sensor_bank::SensorBank<Line>,
+    read: [Option<DatedReading>; MAX_HEATERS],
+    /// The task that reads does not come to run.
+    pub stand: bool,
+}
+
+impl Sensors {
+    /// The chips of a configuration.
+    pub fn of(shared: &Rc<Shared>, config: &MachineConfig) -> Self {
+        let mut sensors = Self::default();
+        for (heater, controller) in config.temperatures.iter().enumerate() {
+            let spi = &controller.sensor.spi;
+            if spi.channel.is_some() && spi.select_pin.is_some() {
+                sensors.bank.add(heater, &controller.sensor, Line { shared: Rc::clone(shared), heater });
+            }
+        }
+        sensors
+    }
+
+    /// One run of the task.
+    pub fn run(&mut self, now: Micros) {
+        if self.stand {
+            return;
+        }
+        if let Some((heater, reading)) = self.bank.poll(now)
+            && let Some(place) = self.read.get_mut(heater)
+        {
+            *place = Some(reading);
+        }
+    }
+
+    /// What is known of a sensor.
+    pub fn reading(&self, heater: usize, now: Micros) -> SensorReading {
+        self.read.get(heater).copied().flatten().map_or(SensorReading::Missing, |read| read.at(now))
+    }
+}

@@ -1,0 +1,45 @@
+//! Sensors that a converter chip reads: the chips' side of the SPI buses.
+
+use super::World;
+use crate::models::converter::{Converter, Terminals};
+
+/// How much warmer than the air the chips are, kelvin.
+const CHIP_WARMTH_K: f64 = 3.0;
+
+impl World {
+    /// The select of the chip of a heater's sensor goes low.
+    pub fn converter_select(&mut self, at_ns: u64, heater: usize) {
+        self.advance(at_ns);
+        let terminals = Terminals {
+            sensor_c: self.felt_c(heater),
+            wiring: self.heaters[heater].wiring,
+            chip_c: self.config.air_c + CHIP_WARMTH_K,
+        };
+        if let Some(converter) = &mut self.heaters[heater].converter {
+            converter.select(at_ns, &terminals);
+        }
+    }
+
+    /// A byte each way; without a chip nothing drives the line.
+    pub fn converter_transfer(&mut self, heater: usize, mosi: u8) -> u8 {
+        self.heaters[heater].converter.as_mut().map_or(0xFF, |converter| converter.transfer(mosi))
+    }
+
+    /// The select of the chip of a heater's sensor goes high.
+    pub fn converter_deselect(&mut self, at_ns: u64, heater: usize) {
+        if let Some(converter) = &mut self.heaters[heater].converter {
+            converter.deselect(at_ns);
+        }
+    }
+
+    /// What the chip of a heater's sensor holds; empty where it holds nothing.
+    #[must_use]
+    pub fn converter_registers(&self, heater: usize) -> &[u8] {
+        self.heaters[heater].converter.as_ref().map_or(&[], Converter::registers)
+    }
+
+    pub(super) fn converter_of(&mut self, name: &str) -> Result<&mut Converter, String> {
+        let heater = self.heater_named(name)?;
+        heater.converter.as_mut().ok_or_else(|| format!("the sensor of `{name}` has no converter chip"))
+    }
+}
