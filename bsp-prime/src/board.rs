@@ -12,7 +12,7 @@ use crate::pwm::Pwm;
 use crate::rtc::Rtc;
 use crate::sd::SdCard;
 use crate::silicon;
-use crate::spi::MotorBus;
+use crate::spi::SpiBuses;
 use crate::step_engine;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
@@ -64,8 +64,8 @@ pub struct Board {
     pub uart0: (UartInterrupt, UartPort),
     /// UART 1, closed.
     pub uart1: (UartInterrupt, UartPort),
-    /// The motor drivers' bus.
-    pub motor_bus: MotorBus,
+    /// SPI1, and SPI4 of the motor drivers.
+    pub spi: SpiBuses,
     /// The thermistor scan, not started.
     pub thermistors: Thermistors,
     /// Hardware PWM, not started.
@@ -137,7 +137,7 @@ impl Board {
             debug,
             uart0: uart::port(PortName::Uart0),
             uart1: uart::port(PortName::Uart1),
-            motor_bus: MotorBus::new(device.SPI4),
+            spi: SpiBuses::new(device.SPI1, device.SPI4),
             thermistors: Thermistors::new(device.ADC1, &device.ADC12_COMMON, device.DMA1),
             supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
             pwm: Pwm::new(device.TIM1, device.TIM8),

@@ -6,7 +6,9 @@ use bsp_prime::pins::{Input, Output};
 use bsp_prime::pwm::Pwm;
 use config::MAX_FANS;
 use machine::heat::HeatControl;
-use machine::ports::{MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit};
+use machine::ports::{
+    DatedReading, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
+};
 use machine::tasks::{self, Due, HeatTask};
 use units::{Celsius, Micros};
 
@@ -29,8 +31,10 @@ pub struct HeatIo {
     pub sensors: [Option<usize>; MAX_HEATERS],
     /// Which controllers are told the chip's temperature.
     pub of_chip: [bool; MAX_HEATERS],
-    /// The chip's temperature and when it was read.
-    chip: Option<(Celsius, Micros)>,
+    /// The chips of some sensors are to be read.
+    pub reads_chips: bool,
+    /// What other tasks have read, for each controller.
+    told: [Option<DatedReading>; MAX_HEATERS],
     /// For each input of the filament width sensor, its place in the scan.
     pub filament_width: [Option<usize>; 2],
     /// Inputs of tachometers, by the place of the fan in the configuration's list.
@@ -59,7 +63,8 @@ impl Heat {
             thermistors,
             sensors: [None; MAX_HEATERS],
             of_chip: [false; MAX_HEATERS],
-            chip: None,
+            reads_chips: false,
+            told: [None; MAX_HEATERS],
             filament_width: [None; 2],
             tachometers: [const { None }; MAX_FANS],
             pwm,
@@ -85,9 +90,21 @@ impl Heat {
 }
 
 impl HeatIo {
-    /// Takes the chip's temperature, which the slow task reads.
+    /// Takes the microcontroller's temperature, which the slow task reads.
     pub fn set_chip(&mut self, celsius: Option<Celsius>) {
-        self.chip = celsius.map(|celsius| (celsius, bsp_prime::time::now()));
+        let taken = bsp_prime::time::now();
+        let reading = celsius.map(|celsius| SensorReading::MilliDegrees((celsius.0 * 1e3) as i32));
+        let told = reading.map(|reading| DatedReading { reading, taken, lasts: CHIP_STALE });
+        for (place, _) in self.told.iter_mut().zip(self.of_chip).filter(|(_, of_chip)| *of_chip) {
+            *place = told;
+        }
+    }
+
+    /// Takes what the chip of a controller's sensor says.
+    pub fn set_reading(&mut self, controller: usize, reading: DatedReading) {
+        if let Some(place) = self.told.get_mut(controller) {
+            *place = Some(reading);
+        }
     }
 }
 
@@ -103,10 +120,11 @@ fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
 impl tasks::HeatIo for HeatIo {
     fn readings(&mut self) -> SensorReadings {
         let mut readings = self.sensors.map(|input| reading(&self.thermistors, input));
-        let chip = self.chip.filter(|(_, at)| bsp_prime::time::now().since(*at) <= CHIP_STALE);
-        for (reading, _) in readings.iter_mut().zip(self.of_chip).filter(|(_, of_chip)| *of_chip) {
-            *reading = chip
-                .map_or(SensorReading::Missing, |(celsius, _)| SensorReading::MilliDegrees((celsius.0 * 1e3) as i32));
+        let now = bsp_prime::time::now();
+        for (reading, told) in readings.iter_mut().zip(&self.told) {
+            if let Some(told) = told {
+                *reading = told.at(now);
+            }
         }
         readings
     }

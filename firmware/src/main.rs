@@ -11,6 +11,7 @@
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
 //! | 3 | `plan` | the dispatcher | the next corner |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
+//! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
 //! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
 //!
 //! The bodies live in `machine` and `motion`; here is only who runs when, and who owns what.
@@ -116,7 +117,7 @@ mod app {
         heat_tick.start(HEAT_PERIOD_US);
         let owned = Owned {
             pins: board.pins,
-            motor_bus: board.motor_bus,
+            spi: board.spi,
             motors_enable: board.guards.motors,
             leds: board.leds,
             second_lamp: None,
@@ -225,7 +226,7 @@ mod app {
         if !on_time {
             return cx.shared.heat.lock(|heat| heat.run_early());
         }
-        let due = cx.shared.heat.lock(|heat| heat.run());
+        let (due, reads_chips) = cx.shared.heat.lock(|heat| (heat.run(), heat.io.reads_chips));
         if !due.controlled {
             return;
         }
@@ -238,6 +239,10 @@ mod app {
             let _still_busy = slow::spawn();
             // So that it reports, whether or not anything moves.
             let _waiting = plan::spawn();
+        }
+        if reads_chips {
+            // Still reading: then the next run comes in a hundredth of a second.
+            let _still_busy = sensors::spawn();
         }
     }
 
@@ -274,6 +279,16 @@ mod app {
         });
         cx.shared.heat.lock(|heat| heat.io.set_chip(celsius));
         REPORTS.report(Reporter::Supervisor);
+    }
+
+    // One chip of a temperature sensor. Beside `slow`, because they share a bus: neither interrupts the
+    // other. At worst a chip is found reset and set up, four frames of up to 9 bytes: half a millisecond.
+    #[task(priority = 1, shared = [slow, heat])]
+    async fn sensors(mut cx: sensors::Context) {
+        let read = cx.shared.slow.lock(|slow| slow.sensors.poll(time::now()));
+        if let Some((controller, reading)) = read {
+            cx.shared.heat.lock(|heat| heat.io.set_reading(controller, reading));
+        }
     }
 
     // Consoles and dispatcher.

@@ -6,7 +6,7 @@ use core::fmt::Write;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
-use bsp_prime::spi::MotorBus;
+use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::{adc, memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
@@ -45,7 +45,7 @@ const PLAY_LED: u8 = 1;
 /// Peripherals that only the dispatcher uses.
 pub struct Owned {
     pub pins: Pins,
-    pub motor_bus: MotorBus,
+    pub spi: SpiBuses,
     pub motors_enable: Output,
     pub leds: [Output; 4],
     /// Shows what LED 2 shows.
@@ -325,14 +325,19 @@ where
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         let mut report = Report::new(report);
         wiring::guards(config, &mut report);
-        let bank = wiring::motors(config, &mut self.owned.pins, &self.owned.motor_bus, &mut report);
+        // First of all, so that no sensor's chip listens to what drivers are told.
+        let sensors = wiring::sensors(config, &mut self.owned.pins, &mut self.owned.spi, &mut report);
+        let reads_chips = !sensors.is_empty();
+        let bank = wiring::motors(config, &mut self.owned.pins, &self.owned.spi, &mut report);
         wiring::voltages(config, &mut self.owned.pins, &mut report);
         self.shared.slow.lock(|slow| {
             slow.drivers = bank;
+            slow.sensors = sensors;
             if slow.monitor(config).is_err() {
                 report.trouble("the voltage converter (ADC3) does not start; supply voltages are unknown");
             }
         });
+        self.shared.heat.lock(|heat| heat.io.reads_chips = reads_chips);
         self.wire_heat(config, &mut report);
         self.wire_inputs(config, &mut report);
         if let Some(pin) = config.system.aux_play_led {

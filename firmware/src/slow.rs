@@ -1,4 +1,5 @@
-//! What the slow task touches: driver chips, supply voltages, and the supervisor that judges both.
+//! What the slow task touches: driver chips, supply voltages, and the supervisor that judges both. And the
+//! chips of sensors, whose bus may be that of the drivers: who holds this holds both buses.
 
 use bsp_prime::adc::{AdcError, Supplies, chip_celsius};
 use bsp_prime::pins::table;
@@ -8,7 +9,7 @@ use machine::ports::SupplyVoltages;
 use machine::supervisor::Supervisor;
 use units::{Celsius, Volts};
 
-use crate::drivers::DriverBank;
+use crate::drivers::{DriverBank, SensorBank};
 use crate::ports::source_volts;
 
 /// One monitored voltage.
@@ -21,6 +22,7 @@ struct Monitor {
 /// The slow task's resource.
 pub struct Slow {
     pub drivers: DriverBank,
+    pub sensors: SensorBank,
     pub supervisor: Supervisor,
     supplies: Supplies,
     monitors: Vec<Monitor, { config::MAX_VOLTAGES }>,
@@ -28,7 +30,8 @@ pub struct Slow {
 
 impl Slow {
     pub fn new(supplies: Supplies) -> Self {
-        Self { drivers: DriverBank::default(), supervisor: Supervisor::new(), supplies, monitors: Vec::new() }
+        let (drivers, sensors) = (DriverBank::default(), SensorBank::default());
+        Self { drivers, sensors, supervisor: Supervisor::new(), supplies, monitors: Vec::new() }
     }
 
     /// Starts reading the configured voltages.

@@ -12,7 +12,7 @@ use heapless::{String, Vec};
 use machine::ports::Input as MachineInput;
 use units::Actuator;
 
-use crate::drivers::{DriverBank, MotorDriver};
+use crate::drivers::{DriverBank, MotorDriver, SensorBank};
 
 /// Collects what could not be bound.
 pub struct Report<'a> {
@@ -62,7 +62,7 @@ pub fn spec(pin: Pin) -> PinSpec {
 pub fn motors(
     config: &MachineConfig,
     pins: &mut Pins,
-    bus: &bsp_prime::spi::MotorBus,
+    bus: &bsp_prime::spi::SpiBuses,
     report: &mut Report<'_>,
 ) -> DriverBank {
     let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
@@ -93,12 +93,12 @@ pub fn motors(
 }
 
 /// Switches off the on-board driver chips that no motor has claimed; see [`driver_bank::switch_off`].
-fn unused_chips(pins: &mut Pins, bus: &bsp_prime::spi::MotorBus) {
+fn unused_chips(pins: &mut Pins, bus: &bsp_prime::spi::SpiBuses) {
     for socket in &table::MOTORS {
         // A select that has an owner belongs to a chip that is set up, or was refused with a message.
         let Ok(select) = pins.output(PinSpec::inverted(socket.select), "an unused motor driver") else { continue };
         // Its motor supply may be off, and then so is the chip.
-        let _silent_or_off = driver_bank::switch_off(bus.device(select));
+        let _silent_or_off = driver_bank::switch_off(bus.motor_driver(select));
     }
 }
 
@@ -162,7 +162,7 @@ fn chip(
     motor: &ActuatorConfig,
     settings: &TmcConfig,
     pins: &mut Pins,
-    bus: &bsp_prime::spi::MotorBus,
+    bus: &bsp_prime::spi::SpiBuses,
     report: &mut Report<'_>,
 ) -> MotorDriver {
     let socket = table::MOTORS.get(actuator as usize).map(|pins| PinSpec::plain(pins.select));
@@ -177,13 +177,38 @@ fn chip(
     // The chip selects act low, whether or not the configuration says so.
     let claimed = pins.output(PinSpec { inverted: true, ..select }, &owner("driver", actuator.name(), "spi_cs_pin"));
     let Some(select) = report.take(claimed) else { return MotorDriver::None };
-    match driver_bank::set_up(bus.device(select), motor, settings) {
+    match driver_bank::set_up(bus.motor_driver(select), motor, settings) {
         Ok(driver) => driver,
         Err(error) => {
             report.trouble(format_args!("driver {}: {error}", actuator.name()));
             MotorDriver::None
         }
     }
+}
+
+/// Chips of temperature sensors, each with its select. Nothing is said to them yet.
+pub fn sensors(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    buses: &mut bsp_prime::spi::SpiBuses,
+    report: &mut Report<'_>,
+) -> SensorBank {
+    let mut bank = SensorBank::default();
+    for (index, controller) in config.temperatures.iter().enumerate() {
+        let spi = &controller.sensor.spi;
+        let Some(chips) = sensor_bank::Chips::of(controller.sensor.kind) else { continue };
+        let (Some(channel), Some(select)) = (spi.channel, spi.select_pin) else { continue };
+        // The selects act low, whether or not the configuration says so.
+        let select = PinSpec { inverted: true, ..spec(select) };
+        let claimed = pins.output(select, &owner("temperature control", &controller.name, "spi_select_pin"));
+        let Some(select) = report.take(claimed) else { continue };
+        let clock = (chips.mode, chips.most_hz);
+        let owner = owner("temperature control", &controller.name, "spi_channel");
+        let chip = report.take(buses.chip(channel, clock, select, pins, &owner)).flatten();
+        // There are no more of them than controllers.
+        let _added = chip.is_some_and(|chip| bank.add(index, &controller.sensor, chip));
+    }
+    bank
 }
 
 /// Thermistor inputs, those of the filament width sensor, and heater outputs.

@@ -22,7 +22,7 @@ pub struct Bench {
     /// Enables, off.
     pub guards: bsp_prime::board::Guards,
     /// The motor drivers' bus.
-    pub motor_bus: bsp_prime::spi::MotorBus,
+    pub spi: bsp_prime::spi::SpiBuses,
     /// The thermistor scan.
     pub thermistors: bsp_prime::adc::Thermistors,
     /// Supply voltages.
@@ -55,7 +55,7 @@ pub fn bench() -> Bench {
     Bench {
         pins: board.pins,
         guards: board.guards,
-        motor_bus: board.motor_bus,
+        spi: board.spi,
         thermistors: board.thermistors,
         supplies: board.supplies,
         sd: board.sd,

@@ -166,7 +166,7 @@ mod tests {
             let Ok(select) = bench.pins.output(PinSpec::inverted(pins.select), "test") else {
                 defmt::panic!("select pin of motor {}", motor)
             };
-            let Ok(mut driver) = Driver::new(bench.motor_bus.device(select), chip, chip.default_sense_resistor())
+            let Ok(mut driver) = Driver::new(bench.spi.motor_driver(select), chip, chip.default_sense_resistor())
             else {
                 defmt::panic!("the default sense resistor is one the driver takes")
             };
