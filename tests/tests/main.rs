@@ -53,6 +53,7 @@ mod sessions;
 mod settings;
 mod slicers;
 mod soft_endstops;
+mod spi_sensors;
 mod stall_homing;
 mod stall_recovery;
 mod stall_watch;

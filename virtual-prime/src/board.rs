@@ -22,10 +22,10 @@ use sim::models::tmc26x::Chip;
 use sim::world::{AnalogInput, PWM_CHANNELS, PWM_TIMERS, Pin, VFET_INPUT, VMOTOR_INPUT, World, WorldConfig};
 
 use crate::console::{Line, LineEnd};
-use crate::drivers::DriverPort;
+use crate::drivers::{ConverterPort, DriverPort};
 use crate::mcu::PrimeMcu;
 pub use crate::outputs::{PinChange, SharedWorld};
-use crate::pins::{Wiring, driver_selects, pin};
+use crate::pins::{Wiring, driver_selects, pin, port_name};
 
 /// Crystals: HSE 25 MHz, LSE 32.768 kHz.
 const HSE_HZ: u64 = 25_000_000;
@@ -37,6 +37,8 @@ const RAIL_MV: u32 = 3_300;
 pub const CORE_HZ: u64 = 400_000_000;
 /// SPI4, to which the drivers are connected, in the emulator's array.
 const DRIVER_SPI: usize = 3;
+/// SPI1, on a header.
+const HEADER_SPI: usize = 0;
 /// USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
 const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
 
@@ -92,6 +94,14 @@ impl PrimeBoard {
         for (index, (port, number)) in driver_selects().into_iter().enumerate() {
             let select = Select { port, pin: port_pin(number), active: Level::Low };
             part.spi[DRIVER_SPI].attach_selected(DriverPort::new(self.world.clone(), index), select);
+        }
+        let converters: Vec<_> = self.world.lock().config().heaters.iter().map(|heater| heater.converter).collect();
+        for (heater, converter) in converters.into_iter().enumerate() {
+            let Some(converter) = converter else { continue };
+            let Pin { port, number } = converter.select;
+            let select = Select { port: port_name(port), pin: port_pin(number), active: Level::Low };
+            let bus = if converter.channel == 0 { HEADER_SPI } else { DRIVER_SPI };
+            part.spi[bus].attach_selected(ConverterPort::new(self.world.clone(), heater), select);
         }
         for (line, port) in self.consoles.iter().zip(CONSOLE_PORTS) {
             part.usart[port].attach(LineEnd(line.clone()));

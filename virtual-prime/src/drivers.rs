@@ -1,5 +1,5 @@
-//! The stepper drivers' SPI: a 20-bit shift register behind a chip select (TMC2590 datasheet, "SPI
-//! interface").
+//! What is on the SPI buses. The stepper drivers: a 20-bit shift register behind a chip select (TMC2590
+//! datasheet, "SPI interface"). And the converter chips of sensors, which take and give bytes.
 
 use rigless::chip::Timeline;
 use rigless::chip::spi::Peer;
@@ -45,5 +45,39 @@ impl Peer for DriverPort {
 
     fn deselect(&mut self, _: &mut Timeline<'_, '_>) {
         self.world.lock().driver_mut(self.index).write(self.shift);
+    }
+}
+
+/// The SPI side of the converter chip of a heater's sensor.
+#[derive(Debug)]
+pub struct ConverterPort {
+    world: SharedWorld,
+    heater: usize,
+}
+
+impl ConverterPort {
+    pub const fn new(world: SharedWorld, heater: usize) -> Self {
+        Self { world, heater }
+    }
+}
+
+/// A run is repeated from its start, never from the middle.
+impl Store for ConverterPort {}
+
+impl Peer for ConverterPort {
+    fn select(&mut self, context: &mut Timeline<'_, '_>) {
+        self.world.lock().converter_select(context.now().0, self.heater);
+    }
+
+    fn transfer(&mut self, mosi: u32, bits: u8, _: &mut Timeline<'_, '_>) -> u32 {
+        let mut world = self.world.lock();
+        // Words of 8, 16 or 32 bits travel with their first byte first.
+        (0..bits / 8).rev().fold(0, |miso, byte| {
+            miso << 8 | u32::from(world.converter_transfer(self.heater, (mosi >> (8 * byte)) as u8))
+        })
+    }
+
+    fn deselect(&mut self, context: &mut Timeline<'_, '_>) {
+        self.world.lock().converter_deselect(context.now().0, self.heater);
     }
 }

@@ -15,8 +15,14 @@ pub const PINS: usize = 16;
 pub fn driver_selects() -> [(&'static str, u8); 4] {
     wiring::DRIVERS.map(|driver| {
         let Pin { port, number } = pin(driver.select);
-        (PORT_NAMES[usize::from(port)], number)
+        (port_name(port), number)
     })
+}
+
+/// The emulator's name of a port.
+#[must_use]
+pub fn port_name(port: u8) -> &'static str {
+    PORT_NAMES[usize::from(port)]
 }
 
 /// The emulator's names of the ports.

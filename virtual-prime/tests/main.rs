@@ -16,6 +16,7 @@ mod power_cuts;
 mod probing;
 mod schedule;
 mod settings;
+mod spi_sensors;
 mod stream;
 mod v2_replay;
 

@@ -84,19 +84,8 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
                 checks.error((SECTION, place, "voltage_curve"), format_args!("{reason}: {heats}"), fix);
             }
         }
-        SensorKind::Max31855 | SensorKind::Max31856 | SensorKind::Max31865 => {
-            let reason = format_args!("not supported yet");
-            checks.error((SECTION, place, "sensor"), reason, format_args!("use a thermistor"));
-            for (key, is_there) in [
-                ("spi_channel", heater.sensor.spi.channel.is_some()),
-                ("spi_select_pin", heater.sensor.spi.select_pin.is_some()),
-            ] {
-                if !is_there {
-                    let reason = format_args!("a {} needs its {key}: {heats}", kind.word());
-                    checks.error((SECTION, place, key), reason, format_args!("write one"));
-                }
-            }
-        }
+        // See `spi_sensors`.
+        SensorKind::Max31855 | SensorKind::Max31856 | SensorKind::Max31865 => {}
     }
 }
 

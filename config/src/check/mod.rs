@@ -20,6 +20,7 @@ mod pins;
 mod planner;
 mod shapers;
 mod soft_endstops;
+mod spi_sensors;
 mod stall_homing;
 mod stealth_drivers;
 mod temperature_switches;
@@ -53,6 +54,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     alignment::check(&mut checks);
     heat::check(&mut checks);
     combined_sensors::check(&mut checks);
+    spi_sensors::check(&mut checks);
     filament::check(&mut checks);
     tools::check(&mut checks);
     uart::check(&mut checks);

@@ -2,6 +2,7 @@
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, places, text, word};
 use super::heat_control as control;
+use super::spi_sensors as spi;
 use super::{CannotCreate, Form, Instances, PinRole, Section};
 use crate::machine::{MAX_TEMPERATURES, MAX_VOLTAGE_POINTS, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
@@ -88,8 +89,8 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             &SensorKind::WORDS,
             heater!(|h, v| h.sensor.kind = SensorKind::ALL.get(v).copied().unwrap_or_default()),
             "Kind of sensor: a thermistor; platinum of 100 or 1000 Ohm straight on the input, r2 its pull-up; a \
-             thermocouple with an AD8494 to AD8497; anything else that gives a voltage, by its voltage_curve; or a \
-             thermocouple with a MAX31855. The converter may be off by 0.2 % of 3.3 V: 3.4 C for a pt1000, 26 C for a \
+             thermocouple with an AD8494 to AD8497; or anything else that gives a voltage, by its voltage_curve. On SPI, \
+             thermocouples with a MAX31855 or MAX31856, platinum with a MAX31865. The converter of the board may be off by 0.2 % of 3.3 V: 3.4 C for a pt1000, 26 C for a \
              pt100, 1.3 C for an ad849x. max, min, mean and difference combine the sensors of other temperature controls; \
              chip is the microcontroller's own, for reports and fans.",
         ),
@@ -218,22 +219,14 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         )
         .unit("C,V")
         .velvet(),
-        integer(
-            "spi_channel",
-            "-1",
-            (-1, 1),
-            heater!(|h, v| h.sensor.spi.channel = u8::try_from(v).ok()),
-            "SPI bus of a MAX31855: 0 is SPI1, 1 is SPI4. All of them must be on the same one.",
-        )
-        .not_yet("use an analogue sensor"),
-        pin(
-            "spi_select_pin",
-            "nc",
-            PinRole::Output,
-            heater!(|h, v| h.sensor.spi.select_pin = v.and_then(PinName::digital)),
-            "Chip select of a MAX31855.",
-        )
-        .dormant(),
+        spi::SPI_CHANNEL,
+        spi::SPI_SELECT_PIN,
+        spi::TC_TYPE,
+        spi::TC_AVERAGING,
+        spi::MAINS_FREQUENCY,
+        spi::RTD_WIRES,
+        spi::RTD_NOMINAL,
+        spi::RTD_REFERENCE,
         pin(
             "heater_pin",
             "nc",

@@ -34,6 +34,7 @@ mod motion;
 mod probe;
 mod shaper;
 mod soft_endstops;
+mod spi_sensors;
 mod stall;
 mod stealth_drivers;
 mod switches;

@@ -20,6 +20,21 @@ const BY_MODEL: &[&str] = &[
     "[temperature control] hotend.model_late = 1.5",
     "[temperature control] hotend.fan = fan",
 ];
+const THERMOCOUPLE: &[&str] = &[
+    "[temperature control] hotend.sensor = max31856",
+    "[temperature control] hotend.spi_channel = 0",
+    "[temperature control] hotend.spi_select_pin = PD10",
+];
+const AVERAGED: &[&str] = &[
+    "[temperature control] hotend.sensor = max31855",
+    "[temperature control] hotend.spi_channel = 0",
+    "[temperature control] hotend.spi_select_pin = PD10",
+];
+const PLATINUM: &[&str] = &[
+    "[temperature control] hotend.sensor = max31865",
+    "[temperature control] hotend.spi_channel = 0",
+    "[temperature control] hotend.spi_select_pin = PD10",
+];
 const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
 const ANY_ERROR: &str = "[temperature control] hotend.verify_max_error = 0";
 const ANY_RANGE: &str = "[temperature control] hotend.runaway_range = 0";
@@ -44,6 +59,18 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.sensor_filter", "0", "3", Look(heated)),
     row("[temperature control] hotend.amplifier_offset", "0", "0.1", Say(READ)).with(AMPLIFIER).built(),
     row("[temperature control] hotend.voltage_curve", "0,0.5,100,1.5", "0,0.5,90,1.5", Say(READ)).with(VOLTAGE).built(),
+    row("[temperature control] hotend.spi_channel", "0", "-1", Boot).with(AVERAGED),
+    row("[temperature control] hotend.spi_channel", "0", "1", Board("spi_sensors.rs")).with(AVERAGED),
+    row("[temperature control] hotend.spi_select_pin", "PD10", "nc", Boot).with(AVERAGED),
+    row("[temperature control] hotend.spi_select_pin", "PD10", "PD12", Board("spi_sensors.rs")).with(AVERAGED),
+    row("[temperature control] hotend.tc_type", "K", "J", Look(warm_chip)).with(THERMOCOUPLE).built(),
+    row("[temperature control] hotend.tc_averaging", "4", "16", Look(warm_chip)).with(THERMOCOUPLE),
+    row("[temperature control] hotend.tc_averaging", "1", "16", Look(heated)).with(AVERAGED),
+    row("[temperature control] hotend.mains_frequency", "50", "60", Look(warm_chip)).with(THERMOCOUPLE),
+    row("[temperature control] hotend.mains_frequency", "50", "60", Look(warm_chip)).with(PLATINUM),
+    row("[temperature control] hotend.rtd_wires", "2", "3", Look(warm_chip)).with(PLATINUM),
+    row("[temperature control] hotend.rtd_nominal", "100", "110", Look(warm_chip)).with(PLATINUM).built(),
+    row("[temperature control] hotend.rtd_reference", "430", "400", Look(warm_chip)).with(PLATINUM).built(),
     row("[temperature control] hotend.use_beta_table", "false", "true", Say(READ)).with(TWICE).built(),
     row("[temperature control] hotend.beta", "4066", "3000", Say(READ)).with(BY_BETA).built(),
     row("[temperature control] hotend.r0", "100000", "50000", Say(READ)).with(BY_BETA).built(),
@@ -110,6 +137,14 @@ fn course(bench: &mut Bench, seconds: u32) -> String {
         course += &format!("{:.3} C, {:.4}; ", bench.celsius("hotend"), bench.duty("hotend"));
     }
     course + &bench.status()
+}
+
+/// What the sensor's chip was told, and what comes of it at 200 C.
+fn warm_chip(bench: &mut Bench) -> String {
+    soak(bench, 200.0);
+    bench.hear(1.0);
+    let told = bench.world(|world| world.converter_registers(world.heater_index("hotend").expect("a hotend")).to_vec());
+    format!("{:?} {}", &told[..2.min(told.len())], bench.say("get temp hotend"))
 }
 
 fn heated(bench: &mut Bench) -> String {
