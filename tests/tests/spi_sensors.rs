@@ -205,3 +205,13 @@ fn the_checker_names_the_setting_and_the_fix() {
     let said = whole("max31856", &["max_temp = 500", "tc_type = T"]);
     assert!(said.contains("a thermocouple of type T is read up to 400"), "{said}");
 }
+
+/// A converter that takes most of a second for its first reading is not taken for a broken one, and nothing
+/// heats before it.
+#[test]
+fn a_target_right_after_boot_waits_for_the_first_reading() {
+    let plan = machine("max31856", &["tc_averaging = 16"]).set("[player] on_boot_gcode_enable = true");
+    let mut bench = plan.file("on_boot.gcode", "M104 S60\n").start();
+    let said = bench.greeting().to_owned() + &bench.hear(3.0);
+    assert!(!said.contains("triggered") && bench.duty("hotend") > 0.1, "{said}");
+}

@@ -7,6 +7,9 @@ use crate::heat::SensorFault;
 
 /// Unbelievable readings in a row before it counts. Control has its heater off from the first one.
 const BAD_READINGS: u8 = 4;
+/// The same before a sensor has been read for the first time: a converter chip of many samples takes 0.8 s
+/// from power-on.
+const FIRST_READINGS: u8 = 20;
 /// How often the reading is compared with earlier ones.
 const COMPARE_PERIOD: Micros = Micros::from_millis(250);
 /// Comparisons that make a second.
@@ -37,6 +40,8 @@ pub struct ReadingLimits {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ReadingLaw {
     bad: u8,
+    /// The sensor has given a temperature, or said why not.
+    seen: bool,
     due: Micros,
     /// The readings of the last second, newest last, as many as `known` says.
     before: [f32; A_SECOND],
@@ -59,7 +64,9 @@ impl ReadingLaw {
         let bad = if believable.is_err() && look.is_on() { self.bad.saturating_add(1) } else { 0 };
         self.bad = bad;
         let changes = self.compare(limits, look);
-        if bad >= BAD_READINGS { believable } else { changes }
+        self.seen |= look.reading.is_some() || look.fault != Some(SensorFault::SILENT);
+        let most = if self.seen { BAD_READINGS } else { FIRST_READINGS };
+        if bad >= most { believable } else { changes }
     }
 
     /// Compares with what was read before, while the heater is on.

@@ -88,6 +88,20 @@ fn arrives(second: f64) -> f64 {
 }
 
 #[test]
+fn a_sensor_that_was_never_read_has_a_second_and_one_that_was_has_four_looks() {
+    let silent = |second: f64| if second < 0.5 { counts(20.0) } else { SensorReading::Missing };
+    let found = |reads: &dyn Fn(f64) -> SensorReading| heated(reads).unwrap();
+    for (reads, from, to) in [
+        (&(|_| SensorReading::Missing) as &dyn Fn(f64) -> SensorReading, 1.9, 2.1),
+        (&silent, 1.1, 1.3),
+        (&|_| SensorReading::Fault("open"), 1.1, 1.3),
+    ] {
+        let (second, cause) = found(reads);
+        assert!((from..to).contains(&second) && matches!(cause, HeatCause::NoReading(_)), "{second}: {cause:?}");
+    }
+}
+
+#[test]
 fn a_heater_that_arrives_and_holds_is_left_alone() {
     assert_eq!(heated(|second| counts(arrives(second))), None);
 }
