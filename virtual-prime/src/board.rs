@@ -1,6 +1,7 @@
 //! The Prime: the microcontroller and what is soldered to it (board facts: schematic of the Prime,
 //! proto9/10).
 
+use std::collections::BTreeSet;
 use std::num::{NonZeroU32, NonZeroU64};
 
 use board_facts::wiring;
@@ -64,6 +65,8 @@ pub struct PrimeBoard {
     analog: Vec<AnalogInput>,
     /// Milliseconds since power-on, for [`Self::refresh_analog`].
     ticks: u64,
+    /// Frames that a chip was sent with the wrong clock, each kind once.
+    wrong_modes: BTreeSet<String>,
 }
 
 impl PrimeBoard {
@@ -79,7 +82,8 @@ impl PrimeBoard {
         analog.extend(machine.filament_sensor.iter().flat_map(|sensor| sensor.inputs).flatten());
         let world = SharedWorld::new(World::new(machine));
         let mcu = PrimeMcu::new(wiring, world.clone())?;
-        let mut board = Self { mcu, world, consoles: Default::default(), analog, ticks: 0 };
+        let mut board =
+            Self { mcu, world, consoles: Default::default(), analog, ticks: 0, wrong_modes: BTreeSet::new() };
         board.solder(chip);
         Ok(board)
     }
@@ -208,6 +212,18 @@ impl PrimeBoard {
                 !driven || self.mcu.part.gpio[usize::from(port)].level(port_pin(number), registers) == Level::High;
             self.mcu.tell(at.0, usize::from(port), usize::from(number), high);
         }
+    }
+
+    /// The image has written to this address: a frame may begin, with a clock that its chip does not take.
+    pub fn notice_frame(&mut self, address: u64) {
+        if let Some(wrong) = crate::clock_modes::wrong(self, address) {
+            self.wrong_modes.insert(wrong);
+        }
+    }
+
+    /// What is known of such frames.
+    pub fn wrong_modes(&self) -> impl Iterator<Item = &String> {
+        self.wrong_modes.iter()
     }
 
     /// Brings the machine up to this instant and its voltages to the converters. Called every millisecond.

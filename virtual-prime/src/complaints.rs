@@ -2,8 +2,7 @@
 
 use rigless::mcu::Mcu;
 use rigless::session::Session;
-use rigless::soc::stm32h743::generated::{spi1, syscfg};
-use sim::world::ON_BOARD_DRIVERS;
+use rigless::soc::stm32h743::generated::syscfg;
 
 use crate::board::PrimeBoard;
 
@@ -40,20 +39,10 @@ pub fn complaints(session: &Session<PrimeBoard>) -> Vec<String> {
         .chain(unmapped)
         .chain(unrouted)
         .chain(resets)
-        .chain(wrong_driver_mode(session))
+        .chain(session.board().wrong_modes().cloned())
         .collect()
 }
 
 fn register<R: rigless::soc::Layout>(session: &Session<PrimeBoard>, instance: &str, register: R) -> u64 {
     session.board().mcu.bus().registers(instance).map_or(0, |file| file.get(register))
-}
-
-/// The emulated SPI does not care about clock polarity and phase; the drivers do: mode 3 (TMC2590 datasheet,
-/// "SPI signals").
-fn wrong_driver_mode(session: &Session<PrimeBoard>) -> Option<String> {
-    let world = session.board().world().lock();
-    let addressed = (0..ON_BOARD_DRIVERS).any(|index| world.driver(index).frames() > 0);
-    // CPOL is bit 25, CPHA bit 24: together the mode's number.
-    let mode = register(session, "SPI4", spi1::Register::Cfg2) >> 24 & 3;
-    (addressed && mode != 3).then(|| format!("SPI4: CPOL and CPHA make mode {}, the drivers need mode 3", mode))
 }

@@ -21,5 +21,6 @@ pub mod sd_image;
 pub mod typed;
 pub mod vm;
 
+mod clock_modes;
 mod drivers;
 mod outputs;

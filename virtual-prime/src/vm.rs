@@ -239,6 +239,7 @@ impl Driver<PrimeBoard> for Puppet {
             let board = session.board_mut();
             if access.kind == AccessKind::Write {
                 board.notice_modes(access.virtual_time, access.address);
+                board.notice_frame(access.address);
             }
             if board.take_switch_changes(access.virtual_time) {
                 // What was driven reaches the interrupt controller with the next access, so one is made here:

@@ -35,10 +35,12 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     assert!((is - 60.0).abs() < 4.0, "{is} C: {}", velvet.said());
     let registers = velvet.bench.vm.with(|stopped| {
         let bus = stopped.session.board().mcu.bus();
-        bus.registers("SPI1").map(|file| [spi1::Register::Cfg1, spi1::Register::Cfg2].map(|register| file.get(register)))
+        bus.registers("SPI1")
+            .map(|file| [spi1::Register::Cfg1, spi1::Register::Cfg2].map(|register| file.get(register)))
     });
     let [cfg1, cfg2] = registers.flatten().expect("a bus");
-    // RM0399 sections 53.11.3 and 53.11.4: MBR of 200 MHz, at most 1 MHz; words of 8 bits; CPOL and CPHA clear.
+    // RM0399 sections 53.11.3 and 53.11.4: MBR of 200 MHz, at most 1 MHz; words of 8 bits; CPOL and CPHA
+    // clear.
     assert!(200_000_000 >> ((cfg1 >> 28 & 0b111) + 1) <= 1_000_000 && cfg1 & 0x1F == 7, "{cfg1:#010x}");
     assert_eq!((cfg2 >> 25 & 1, cfg2 >> 24 & 1), (0, 0), "{cfg2:#010x}");
     opens(&mut velvet, "thermocouple open: check its plug and wires");
@@ -49,7 +51,8 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
 #[test]
 fn chips_on_channel_1_and_the_drivers_take_turns() {
     let bed = ["sensor = max31855", "spi_channel = 1", "spi_select_pin = PD12"];
-    let plan = bed.iter().fold(hotend("max31865", 1), |plan, line| plan.set(&format!("[temperature control] bed.{line}")));
+    let plan =
+        bed.iter().fold(hotend("max31865", 1), |plan, line| plan.set(&format!("[temperature control] bed.{line}")));
     let mut velvet = plan.start();
     velvet.ask("M104 S60", SECOND);
     velvet.ask("M140 S40", SECOND);
