@@ -18,7 +18,7 @@ use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput}
 use units::{Actuator, Amps, PerActuator};
 
 pub use set_up::{NotSetUp, set_up, switch_off};
-pub use stealth::{Outside, set_up as set_up_outside};
+pub use stealth::{OUTSIDE_CLOCK, Outside, set_up as set_up_outside};
 
 /// What moves one actuator's coils. `E` enables an external driver: its active state is the pin's high.
 #[derive(Debug, Default)]

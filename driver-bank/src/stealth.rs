@@ -5,7 +5,7 @@ use core::fmt::{Result as Written, Write};
 
 use config::{ActuatorConfig, DriverKind, StealthConfig};
 use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
+use embedded_hal::spi::{Mode, SpiDevice};
 use machine::ports::{DriverFault, DriverStatus};
 use tmc::stealth::{self, RegisterBus, SpiRegisters, StealthChip, StealthDriver, StealthSettings, register};
 use tmc::{BlankTime, Microsteps};
@@ -13,6 +13,10 @@ use units::{Actuator, Amps, Ohms};
 
 use crate::set_up::NotSetUp;
 use crate::{MotorDriver, fault};
+
+/// SPI mode of the chips, and a clock in Hz that they take however slow their oscillator is, and wires to a
+/// header too: they allow 4 MHz ("SPI timing").
+pub const OUTSIDE_CLOCK: (Mode, u32) = (tmc::SPI_MODE, 1_000_000);
 
 /// A chip outside with what its board has beside it.
 #[derive(Debug)]

@@ -62,7 +62,7 @@ pub fn spec(pin: Pin) -> PinSpec {
 pub fn motors(
     config: &MachineConfig,
     pins: &mut Pins,
-    bus: &bsp_prime::spi::SpiBuses,
+    buses: &mut bsp_prime::spi::SpiBuses,
     report: &mut Report<'_>,
 ) -> DriverBank {
     let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
@@ -70,8 +70,9 @@ pub fn motors(
     // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
     // told. They are told nothing yet themselves.
     for (actuator, motor) in config.actuators() {
-        if let Some(settings) = config.stealth_driver(actuator) {
-            bank.0[actuator] = outside(actuator, motor, settings, pins, bus, report);
+        if let Some(family) = config.stealth_family(motor.driver) {
+            let (settings, channel) = (&family.axes[actuator], family.spi_channel);
+            bank.0[actuator] = outside((actuator, motor), settings, channel, pins, buses, report);
         }
     }
     for (actuator, motor) in config.actuators() {
@@ -81,13 +82,13 @@ pub fn motors(
             *line = motor_lines(actuator, motor, least_distance, pins, report);
         }
         if let Some(settings) = config.driver(actuator) {
-            bank.0[actuator] = chip(actuator, motor, settings, pins, bus, report);
+            bank.0[actuator] = chip(actuator, motor, settings, pins, buses, report);
         } else if !motor.driver.is_spoken_with() {
             let enable = enable_pin(actuator, motor, pins, report);
             bank.0[actuator] = enable.map_or(MotorDriver::None, MotorDriver::External);
         }
     }
-    unused_chips(pins, bus);
+    unused_chips(pins, buses);
     bsp_prime::step_engine::configure(&lines, config.system.step_pulse_us);
     bank
 }
@@ -130,14 +131,14 @@ fn enable_pin(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, repor
     report.take(claimed)
 }
 
-/// A driver outside the board whose chip is on the drivers' bus. As with those on the board, it need not
+/// A driver outside the board, whose chip is on either bus. As with those on the board, it need not
 /// answer yet.
 fn outside(
-    actuator: Actuator,
-    motor: &ActuatorConfig,
+    (actuator, motor): (Actuator, &ActuatorConfig),
     settings: &StealthConfig,
+    channel: u8,
     pins: &mut Pins,
-    bus: &bsp_prime::spi::MotorBus,
+    buses: &mut bsp_prime::spi::SpiBuses,
     report: &mut Report<'_>,
 ) -> MotorDriver {
     let enable = enable_pin(actuator, motor, pins, report);
@@ -146,7 +147,10 @@ fn outside(
     let select = PinSpec { inverted: true, ..spec(select) };
     let claimed = pins.output(select, &owner("driver", actuator.name(), "spi_cs_pin"));
     let Some(select) = report.take(claimed) else { return MotorDriver::None };
-    match driver_bank::set_up_outside(bus.device(select), enable, motor, settings) {
+    let owner = owner(motor.driver.name(), "common", "spi_channel");
+    let chip = buses.chip(channel, driver_bank::OUTSIDE_CLOCK, select, pins, &owner);
+    let Some(chip) = report.take(chip).flatten() else { return MotorDriver::None };
+    match driver_bank::set_up_outside(chip, enable, motor, settings) {
         Ok(driver) => driver,
         Err(error) => {
             report.trouble(format_args!("driver {}: {error}", actuator.name()));

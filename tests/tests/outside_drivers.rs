@@ -265,7 +265,6 @@ fn what_the_file_says_wrongly_is_told_with_the_fix() {
         ("[actuator] delta.driver = external", "a motor has one driver, and there is an entry for it in [tmc5160]"),
         ("[actuator] delta.driver = tmc2240", "the motor's driver has no entry in [tmc2240]"),
         ("[actuator] delta.microsteps = 12", "12 microsteps do not exist"),
-        ("[tmc5160] common.spi_channel = 0", "not supported yet"),
     ] {
         let bench = tmc5160().set(change).start();
         assert!(bench.greeting().contains(words), "{change}: {}", bench.greeting());

@@ -49,11 +49,10 @@ macro_rules! stealth_section {
                     "1",
                     (0, 1),
                     |c, _, v| c.$family.spi_channel = v as u8,
-                    "SPI bus of these drivers: 1 is SPI4 on header GA, which the on-board drivers use too; 0 is SPI1.",
+                    "SPI bus of these drivers: 1 is SPI4 on header GA, which the on-board drivers use too; 0 is SPI1 on header GE.",
                 )
                 .common()
-                .velvet()
-                .not_yet("connect the drivers to SPI bus 1 and leave it out"),
+                .velvet(),
                 integer(
                     "standstill_time",
                     "10",

@@ -95,6 +95,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc2660] alpha.stall_watch", "false", "true", Look(crash)).with(OTHER_WATCH),
     row("[tmc2660] alpha.stall_least_speed", "", "120", Look(crash)).with(OTHER_WATCH),
     row("[actuator] common.halt_on_stall", "true", "false", Look(crash)).with(WATCH),
+    row("[tmc2130] common.spi_channel", "1", "0", Boot).with(BUS_2130),
     row("[tmc2130] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2130),
     row("[tmc2130] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_2130),
     row("[tmc2130] delta.sense_resistor", "110", "150", Look(outside_registers)).with(OUTSIDE_2130),
@@ -106,6 +107,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc2130] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_2130),
     row("[tmc2130] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2130),
     row("[tmc2130] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc5160] common.spi_channel", "1", "0", Boot).with(BUS_5160),
     row("[tmc5160] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_5160),
     row("[tmc5160] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_5160),
     row("[tmc5160] delta.sense_resistor", "75", "100", Look(outside_registers)).with(OUTSIDE_5160),
@@ -117,6 +119,7 @@ pub const ROWS: &[Row] = &[
     row("[tmc5160] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_5160),
     row("[tmc5160] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_5160),
     row("[tmc5160] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc2240] common.spi_channel", "1", "0", Boot).with(BUS_2240),
     row("[tmc2240] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2240),
     row("[tmc2240] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_2240),
     row("[tmc2240] delta.reference_resistor", "12000", "24000", Look(outside_registers)).with(OUTSIDE_2240),
@@ -137,7 +140,7 @@ pub const ROWS: &[Row] = &[
 
 /// The fourth motor with a driver outside.
 macro_rules! outside {
-    ($kind:literal, $resistor:literal) => {
+    ($kind:literal, $resistor:literal $(, $more:literal)*) => {
         &[
             "[extruder] hotend.enable = false",
             concat!("[actuator] delta.driver = ", $kind),
@@ -147,12 +150,19 @@ macro_rules! outside {
             concat!("[", $kind, "] delta.", $resistor),
             concat!("[", $kind, "] delta.standstill_current = 600"),
             concat!("[", $kind, "] common.standstill_time = 2"),
+            $($more),*
         ]
     };
 }
 const OUTSIDE_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110");
+/// With something on a pin of the other bus.
+const BUS_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110", "[switch] fan.output_pin = PA5");
 const OUTSIDE_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75");
+/// With something on a pin of the other bus.
+const BUS_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75", "[switch] fan.output_pin = PA5");
 const OUTSIDE_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000");
+/// With something on a pin of the other bus.
+const BUS_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000", "[switch] fan.output_pin = PA5");
 
 /// What the chip of a driver outside has in its registers while its motor rests: chopper, microsteps,
 /// current, stealthChop.
