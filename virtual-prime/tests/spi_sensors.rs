@@ -1,4 +1,4 @@
-//! Sensors behind converter chips, read by the image.
+//! Sensors behind converter chips, read by the image over SPI1 and over the drivers' SPI4.
 
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::spi1;
@@ -45,4 +45,29 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     assert!(200_000_000 >> ((cfg1 >> 28 & 0b111) + 1) <= 1_000_000 && cfg1 & 0x1F == 7, "{cfg1:#010x}");
     assert_eq!((cfg2 >> 25 & 1, cfg2 >> 24 & 1), (0, 0), "{cfg2:#010x}");
     opens(&mut velvet, "thermocouple open: check its plug and wires");
+}
+
+/// Three clocks on one bus: the drivers' mode 3 at 391 kHz, the platinum chip's mode 3 and the thermocouple
+/// chip's mode 0 at twice that.
+#[test]
+fn chips_on_channel_1_and_the_drivers_take_turns() {
+    let bed = ["sensor = max31855", "spi_channel = 1", "spi_select_pin = PD12"];
+    let plan =
+        bed.iter().fold(hotend("max31865", 1), |plan, line| plan.set(&format!("[temperature control] bed.{line}")));
+    let mut velvet = plan.start();
+    velvet.ask("M104 S60", SECOND);
+    velvet.ask("M140 S40", SECOND);
+    velvet.ask("G28", 60 * SECOND);
+    velvet.ask("M109 S60", 60 * SECOND);
+    velvet.type_in("M105");
+    let said = velvet.hear(100);
+    let of = |label: &str| {
+        let rest = said.split_once(label).map_or("", |(_, rest)| rest);
+        rest.split_whitespace().next().and_then(|number| number.parse::<f64>().ok()).unwrap_or(f64::NAN)
+    };
+    let (hotend_c, bed_c) = (celsius(&mut velvet, "hotend"), celsius(&mut velvet, "bed"));
+    assert!((of("T:") - hotend_c).abs() < 4.0 && (of("B:") - bed_c).abs() < 5.0, "{said}: {hotend_c}, {bed_c} C");
+    let said = velvet.said().to_owned();
+    assert!(!said.contains("WARNING") && !said.contains("motor driver"), "{said}");
+    opens(&mut velvet, "platinum sensor open: check its plug, its wires and rtd_wires");
 }
