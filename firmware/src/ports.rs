@@ -33,8 +33,8 @@ use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
 
-/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it is
-/// out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
+/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
+/// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
 const MAX_INPUTS: usize = 35 + 4 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);

@@ -142,7 +142,7 @@ fn what_jobs_took_outlives_a_reset() {
     assert!(broken.say("M78").contains("jobs: 5 done"));
 }
 
-/// A heater of 40 W at full power for 20 s is 0.2 Wh; what the bed has done stays, though it is not described.
+/// A heater of 40 W at full power for 20 s is 0.2 Wh; what the bed did stays, though it is not described.
 #[test]
 fn what_heaters_did_outlives_a_reset() {
     let kept = "heater_hotend_on_s = 7200\nheater_hotend_full_s = 3600\nheater_bed_on_s = 60\n";

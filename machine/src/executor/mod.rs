@@ -13,6 +13,7 @@ mod blocks;
 mod boot;
 mod commands;
 mod cut;
+mod door;
 mod editing;
 mod fast_forward;
 mod filament;

@@ -8,15 +8,14 @@ use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
-    Machine, automatic, commands, filament, foresee, functions, grbl, journal, leave_out, long_answers, program_io,
-    stall_recovery, stalls, statistics,
+    Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, long_answers,
+    program_io, stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
-use crate::outputs::Changes;
-use crate::ports::{Input, InputLevels, Ports};
+use crate::ports::{InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
@@ -44,7 +43,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
         machine.watch_kill_button(now);
-        machine.watch_door();
+        door::watch(machine);
         filament::count(machine);
         journal::watch_supply(machine);
         stalls::watch(machine, now);
@@ -53,7 +52,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.polls.due = now.plus(POLL_PERIOD);
         machine.watch(now);
         if machine.safety.state() == State::Door {
-            machine.stop_what_is_behind_the_door();
+            door::stop_what_is_behind(machine);
         }
     }
     if machine.ahead.is_open() {
@@ -157,7 +156,7 @@ impl<P: Ports> Machine<'_, P> {
         self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
-    fn feed_hold(&mut self, event: Event) {
+    pub(super) fn feed_hold(&mut self, event: Event) {
         if event == Event::Hold && !self.hold.ask() {
             self.announce(format_args!("// NOTE: the hold waits until the tap is out of the hole\n"));
             return;
@@ -171,36 +170,9 @@ impl<P: Ports> Machine<'_, P> {
             self.ports.motion(motion::Motion::hold);
         }
         if event == Event::DoorOpens {
-            self.stop_what_is_behind_the_door();
+            door::stop_what_is_behind(self);
             self.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
         }
-    }
-
-    /// Nothing turns or burns while somebody reaches in; also nothing that the path, until it stood, had
-    /// turned on since the door opened.
-    fn stop_what_is_behind_the_door(&mut self) {
-        let outputs = self.outputs.door_opens(self.config);
-        self.give(outputs);
-    }
-
-    fn give(&mut self, outputs: Changes) {
-        self.ports.heat(|heat| {
-            for output in outputs {
-                // A switch takes anything.
-                let _ = heat.apply(output);
-            }
-        });
-    }
-
-    /// The safety door, at each of its looks: an open one opens whatever may be interrupted.
-    fn watch_door(&mut self) {
-        if self.is_door_open() && self.safety.state() != State::Door {
-            self.feed_hold(Event::DoorOpens);
-        }
-    }
-
-    fn is_door_open(&self) -> bool {
-        self.config.safety_door.enable && self.ports.inputs().is_active(Input::Door)
     }
 
     fn feed_resume(&mut self) {
@@ -212,7 +184,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let was_door = self.safety.state() == State::Door;
-        if was_door && self.is_door_open() {
+        if was_door && door::is_open(self) {
             self.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
             return;
         }
@@ -222,8 +194,7 @@ impl<P: Ports> Machine<'_, P> {
         self.outputs.stop_spindle(false);
         program_io::say_spindle(self);
         if was_door {
-            let outputs = self.outputs.door_closes(self.config);
-            self.give(outputs);
+            door::let_go_on(self);
         }
         self.ports.motion(motion::Motion::resume);
     }

@@ -5,6 +5,7 @@ use core::fmt;
 use units::{Axis, AxisSet, Micros, PerAxis};
 
 use super::heater_hours::HeaterHours;
+pub use super::heater_hours::HeaterTime;
 
 /// Where they are kept.
 pub const PATH: &str = "/sd/statistics.txt";
