@@ -181,6 +181,18 @@ fn drivers(config: &mut MachineConfig, written: Written) {
             });
         }
     }
+    slave_currents(config);
+}
+
+/// A slaved motor without a current of its own has its master's.
+fn slave_currents(config: &mut MachineConfig) {
+    for motor in Actuator::ALL {
+        let of_master = config.actuators[motor].slaved_to.and_then(|master| config.actuators[master].current);
+        let settings = &mut config.actuators[motor];
+        if settings.driver.is_spoken_with() {
+            settings.current = settings.current.or(of_master);
+        }
+    }
 }
 
 /// A driver outside gives what its resistor can measure, as far as its bridges bear it.

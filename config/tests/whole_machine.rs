@@ -182,6 +182,17 @@ fn a_slave_must_be_like_its_master() {
 }
 
 #[test]
+fn a_slave_takes_its_masters_current() {
+    let text = edited("hotend.enable = true\nhotend.tool_id = 0 ", "hotend.enable = false #")
+        .replace("delta.driver = tmc2590", "delta.driver = tmc2590\ndelta.slaved_to = gamma")
+        .replace("gamma.current = 1.2", "gamma.current = 1.1");
+    let current = |text: &str| read(text).0.actuators[Actuator::Delta].current;
+    let own = text.lines().find(|line| line.starts_with("delta.current")).expect("a current of its own");
+    assert_eq!(current(&text.replace(own, "delta.current = 0.7")), Some(Amps(0.7)));
+    assert_eq!(current(&text.replace(own, "")), Some(Amps(1.1)));
+}
+
+#[test]
 fn an_extruder_needs_its_motor() {
     expect(
         "hotend.tool_id = 0                     # T0",

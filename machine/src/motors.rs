@@ -15,7 +15,8 @@ use crate::tuning::{StallThreshold, Tuning};
 /// Letters of motors.
 const LETTERS: &str = "XYZABC";
 
-/// M906 in mA, M907 in A: sets the currents that are given; without words says those that are set.
+/// M906 in mA, M907 in A: sets the currents that are given; without words says those that are set. A slaved
+/// motor that is not named takes its master's.
 ///
 /// # Errors
 /// When a letter is that of no motor, a current is negative, or a motor has no driver that takes it.
@@ -35,7 +36,10 @@ pub(crate) fn motor_currents(
         report_currents(tuning, reply);
     }
     for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
-        let Some(amps) = words.axis(axis) else { continue };
+        let takes_current = config.max_current(motor).is_some();
+        let master = config.actuators[motor].slaved_to.filter(|_| takes_current);
+        let of_master = || words.axis(*Axis::ALL.get(master? as usize)?);
+        let Some(amps) = words.axis(axis).or_else(of_master) else { continue };
         let set = set_current(ports, config, motor, Amps(amps as f32), reply)?;
         tuning.currents[motor] = Some(set);
         axes.has_new_current(motor);

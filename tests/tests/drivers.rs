@@ -137,6 +137,29 @@ fn a_motor_that_rests_has_its_full_current_before_its_first_step() {
     }
 }
 
+/// Smoothieware's rule, as the documentation has it. M500 says every motor's own, so nothing changes with it.
+#[test]
+fn a_slave_takes_its_master_s_current_unless_it_is_named() {
+    let lines = ["steps_per_mm = 400", "max_rate = 900", "acceleration = 200", "microsteps = 16", "slaved_to = gamma"];
+    let plan = Plan::new(CARTESIAN).set("[extruder] hotend.enable = false").set("[current control] delta.current");
+    let plan = lines.iter().fold(plan, |plan, line| plan.set(&format!("[actuator] delta.{line}")));
+    let mut bench = plan.start();
+    let mut currents = |line: &str| {
+        let refused = bench.say(line);
+        assert_eq!(refused, "ok\n", "{line}");
+        let said = bench.say("M907");
+        let of = |name: &str| -> f64 {
+            let line = said.lines().find_map(|line| line.strip_prefix(name)).expect(name);
+            line.trim_start_matches(": ").trim_end_matches(" Amps").parse().expect("amperes")
+        };
+        [of("gamma"), of("delta")]
+    };
+    assert_eq!(currents("M400"), [1.2, 1.2]);
+    assert_eq!(currents("M906 Z900"), [0.9, 0.9]);
+    assert_eq!(currents("M906 A700"), [0.9, 0.7]);
+    assert_eq!(currents("M907 Z1 A1.1"), [1.0, 1.1]);
+}
+
 /// What the board has is taken for granted, and said.
 #[test]
 fn a_configuration_without_driver_settings_works_and_says_what_it_takes_for_granted() {
