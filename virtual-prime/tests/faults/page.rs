@@ -29,7 +29,9 @@ impl Row<'_> {
 const HEAD: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Velvet: faults</title><style>
 body{font:15px/1.45 system-ui,sans-serif;max-width:1180px;margin:2em auto;padding:0 1em;color:#1c1f23}
 h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.15em;margin:1.8em 0 .4em}
-table{border-collapse:collapse;width:100%}th{font-weight:600;text-align:left;color:#5a626b;font-size:.85em}
+table{border-collapse:collapse;width:100%;table-layout:fixed}
+th{width:7.5em}th:first-child{width:auto}th:nth-child(2){width:9.5em}th:last-child{width:8em}
+th{font-weight:600;text-align:left;color:#5a626b;font-size:.85em}
 th,td{padding:.3em .7em .3em 0;vertical-align:top;border-bottom:1px solid #e4e7ea}
 td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}th.n{text-align:right}
 .bar{background:#e9edf0;height:.55em;width:7em;margin-top:.45em;border-radius:.2em}
