@@ -67,6 +67,7 @@ pub fn motors(
 ) -> DriverBank {
     let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
     let mut bank = DriverBank::default();
+    release_reset(config, pins, report);
     // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
     // told. They are told nothing yet themselves.
     for (actuator, motor) in config.actuators() {
@@ -91,6 +92,14 @@ pub fn motors(
     unused_chips(pins, buses);
     bsp_prime::step_engine::configure(&lines, config.system.step_pulse_us);
     bank
+}
+
+/// Raises the reset line of a driver board, for good: the pin has its owner and nobody else to write it.
+fn release_reset(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>) {
+    let Some(pin) = config.tmc2590.reset_pin else { return };
+    if let Some(mut line) = report.take(pins.output(spec(pin), "tmc2590.common.reset_pin")) {
+        line.set(true);
+    }
 }
 
 /// Switches off the on-board driver chips that no motor has claimed; see [`driver_bank::switch_off`].

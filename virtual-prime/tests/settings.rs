@@ -84,6 +84,18 @@ fn a_reversed_motor_turns_the_other_way() {
     }
 }
 
+/// `reset_pin`: before the first word to a driver, and for good.
+#[test]
+fn the_reset_line_of_a_driver_board_is_raised_at_boot() {
+    for (pin, level) in [("PJ9", true), ("PJ9!", false)] {
+        let mut velvet = Plan::new().set(&format!("[tmc2590] common.reset_pin = {pin}")).start();
+        assert_eq!(velvet.level("PJ9"), level, "{pin}");
+        velvet.ask("M112", SECOND);
+        velvet.hear(SECOND);
+        assert_eq!(velvet.level("PJ9"), level, "{pin}, halted");
+    }
+}
+
 #[test]
 fn a_driver_is_asked_at_its_spi_cs_pin() {
     let mut velvet = Plan::new().set("[tmc2590] alpha.spi_cs_pin = PJ12").start();

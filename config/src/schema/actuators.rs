@@ -361,10 +361,10 @@ pub const TMC2590: Section = driver_section!(
             "nc",
             PinRole::Output,
             |c, _, v| c.tmc2590.reset_pin = v.and_then(PinName::digital),
-            "Reset of a separate driver board, raised at boot. The Prime has none.",
+            "Reset of a separate driver board, raised at boot before anything is said to its chips; with ! it is lowered. The \
+             Prime has none.",
         )
-        .common()
-        .not_yet("wire the reset line to a fixed level and leave it out"),
+        .common(),
     ]
 );
 

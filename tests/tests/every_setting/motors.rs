@@ -59,6 +59,7 @@ pub const ROWS: &[Row] = &[
     row("[actuator] common.halt_on_driver_alarm", "true", "false", Look(overheated)),
     row("[actuator] common.motors_enable_pin", "PH13!", "PH14!", Boot),
     row("[tmc2590] common.standstill_time", "2", "20", Look(resting)).with(RESTING),
+    row("[tmc2590] common.reset_pin", "", "PJ9", Board("settings.rs")),
     row("[tmc2590] alpha.spi_cs_pin", "PJ13", "PJ12", Board("settings.rs")),
     row("[tmc2590] alpha.passive_fast_decay", "true", "false", Look(registers)),
     row("[tmc2590] alpha.gate_drive", "3", "5", Look(registers)),

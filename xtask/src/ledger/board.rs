@@ -125,7 +125,8 @@ impl Bench<'_> {
         };
         fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
         eprintln!("measuring {name}");
-        let functions: Vec<&str> = STEP.into_iter().chain([FEED, HEAT, GUARD, BYTES]).chain(SOFTWARE).chain(OTHERS).collect();
+        let functions: Vec<&str> =
+            STEP.into_iter().chain([FEED, HEAT, GUARD, BYTES]).chain(SOFTWARE).chain(OTHERS).collect();
         let output = Command::new(self.virtual_prime)
             .arg("bench")
             .arg("--elf")
