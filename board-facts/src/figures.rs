@@ -74,7 +74,7 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "watchdog",
-        value: "4 s, from the first microseconds on",
+        value: "0.9 s, from the first microseconds on",
         origin: "RM0399 section 49",
         proofs: &[REGISTERS],
     },
