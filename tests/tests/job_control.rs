@@ -166,7 +166,8 @@ fn what_heaters_did_outlives_a_reset() {
     assert_eq!(figure("heater_bed_on_s"), 60.0);
 }
 
-/// A card may take a quarter of a second for a block; the watchdog waits four seconds.
+/// A card may take a quarter of a second for a block; the watchdog waits nearly four seconds for the
+/// dispatcher.
 #[test]
 fn statistics_are_saved_in_steps_that_the_watchdog_outlives() {
     let mut bench = Plan::new(CARTESIAN).file("statistics.txt", "jobs_done = 5\n").file("a.g", "G28\n").start();

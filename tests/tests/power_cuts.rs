@@ -228,8 +228,8 @@ fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
     }
 }
 
-/// What the native runner takes it for, and what the watchdog's four seconds are held against: a card may
-/// need a quarter of a second for a block.
+/// What the native runner takes it for, and what the nearly four seconds that the watchdog waits for the
+/// dispatcher are held against: a card may need a quarter of a second for a block.
 #[test]
 fn no_step_of_replacing_a_file_is_more_than_six_block_writes() {
     const MOST: u32 = 6;
