@@ -227,12 +227,6 @@ impl Measured {
         Ok(if self.calls(a, "calls")? > self.calls(b, "calls")? { a } else { b })
     }
 
-    /// The other one: it asks drivers, supplies and sensors with chips.
-    pub fn slow_watch(&self) -> Result<&'static str> {
-        let planner = self.planner()?;
-        Ok(if planner == SOFTWARE[0] { SOFTWARE[1] } else { SOFTWARE[0] })
-    }
-
     /// Instructions of consoles and dispatcher to the last step: what no counted task executed.
     pub fn dispatcher(&self) -> Result<f64> {
         let tasks = STEP.into_iter().chain([FEED, HEAT, BYTES]).chain(SOFTWARE).chain(OTHERS);

@@ -219,14 +219,9 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
         ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"])?);
         ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
         ledger.insert("heat_tick_max_instructions".into(), run.calls(HEAT, "max")?);
-        let share = |function: &str| -> Result<f64> {
-            Ok(round(run.moving(function)? / run.seconds_moving()? / INSTRUCTIONS_PER_S * 1_000.0) / 10.0)
-        };
-        let watch = run.slow_watch()?;
-        ledger.insert("heat_percent".into(), share(HEAT)?);
+        let heat = run.moving(HEAT)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+        ledger.insert("heat_percent".into(), (heat * 10_000.0).round() / 100.0);
         ledger.insert("heat_guard_max_instructions".into(), run.calls(GUARD, "max")?);
-        ledger.insert("slow_watch_percent".into(), share(watch)?);
-        ledger.insert("slow_watch_max_instructions".into(), run.calls(watch, "max")?);
         ledger.insert("console_byte_max_instructions".into(), run.calls(BYTES, "max")?);
         return Ok(());
     }
