@@ -21,9 +21,15 @@ fn shorted(case: &Case) -> Seen {
     fault_halts(printer(), case.state, &Fault::ThermistorShort(name.into()), told, case.within_ms)
 }
 
+/// On the way up it slides out of a heater that is warm: of a cold one nothing changes that a sensor could tell.
 fn slips(case: &Case) -> Seen {
-    let told = "ERROR: T ";
-    fault_halts(printer(), case.state, &Fault::ThermistorSlips("hotend".into()), told, case.within_ms)
+    let mut velvet = enter(printer(), case.state);
+    let hot_end = velvet.world(|world| world.heater_index("hotend")).expect("a hot end");
+    while velvet.world(|world| world.heater_c(hot_end)) < 100.0 {
+        velvet.hear(100);
+    }
+    let slips = Fault::ThermistorSlips("hotend".into());
+    halts(velvet, |velvet| velvet.inject(&slips), "ERROR: T ", case.within_ms)
 }
 
 fn loose(case: &Case) -> Seen {
@@ -79,11 +85,11 @@ pub const CLASSES: &[Class] = &[
     Class {
         name: "a_sensor_that_slides_out",
         what: "sensor slides out of its heater",
-        // On the way up it goes on rising, more slowly: as a weak heater does, and not seen in 30 s.
-        does: "halt: the reading falls faster than heat can, or while the heater is fully driven; on the way up it may not be seen before `runaway_heating_timeout`",
+        does: "halt: the reading falls faster than heat can, or while the heater is fully driven; one that is out before it is warm reads too little, until `runaway_heating_timeout`",
         cases: &[
             Case { state: State::Holding, within_ms: 8_000.0, run: slips },
             Case { state: State::Printing, within_ms: 8_000.0, run: slips },
+            Case { state: State::Heating, within_ms: 8_000.0, run: slips },
         ],
     },
     Class {
