@@ -212,27 +212,36 @@ macro_rules! chip {
     };
 }
 
+/// A section of drivers of a kind, each by its motor's name.
+macro_rules! chips {
+    ($family:ident, $kind:expr) => {
+        Form::Named(Instances {
+            noun: "driver",
+            find: |c, name| {
+                let place = actuator_place(name).ok()?;
+                c.$family.axes.0.get(place)?.present.then_some(place)
+            },
+            create: |c, name| {
+                let place = actuator_place(name)?;
+                if let Some(chip) = c.$family.axes.0.get_mut(place) {
+                    chip.present = true;
+                }
+                Ok(place)
+            },
+            name: actuator_name,
+            is_live: |c, i| c.actuators.0.get(i).is_some_and(|motor| motor.present && motor.driver == $kind),
+        })
+    };
+}
+
+pub(super) use {chip, chips};
+
 macro_rules! driver_section {
     ($section:literal, $family:ident, $kind:expr, $summary:literal, [$($row:expr),* $(,)?]) => {
         Section {
             name: $section,
             summary: $summary,
-            form: Form::Named(Instances {
-                noun: "driver",
-                find: |c, name| {
-                    let place = actuator_place(name).ok()?;
-                    c.$family.axes.0.get(place)?.present.then_some(place)
-                },
-                create: |c, name| {
-                    let place = actuator_place(name)?;
-                    if let Some(chip) = c.$family.axes.0.get_mut(place) {
-                        chip.present = true;
-                    }
-                    Ok(place)
-                },
-                name: actuator_name,
-                is_live: |c, i| c.actuators.0.get(i).is_some_and(|motor| motor.present && motor.driver == $kind),
-            }),
+            form: chips!($family, $kind),
             settings: &[
                 integer(
                     "spi_channel",

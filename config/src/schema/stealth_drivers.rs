@@ -1,6 +1,6 @@
 //! `[tmc2130]`, `[tmc5160]`, `[tmc2240]`: drivers outside the board that are set up over SPI.
 
-use super::actuators::{actuator_name, actuator_place, milliamps};
+use super::actuators::{actuator_name, actuator_place, chip, chips, milliamps};
 use super::build::{NOT_NEGATIVE, bool, integer, number, pin, word};
 use super::{Form, Instances, PinRole, Section, Setting};
 use crate::machine::DriverKind;
@@ -11,38 +11,12 @@ use units::{Micros, MmPerSecond, Ohms};
 const BLANK_TIMES: &[&str] = &["16", "24", "36", "54"];
 const BLANK_CLOCKS: [u8; 4] = [16, 24, 36, 54];
 
-/// `|chip, value| ...` on the chip at the instance's place.
-macro_rules! chip {
-    ($family:ident, |$chip:ident, $value:ident| $body:expr) => {
-        |c, i, $value| {
-            if let Some($chip) = c.$family.axes.0.get_mut(i) {
-                $body;
-            }
-        }
-    };
-}
-
 macro_rules! stealth_section {
     ($name:ident, $section:literal, $family:ident, $kind:expr, $summary:literal, $resistor:expr, $most:literal) => {
         pub const $name: Section = Section {
             name: $section,
             summary: $summary,
-            form: Form::Named(Instances {
-                noun: "driver",
-                find: |c, name| {
-                    let place = actuator_place(name).ok()?;
-                    c.$family.axes.0.get(place)?.present.then_some(place)
-                },
-                create: |c, name| {
-                    let place = actuator_place(name)?;
-                    if let Some(chip) = c.$family.axes.0.get_mut(place) {
-                        chip.present = true;
-                    }
-                    Ok(place)
-                },
-                name: actuator_name,
-                is_live: |c, i| c.actuators.0.get(i).is_some_and(|motor| motor.present && motor.driver == $kind),
-            }),
+            form: chips!($family, $kind),
             settings: &[
                 integer(
                     "spi_channel",
