@@ -21,7 +21,7 @@ fn shorted(case: &Case) -> Seen {
     fault_halts(printer(), case.state, &Fault::ThermistorShort(name.into()), told, case.within_ms)
 }
 
-/// On the way up it slides out of a heater that is warm: of a cold one nothing changes that a sensor could tell.
+/// On the way up it slides out of a heater that is warm: of a cold one it could tell nothing.
 fn slips(case: &Case) -> Seen {
     let mut velvet = enter(printer(), case.state);
     let hot_end = velvet.world(|world| world.heater_index("hotend")).expect("a hot end");
