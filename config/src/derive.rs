@@ -6,7 +6,7 @@ use crate::ledger::{Ledger, Path};
 use crate::machine::{ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
 use crate::pin::OutputPin;
-use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond};
+use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, sort_short};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
 const LAST_FREE_TOOL: ToolId = ToolId(252);
@@ -312,19 +312,19 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
 /// Leaves out what is not enabled, and puts the rest in order of name, as Smoothieware visits it.
 pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     config.extruders.retain(|extruder| extruder.enable);
-    config.extruders.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.extruders, |a, b| a.name.cmp(&b.name));
     config.temperatures.retain(|heater| heater.enable);
-    config.temperatures.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.temperatures, |a, b| a.name.cmp(&b.name));
     config.endstops.retain(|stop| stop.enable);
-    config.endstops.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.endstops, |a, b| a.name.cmp(&b.name));
     config.switches.retain(|switch| switch.enable);
-    config.switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.switches, |a, b| a.name.cmp(&b.name));
     config.buttons.retain(|button| button.enable);
-    config.buttons.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.buttons, |a, b| a.name.cmp(&b.name));
     config.fans.retain(|fan| fan.enable);
-    config.fans.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.fans, |a, b| a.name.cmp(&b.name));
     config.temperature_switches.retain(|rule| rule.enable);
-    config.temperature_switches.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    sort_short(&mut config.temperature_switches, |a, b| a.name.cmp(&b.name));
     name_parts(config);
 }
 

@@ -91,7 +91,7 @@ impl VoltageCurve {
             curve.count += 1;
         }
         let points = curve.points.get_mut(..curve.count).ok_or(CurveError::Count)?;
-        points.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+        units::sort_short(points, |one, other| one[0].total_cmp(&other[0]));
         curve.check()
     }
 

@@ -77,7 +77,7 @@ fn set_current(
 
 fn report_currents(tuning: &Tuning, reply: &mut Reply<'_>) {
     let mut by_name = Actuator::ALL;
-    by_name.sort_unstable_by_key(|motor| motor.name());
+    units::sort_short(&mut by_name, |one, other| one.name().cmp(other.name()));
     for motor in by_name {
         if let Some(amps) = tuning.currents[motor] {
             reply.say(format_args!("{}: {:.5} Amps\n", motor.name(), amps.0));

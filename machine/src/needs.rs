@@ -75,7 +75,7 @@ pub(crate) fn failure_of(config: &MachineConfig, fault: &Fault, is_playing: bool
 fn no_such_tool(config: &MachineConfig, word: f64) -> Message {
     let mut extruders: Vec<(ToolId, &str), MAX_EXTRUDERS> =
         config.extruders.iter().map(|extruder| (extruder.tool_id, extruder.name.as_str())).collect();
-    extruders.sort_unstable_by_key(|(id, _)| *id);
+    units::sort_short(&mut extruders, |(one, _), (other, _)| one.cmp(other));
     let mut text = message(format_args!("no extruder has tool_id {word}; there are"));
     for (place, (id, name)) in extruders.iter().enumerate() {
         let comma = if place == 0 { "" } else { "," };

@@ -117,7 +117,7 @@ pub fn arrange(line: &WholeLine<'_>) -> Option<Result<Parts, Fault>> {
     if let Some(letter) = line.twice() {
         return Some(Err(Problem::WordTwice(letter).refused(0)));
     }
-    ranked.sort_unstable_by_key(|(rank, ..)| *rank);
+    units::sort_short(&mut ranked, |(one, ..), (other, ..)| one.cmp(other));
     Some(give_words(line, &ranked))
 }
 

@@ -65,7 +65,7 @@ impl Tools {
             retracted: None,
         };
         let mut tools: Vec<Tool, MAX_TOOLS> = settings.iter().take(MAX_TOOLS).map(new).collect();
-        tools.sort_unstable_by_key(|tool| tool.settings.id);
+        units::sort_short(&mut tools, |one, other| one.settings.id.cmp(&other.settings.id));
         Self { tools, active: 0, selected: 0, in_spindle: 0, table: ToolTable::default() }
     }
 

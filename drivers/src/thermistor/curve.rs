@@ -67,7 +67,7 @@ impl Curve {
     /// # Errors
     /// Points that do not fall.
     pub fn from_points(mut points: [(Celsius, Ohms); 3]) -> Result<Self, CurveError> {
-        points.sort_unstable_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        units::sort_short(&mut points, |a, b| a.0.0.total_cmp(&b.0.0));
         let mut l = [0.0; 3];
         let mut y = [0.0; 3];
         for (index, (celsius, ohms)) in points.into_iter().enumerate() {

@@ -241,7 +241,7 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
     if speeds.is_empty() {
         speeds = usual_speeds(hands, &way, least)?;
     }
-    speeds.sort_unstable_by(|one, other| other.total_cmp(one));
+    units::sort_short(&mut speeds, |one, other| other.total_cmp(one));
     for rate in &speeds {
         if *rate < least || !way.is_long_enough(*rate) {
             return Err(Failure::Refused(message(format_args!(

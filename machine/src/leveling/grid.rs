@@ -58,7 +58,7 @@ fn fill((nx, column, inwards_x): (i32, i32, i32), (row, inwards_y): (i32, i32), 
             let _ = found.push(2.0 * near - far);
         }
     }
-    found.sort_unstable_by(f32::total_cmp);
+    units::sort_short(&mut found, f32::total_cmp);
     let median = match found.as_slice() {
         [] => return,
         [one] => *one,

@@ -41,7 +41,7 @@ impl Tried {
         }
         // There is room.
         let _ = self.heights.push(height);
-        self.heights.sort_unstable_by(f64::total_cmp);
+        units::sort_short(&mut self.heights, f64::total_cmp);
     }
 
     /// The nearest tried heights below and above this one.

@@ -77,7 +77,7 @@ fn heating(f: &mut fmt::Formatter<'_>, totals: &Totals, config: &MachineConfig) 
 /// What limits cost, the costliest first; nothing where they cost nothing worth telling.
 fn limits(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
     let mut costs: heapless::Vec<_, { Limit::COUNT }> = totals.limits.into_iter().zip(Limit::ALL).collect();
-    costs.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+    units::sort_short(&mut costs, |(a, _), (b, _)| b.total_cmp(a));
     let lost = totals.lost_seconds();
     if lost < WORTH_TELLING {
         return Ok(());

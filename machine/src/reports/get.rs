@@ -133,6 +133,6 @@ fn volts(board: &mut impl Board, config: &MachineConfig, name: Option<&str>, rep
     }
     let mut names: Vec<&str, { config::MAX_VOLTAGES + 1 }> = Vec::new();
     names.extend(config.voltages.iter().map(|monitor| monitor.name.as_str()).chain(["vref"]));
-    names.sort_unstable();
+    units::sort_short(&mut names, Ord::cmp);
     names.iter().for_each(|name| say(name));
 }
