@@ -206,7 +206,7 @@ impl Reader<'_> {
         let is_default = match row.default {
             Fallback::Value(text) => value::parse(&row.kind, text).is_ok_and(|default| default == *value),
             // What follows from other settings is never a switched-on extra.
-            Fallback::Derived(_) => *value == Value::Bool(false),
+            Fallback::Derived => *value == Value::Bool(false),
             Fallback::Required => false,
         };
         match row.support {

@@ -1,6 +1,6 @@
 //! How rows of the schema are written: one call per type, then what is special about the row.
 
-use super::{CannotCreate, Fallback, Kind, PinRole, Set, Setting, Since, Support};
+use super::{CannotCreate, Docs, Fallback, Kind, PinRole, Set, Setting, Since, Support};
 use crate::diagnostic::Severity;
 use crate::machine::{CommandCode, MachineConfig, Name};
 use crate::pin::{PinName, VoltageInput};
@@ -21,10 +21,9 @@ const fn row(key: &'static str, kind: Kind, default: Fallback, summary: &'static
         typical: None,
         default,
         by_name: &[],
-        summary,
+        docs: Docs::new(summary),
         v1: "",
         klipper: "",
-        since: Since::Smoothieware,
         support: Support::Now,
     }
 }
@@ -122,7 +121,7 @@ impl Setting {
     }
 
     pub(super) const fn derived(self, how: Text) -> Self {
-        Self { default: Fallback::Derived(how), ..self }
+        Self { default: Fallback::Derived, docs: self.docs.derived(how), ..self }
     }
 
     pub(super) const fn required(self) -> Self {
@@ -130,7 +129,7 @@ impl Setting {
     }
 
     pub(super) const fn velvet(self) -> Self {
-        Self { since: Since::Velvet, ..self }
+        Self { docs: self.docs.since(Since::Velvet), ..self }
     }
 
     /// Reported as an error when it is used: the machine would do something else than meant.

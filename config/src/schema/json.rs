@@ -69,7 +69,7 @@ fn properties<'a>(margin: &str, rows: impl Iterator<Item = &'a Setting>) -> Stri
 /// One setting, on a line of its own.
 fn setting(row: &Setting) -> String {
     let mut parts = kind(row);
-    parts.push(format!("\"description\": {}", quoted(row.summary)));
+    parts.push(format!("\"description\": {}", quoted(row.docs.summary)));
     if let Fallback::Value(text) = row.default
         && !text.is_empty()
     {

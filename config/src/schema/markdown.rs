@@ -172,14 +172,14 @@ fn kind(setting: &Setting) -> String {
 fn default(setting: &Setting) -> String {
     let own = match setting.default {
         Fallback::Value(value) => code(value),
-        Fallback::Derived(how) => return how.to_string(),
+        Fallback::Derived => return setting.docs.derived.to_string(),
         Fallback::Required => "must be written".to_string(),
     };
     setting.by_name.iter().fold(own, |text, (name, value)| std::format!("{text} {name}: `{value}`")).trim().to_string()
 }
 
 fn meaning(setting: &Setting) -> String {
-    let mut text = setting.summary.replace('|', "\\|");
+    let mut text = setting.docs.summary.replace('|', "\\|");
     let _ = match setting.support {
         Support::Now => Ok(()),
         Support::NotYet { advice, .. } => write!(text, " **Not supported yet:** {advice}."),
@@ -187,7 +187,7 @@ fn meaning(setting: &Setting) -> String {
         Support::Needless { why } => write!(text, " **Without effect:** {why}."),
         Support::Dormant => write!(text, " (Not supported yet.)"),
     };
-    if setting.since == Since::Velvet {
+    if setting.docs.since == Since::Velvet {
         text.push_str(" (Velvet only.)");
     }
     text

@@ -9,6 +9,7 @@ mod alignment;
 mod build;
 mod buttons;
 mod cycles;
+mod docs;
 mod driver_load;
 mod endstop_phase;
 mod endstop_stall;
@@ -46,6 +47,7 @@ mod tests;
 use crate::diagnostic::Severity;
 use crate::machine::MachineConfig;
 use crate::pin::PinName;
+pub use docs::Docs;
 #[cfg(any(test, feature = "std"))]
 pub use json::json_schema;
 #[cfg(any(test, feature = "std"))]
@@ -182,15 +184,13 @@ pub struct Setting {
     pub default: Fallback,
     /// Defaults of instances with these names, and of boards with these drivers (`tmc2660 board`).
     pub by_name: &'static [(&'static str, &'static str)],
-    /// What it does, in one or two sentences.
-    pub summary: &'static str,
+    /// What people read about it.
+    pub docs: Docs,
     /// Its name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
     pub v1: &'static str,
     /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may
     /// differ.
     pub klipper: &'static str,
-    /// Who had it first.
-    pub since: Since,
     /// Whether Velvet acts on it.
     pub support: Support,
 }
@@ -200,8 +200,8 @@ pub struct Setting {
 pub enum Fallback {
     /// This value, read as if it stood in the file.
     Value(&'static str),
-    /// Worked out from other settings; the text says how.
-    Derived(&'static str),
+    /// Worked out from other settings.
+    Derived,
     /// There is none: the line must be there when the instance is used.
     Required,
 }

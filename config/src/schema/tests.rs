@@ -58,7 +58,13 @@ fn every_default_is_a_value_of_its_setting() {
 #[test]
 fn every_setting_says_what_it_is_for() {
     for (section, row) in rows() {
-        assert!(row.summary.len() > 6 && row.summary.ends_with('.'), "[{}] {}: {}", section.name, row.key, row.summary);
+        assert!(
+            row.docs.summary.len() > 6 && row.docs.summary.ends_with('.'),
+            "[{}] {}: {}",
+            section.name,
+            row.key,
+            row.docs.summary
+        );
         assert!(section.summary.ends_with('.'));
     }
 }

@@ -1,0 +1,50 @@
+//! What people read about a setting at a desk. The board has no use for it.
+
+use super::Since;
+
+/// What the settings reference says of a setting.
+#[cfg(any(test, feature = "std"))]
+#[derive(Clone, Copy, Debug)]
+pub struct Docs {
+    /// What it does, in one or two sentences.
+    pub summary: &'static str,
+    /// Who had it first.
+    pub since: Since,
+    /// What a missing line means, where that is worked out from other settings; empty elsewhere.
+    pub derived: &'static str,
+}
+
+/// The same in an image: nothing of it.
+#[cfg(not(any(test, feature = "std")))]
+#[derive(Clone, Copy, Debug)]
+pub struct Docs;
+
+#[cfg(any(test, feature = "std"))]
+impl Docs {
+    pub(super) const fn new(summary: &'static str) -> Self {
+        Self { summary, since: Since::Smoothieware, derived: "" }
+    }
+
+    pub(super) const fn since(self, since: Since) -> Self {
+        Self { since, ..self }
+    }
+
+    pub(super) const fn derived(self, derived: &'static str) -> Self {
+        Self { derived, ..self }
+    }
+}
+
+#[cfg(not(any(test, feature = "std")))]
+impl Docs {
+    pub(super) const fn new(_: &'static str) -> Self {
+        Self
+    }
+
+    pub(super) const fn since(self, _: Since) -> Self {
+        self
+    }
+
+    pub(super) const fn derived(self, _: &'static str) -> Self {
+        self
+    }
+}
