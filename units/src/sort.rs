@@ -2,8 +2,8 @@
 
 use core::cmp::Ordering;
 
-/// Sorts a list of a few dozen items by insertion; equals keep their order. The library's sorts are faster on long lists, but every
-/// kind of list costs up to 7 KB of flash there, and a tenth of that here.
+/// Sorts a list of a few dozen items by insertion; equals keep their order. The library's sorts are faster on
+/// long lists, but every kind of list costs up to 7 KB of flash there, and a tenth of that here.
 pub fn sort_short<T>(items: &mut [T], mut compare: impl FnMut(&T, &T) -> Ordering) {
     for end in 1..items.len() {
         for place in (0..end).rev() {

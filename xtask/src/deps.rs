@@ -28,6 +28,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("sensor-bank", &["units", "config", "machine", "drivers"]),
     // The machine's port over a card's file system.
     ("storage", &["machine", "drivers"]),
+    // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
+    ("update", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
     ("bsp-prime", &["units", "motion"]),
     (
@@ -76,6 +78,7 @@ const PURE: &[&str] = &[
     "driver-bank",
     "sensor-bank",
     "storage",
+    "update",
 ];
 
 /// Crates that never wait: whoever calls them does.

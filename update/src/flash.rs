@@ -1,0 +1,95 @@
+//! The flash of the chip as updates see it (RM0399 section 4: sectors of 128 KiB, programmed in words of 32
+//! bytes, once each).
+
+/// Bytes of a flash word, the least that can be programmed.
+pub const WORD: usize = 32;
+
+/// A flash word.
+pub type Word = [u8; WORD];
+
+/// What an erased flash word reads as.
+pub const ERASED: Word = [0xff; WORD];
+
+/// A flash word whose two-bit error correction gave up: the power failed while it was programmed or erased.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unreadable;
+
+/// The flash did not take an erase or a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failed;
+
+/// A sector's number, from the beginning of the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sector(pub u32);
+
+/// Reading, erasing and programming. Places are bytes from the beginning of the flash, multiples of [`WORD`].
+pub trait Flash {
+    /// The word at a place.
+    ///
+    /// # Errors
+    /// It was torn by a power failure.
+    fn read(&mut self, at: u32) -> Result<Word, Unreadable>;
+
+    /// Programs an erased word.
+    ///
+    /// # Errors
+    /// The flash reports a failure, or reads back as something else.
+    fn program(&mut self, at: u32, word: &Word) -> Result<(), Failed>;
+
+    /// Erases a sector.
+    ///
+    /// # Errors
+    /// The flash reports a failure.
+    fn erase(&mut self, sector: Sector) -> Result<(), Failed>;
+}
+
+/// What is where in flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Where the flash begins in the processor's address space.
+    pub address: u32,
+    /// Bytes of a sector.
+    pub sector_bytes: u32,
+    /// The first sector of the image; the boot stage has those before.
+    pub first: Sector,
+    /// Sectors for the image.
+    pub sectors: u32,
+    /// The sector of the log.
+    pub log: Sector,
+}
+
+/// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1792 KiB for the image, 128 KiB for the log.
+pub const PRIME: Layout =
+    Layout { address: 0x0800_0000, sector_bytes: 0x2_0000, first: Sector(1), sectors: 14, log: Sector(15) };
+
+impl Layout {
+    /// Where the image begins, from the beginning of the flash.
+    #[must_use]
+    pub fn image(&self) -> u32 {
+        self.first.0 * self.sector_bytes
+    }
+
+    /// The address that an image is linked for.
+    #[must_use]
+    pub fn image_address(&self) -> u32 {
+        self.address + self.image()
+    }
+
+    /// The longest image.
+    #[must_use]
+    pub fn image_bytes(&self) -> u32 {
+        self.sectors * self.sector_bytes
+    }
+
+    /// Where the log begins, from the beginning of the flash.
+    #[must_use]
+    pub fn log_at(&self) -> u32 {
+        self.log.0 * self.sector_bytes
+    }
+
+    /// The sectors of an image of so many bytes.
+    pub fn sectors_of(&self, bytes: u32) -> impl Iterator<Item = Sector> + use<> {
+        let first = self.first.0;
+        (first..first + bytes.div_ceil(self.sector_bytes).min(self.sectors)).map(Sector)
+    }
+}

@@ -1,0 +1,25 @@
+//! Firmware images: how one looks, whether it may run, and how it replaces the one that is in flash so that
+//! the power may fail at any moment. Pure: flash and card are traits. The boot stage carries installs out,
+//! the application asks for them by the log.
+//!
+//! Flash of the board: the boot stage in the first sector, the image behind it, the log of what was asked and
+//! done in the last one.
+#![cfg_attr(not(test), no_std)]
+
+mod boot;
+mod flash;
+mod install;
+mod log;
+mod manifest;
+mod policy;
+#[cfg(test)]
+mod tests;
+mod verify;
+
+pub use boot::{Card, Next, PREVIOUS_FILES, RECOVERY_FILES, REQUESTED_FILE, TRIALS, settle};
+pub use flash::{ERASED, Failed, Flash, Layout, PRIME, Sector, Unreadable, WORD, Word};
+pub use install::{Download, NotInstalled};
+pub use log::{Entry, Half, Known, Log, Origin, Pending, Refusal, State};
+pub use manifest::{BOARD_MAGIC, Flaw, MANIFEST_BYTES, Manifest};
+pub use policy::{Policy, signed};
+pub use verify::{Bytes, Image, check_file, check_flash};

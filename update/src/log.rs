@@ -1,0 +1,323 @@
+//! The log of updates in the last sector: what was asked for, what was begun, what has run. One flash word an
+//! entry, written behind the others and never changed, so that the power may fail between any two; an entry
+//! that the failure tore is passed over.
+//!
+//! | bytes | what |
+//! |--:|---|
+//! | 0 | kind |
+//! | 1 | what more there is to say: an origin, a number |
+//! | 4 | length of the image |
+//! | 8 | the first 16 bytes of its digest, or 16 of a key |
+//! | 28 | CRC-32 (ISO 3309) of the bytes before |
+
+use crate::flash::{ERASED, Failed, Flash, Layout, WORD, Word};
+use crate::manifest::Manifest;
+use crate::policy::Policy;
+
+/// Words that the boot stage needs at most for one update; with fewer left it empties the log first.
+const NEEDED: u32 = 32;
+
+/// Where an image comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Origin {
+    /// `flashme.bin` on the card.
+    File = 1,
+    /// `firmware.previous` on the card.
+    Previous = 2,
+    /// USB.
+    Usb = 3,
+}
+
+/// An image as the log knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// Bytes of it.
+    pub length: u32,
+    /// The first half of its digest.
+    pub digest: [u8; 16],
+}
+
+impl Known {
+    /// Of an image.
+    #[must_use]
+    pub fn of(manifest: &Manifest) -> Self {
+        let mut digest = [0; 16];
+        digest.copy_from_slice(&manifest.digest[..16]);
+        Self { length: manifest.length, digest }
+    }
+}
+
+/// An entry of the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry {
+    /// The application asks for this image.
+    Requested(Origin, Known),
+    /// The image in flash is being replaced by this one: what is in flash may not run.
+    Began(Origin, Known),
+    /// It is there, and on trial unless it is the previous one.
+    Installed(Origin, Known),
+    /// An image on trial is started.
+    Tried,
+    /// The image has confirmed itself.
+    Confirmed(Known),
+    /// What was asked for cannot be installed; nothing was changed.
+    Refused(Refusal, Known),
+    /// The image on trial has failed, so the previous one is being put back.
+    Failed(Known),
+    /// Half of the owner's key, the first or the second one, and whether the board is locked.
+    Key(Half, bool, [u8; 16]),
+    /// There is no key.
+    NoKey,
+}
+
+/// Half of a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Bytes 0 to 15.
+    First,
+    /// Bytes 16 to 31.
+    Second,
+}
+
+/// Why a request came to nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Refusal {
+    /// There is no such file on the card, or no card.
+    NoFile = 1,
+    /// The file is another one than what was asked for, or is none that may run here.
+    Flawed = 2,
+}
+
+/// What the log says, entry after entry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// The owner's policy.
+    pub policy: Policy,
+    /// What is to be installed, and whether that was begun: then what is in flash may not run.
+    pub pending: Option<Pending>,
+    /// The image that was installed last, and where it came from.
+    pub installed: Option<(Origin, Known)>,
+    /// Starts of that image without its confirmation; `None` when it is not on trial.
+    pub trial: Option<u8>,
+    /// Whether the installed one is there because the one before it failed.
+    pub fell_back: bool,
+    /// The last request, if it was refused.
+    pub refused: Option<Refusal>,
+    half: Option<(bool, [u8; 16])>,
+}
+
+/// An install that is not done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pending {
+    /// Where the image is.
+    pub origin: Origin,
+    /// Which one.
+    pub image: Known,
+    /// Whether the image in flash has been touched.
+    pub has_begun: bool,
+}
+
+impl State {
+    fn after(self, entry: Entry) -> Self {
+        match entry {
+            Entry::Requested(origin, image) => {
+                Self { pending: Some(Pending { origin, image, has_begun: false }), refused: None, ..self }
+            }
+            Entry::Began(origin, image) => {
+                Self { pending: Some(Pending { origin, image, has_begun: true }), trial: None, ..self }
+            }
+            Entry::Installed(origin, image) => Self {
+                pending: None,
+                installed: Some((origin, image)),
+                trial: (origin != Origin::Previous).then_some(0),
+                fell_back: self.fell_back && origin == Origin::Previous,
+                ..self
+            },
+            Entry::Tried => Self { trial: self.trial.map(|starts| starts.saturating_add(1)), ..self },
+            Entry::Confirmed(_) => Self { trial: None, ..self },
+            Entry::Refused(why, _) => Self { pending: None, refused: Some(why), ..self },
+            // Still on trial: the power may fail before the previous one is begun with.
+            Entry::Failed(_) => Self { fell_back: true, ..self },
+            Entry::Key(Half::First, is_locked, bytes) => Self { half: Some((is_locked, bytes)), ..self },
+            Entry::Key(Half::Second, is_locked, bytes) => match self.half {
+                Some((first_locked, first)) if first_locked == is_locked => {
+                    let mut key = [0; 32];
+                    key[..16].copy_from_slice(&first);
+                    key[16..].copy_from_slice(&bytes);
+                    Self { policy: Policy { key: Some(key), is_locked }, half: None, ..self }
+                }
+                _ => self,
+            },
+            Entry::NoKey => Self { policy: Policy::default(), half: None, ..self },
+        }
+    }
+}
+
+/// The log in flash.
+pub struct Log<'l> {
+    layout: &'l Layout,
+    /// The state after the last entry.
+    pub state: State,
+    /// Words that are written.
+    used: u32,
+}
+
+impl<'l> Log<'l> {
+    /// Reads it. Torn entries and such that nobody knows are passed over; the next entry goes behind the last
+    /// word that is not erased.
+    pub fn read(flash: &mut impl Flash, layout: &'l Layout) -> Self {
+        let mut log = Self { layout, state: State::default(), used: 0 };
+        for place in 0..log.words() {
+            match flash.read(log.at(place)) {
+                Ok(ERASED) => {}
+                Ok(word) => {
+                    log.used = place + 1;
+                    if let Some(entry) = Entry::of(&word) {
+                        log.state = log.state.after(entry);
+                    }
+                }
+                Err(_) => log.used = place + 1,
+            }
+        }
+        log
+    }
+
+    /// Writes an entry.
+    ///
+    /// # Errors
+    /// The flash does not take it, or the log is full.
+    pub fn append(&mut self, flash: &mut impl Flash, entry: Entry) -> Result<(), Failed> {
+        while self.used < self.words() {
+            let at = self.at(self.used);
+            self.used += 1;
+            if flash.program(at, &entry.word()).is_ok() {
+                self.state = self.state.after(entry);
+                return Ok(());
+            }
+        }
+        Err(Failed)
+    }
+
+    /// Makes room: erases the log and writes what still matters. Only while nothing is pending or on trial; a
+    /// power failure in between costs the policy, which the application writes again at its next start, and
+    /// how this image came here.
+    ///
+    /// # Errors
+    /// The flash does not take it.
+    pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), Failed> {
+        if self.used + NEEDED <= self.words() || self.state.pending.is_some() || self.state.trial.is_some() {
+            return Ok(());
+        }
+        let old = self.state;
+        flash.erase(self.layout.log)?;
+        *self = Self { layout: self.layout, state: State::default(), used: 0 };
+        self.set_policy(flash, &old.policy)?;
+        match old.installed {
+            Some((origin, image)) => {
+                self.append(flash, Entry::Installed(origin, image))?;
+                self.append(flash, Entry::Confirmed(image))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the owner's policy where it is another one than before.
+    ///
+    /// # Errors
+    /// The flash does not take it.
+    pub fn set_policy(&mut self, flash: &mut impl Flash, policy: &Policy) -> Result<(), Failed> {
+        if self.state.policy == *policy {
+            return Ok(());
+        }
+        let Some(key) = policy.key else {
+            return self.append(flash, Entry::NoKey);
+        };
+        let (mut first, mut second) = ([0; 16], [0; 16]);
+        first.copy_from_slice(&key[..16]);
+        second.copy_from_slice(&key[16..]);
+        self.append(flash, Entry::Key(Half::First, policy.is_locked, first))?;
+        self.append(flash, Entry::Key(Half::Second, policy.is_locked, second))
+    }
+
+    fn words(&self) -> u32 {
+        self.layout.sector_bytes / WORD as u32
+    }
+
+    fn at(&self, place: u32) -> u32 {
+        self.layout.log_at() + place * WORD as u32
+    }
+}
+
+impl Entry {
+    /// The word that says it.
+    fn word(&self) -> Word {
+        let none = Known { length: 0, digest: [0; 16] };
+        let (kind, more, image) = match *self {
+            Self::Requested(origin, image) => (1, origin as u8, image),
+            Self::Began(origin, image) => (2, origin as u8, image),
+            Self::Installed(origin, image) => (3, origin as u8, image),
+            Self::Tried => (4, 0, none),
+            Self::Confirmed(image) => (5, 0, image),
+            Self::Refused(why, image) => (6, why as u8, image),
+            Self::Failed(image) => (7, 0, image),
+            Self::Key(Half::First, is_locked, digest) => (8, u8::from(is_locked), Known { length: 0, digest }),
+            Self::Key(Half::Second, is_locked, digest) => (9, u8::from(is_locked), Known { length: 0, digest }),
+            Self::NoKey => (10, 0, none),
+        };
+        let mut word = [0; WORD];
+        word[0] = kind;
+        word[1] = more;
+        word[4..8].copy_from_slice(&image.length.to_le_bytes());
+        word[8..24].copy_from_slice(&image.digest);
+        let sum = crc32(&word[..28]);
+        word[28..].copy_from_slice(&sum.to_le_bytes());
+        word
+    }
+
+    /// What a word says.
+    fn of(word: &Word) -> Option<Self> {
+        let number =
+            |at: usize| word.get(at..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes));
+        if number(28)? != crc32(word.get(..28)?) {
+            return None;
+        }
+        let digest: [u8; 16] = *word.get(8..)?.first_chunk()?;
+        let image = Known { length: number(4)?, digest };
+        let [kind, more, ..] = *word;
+        Some(match kind {
+            1 => Self::Requested(Origin::of(more)?, image),
+            2 => Self::Began(Origin::of(more)?, image),
+            3 => Self::Installed(Origin::of(more)?, image),
+            4 => Self::Tried,
+            5 => Self::Confirmed(image),
+            6 => Self::Refused(Refusal::of(more)?, image),
+            7 => Self::Failed(image),
+            8 => Self::Key(Half::First, more == 1, digest),
+            9 => Self::Key(Half::Second, more == 1, digest),
+            10 => Self::NoKey,
+            _ => return None,
+        })
+    }
+}
+
+impl Origin {
+    fn of(number: u8) -> Option<Self> {
+        [Self::File, Self::Previous, Self::Usb].into_iter().find(|origin| *origin as u8 == number)
+    }
+}
+
+impl Refusal {
+    fn of(number: u8) -> Option<Self> {
+        [Self::NoFile, Self::Flawed].into_iter().find(|why| *why as u8 == number)
+    }
+}
+
+/// CRC-32 of ISO 3309. A few bytes, a few times at a start: no table.
+fn crc32(bytes: &[u8]) -> u32 {
+    let crc = bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1)))
+    });
+    !crc
+}

@@ -1,0 +1,154 @@
+//! An image's manifest, its first 256 bytes: what it is, for which board, how long, and what its bytes hash
+//! to. The vector table follows.
+//!
+//! | bytes | what |
+//! |--:|---|
+//! | 0 | `VELVET` and format 1 as two bytes |
+//! | 8 | board magic, [`BOARD_MAGIC`], little-endian like all numbers |
+//! | 16 | length of the image with its manifest, a multiple of 32 |
+//! | 20 | the address it is linked for |
+//! | 24 | version, UTF-8 with zeros behind it, 40 bytes |
+//! | 64 | SHA-256 of bytes 0 to 63 and of all bytes from 256 on |
+//! | 96 | Ed25519 signature of `velvet firmware` and these 32 bytes, or zeros |
+//! | 160 | zeros |
+
+use crate::flash::Layout;
+use core::fmt;
+
+/// Bytes of a manifest.
+pub const MANIFEST_BYTES: usize = 256;
+
+/// The Prime's magic number, as in the images of Smoothieware v2.
+pub const BOARD_MAGIC: u64 = 0x1234_5678_9876_5403;
+
+pub(crate) const MARK: [u8; 8] = *b"VELVET\x01\x00";
+/// The part of a manifest that is hashed.
+pub(crate) const HASHED: usize = 64;
+const VERSION: core::ops::Range<usize> = 24..64;
+
+/// What an image says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Manifest {
+    /// Bytes of the image, the manifest among them.
+    pub length: u32,
+    /// SHA-256 of the image; all ones where nothing has sealed it, as the linker leaves it.
+    pub digest: [u8; 32],
+    /// Ed25519 over the digest.
+    pub signature: Option<[u8; 64]>,
+    version: [u8; 40],
+}
+
+/// Why an image may not be installed, or may not run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    /// It does not begin with a manifest.
+    NoManifest,
+    /// A vector table of Smoothieware v2, or of anything else that takes the flash from its beginning.
+    FromTheBeginning,
+    /// The board magic is another one.
+    OtherBoard,
+    /// It is linked for another address.
+    OtherAddress(u32),
+    /// It says to be so long, which is more than there is room for, or no length of an image.
+    Length(u32),
+    /// The file ends before the image does.
+    Truncated {
+        /// Bytes of the file.
+        is: u32,
+        /// Bytes of the image.
+        says: u32,
+    },
+    /// Something follows the image that is no trailer of Smoothieware v2.
+    Trailer,
+    /// The trailer's MD5 is another one.
+    Md5,
+    /// Its bytes do not hash to its digest.
+    Digest,
+    /// It was linked, but nobody has sealed it.
+    Unsealed,
+    /// It has no signature, and the machine's owner has locked the board.
+    Unsigned,
+    /// Its signature is not by the owner's key.
+    Signature,
+    /// A part could not be read.
+    Unreadable,
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoManifest => f.write_str("this is no Velvet firmware"),
+            Self::FromTheBeginning => f.write_str(
+                "this firmware takes the place of the boot stage; install it with the BOOT0 button and dfu-util",
+            ),
+            Self::OtherBoard => f.write_str("this firmware is for another board"),
+            Self::OtherAddress(address) => write!(f, "this firmware is linked for 0x{address:08x}"),
+            Self::Length(bytes) => write!(f, "an image of {bytes} bytes has no room in flash"),
+            Self::Truncated { is, says } => write!(f, "the file has {is} of {says} bytes; copy it again"),
+            Self::Trailer => f.write_str("what follows the image is no trailer with magic number and MD5"),
+            Self::Md5 => f.write_str("MD5 does not match; copy the file again"),
+            Self::Digest => f.write_str("SHA-256 does not match; copy the file again"),
+            Self::Unsealed => f.write_str("this image was linked but not sealed; `make firmware` makes one that is"),
+            Self::Unsigned => f.write_str("this board is locked, and the image is not signed"),
+            Self::Signature => f.write_str("the image is not signed with this board's key"),
+            Self::Unreadable => f.write_str("it cannot be read"),
+        }
+    }
+}
+
+impl Manifest {
+    /// Reads a manifest.
+    ///
+    /// # Errors
+    /// It is none, or says something that cannot be.
+    pub fn parse(bytes: &[u8; MANIFEST_BYTES], layout: &Layout) -> Result<Self, Flaw> {
+        if bytes[..8] != MARK {
+            return Err(no_manifest(bytes, layout));
+        }
+        if u64::from_le_bytes(part(bytes, 8)) != BOARD_MAGIC {
+            return Err(Flaw::OtherBoard);
+        }
+        let address = number(bytes, 20);
+        if address != layout.image_address() {
+            return Err(Flaw::OtherAddress(address));
+        }
+        let digest = part(bytes, 64);
+        if digest == [0xff; 32] {
+            return Err(Flaw::Unsealed);
+        }
+        let length = number(bytes, 16);
+        // A vector table of 16 system exceptions is the least that can run.
+        let least = MANIFEST_BYTES as u32 + 64;
+        if length < least || length > layout.image_bytes() || !length.is_multiple_of(32) {
+            return Err(Flaw::Length(length));
+        }
+        let signature = part(bytes, 96);
+        let signature = (signature != [0; 64]).then_some(signature);
+        Ok(Self { length, digest, signature, version: part(bytes, VERSION.start) })
+    }
+
+    /// The version, as `make firmware` has written it.
+    #[must_use]
+    pub fn version(&self) -> &str {
+        let text = self.version.split(|byte| *byte == 0).next().unwrap_or_default();
+        core::str::from_utf8(text).unwrap_or("?")
+    }
+}
+
+/// What something without a manifest is: images that begin with a vector table for the beginning of the flash
+/// are told apart.
+fn no_manifest(bytes: &[u8; MANIFEST_BYTES], layout: &Layout) -> Flaw {
+    let (stack, reset) = (number(bytes, 0), number(bytes, 4));
+    let is_ram = (0x2000_0000..=0x2408_0000).contains(&stack);
+    let is_flash = (layout.address..layout.address + 0x20_0000).contains(&reset) && reset % 2 == 1;
+    if is_ram && is_flash { Flaw::FromTheBeginning } else { Flaw::NoManifest }
+}
+
+fn number(bytes: &[u8; MANIFEST_BYTES], at: usize) -> u32 {
+    u32::from_le_bytes(part(bytes, at))
+}
+
+/// So many bytes from a place on; zeros beyond the manifest, which no caller asks for.
+fn part<const N: usize>(bytes: &[u8; MANIFEST_BYTES], at: usize) -> [u8; N] {
+    bytes.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
+}
