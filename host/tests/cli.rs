@@ -73,7 +73,7 @@ fn the_json_schema_knows_every_setting_and_its_bounds() {
                 (config::schema::Form::Named(_), true) => &object["properties"]["common"]["properties"][row.key],
                 (config::schema::Form::Named(_), false) => &of_instances.expect("a pattern")["properties"][row.key],
             };
-            assert_eq!(home["description"].as_str(), Some(row.summary), "[{}] {}", section.name, row.key);
+            assert_eq!(home["description"].as_str(), Some(row.docs.summary), "[{}] {}", section.name, row.key);
         }
     }
     let queue = &sections["planner"]["properties"]["planner_queue_size"];
