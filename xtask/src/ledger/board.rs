@@ -227,6 +227,12 @@ impl Measured {
         Ok(if self.calls(a, "calls")? > self.calls(b, "calls")? { a } else { b })
     }
 
+    /// The other one: the watch over drivers and supplies, and the chips of sensors.
+    pub fn watch(&self) -> Result<&'static str> {
+        let planner = self.planner()?;
+        SOFTWARE.into_iter().find(|task| *task != planner).context("two software tasks")
+    }
+
     /// Instructions of consoles and dispatcher to the last step: what no counted task executed.
     pub fn dispatcher(&self) -> Result<f64> {
         let tasks = STEP.into_iter().chain([FEED, HEAT, BYTES]).chain(SOFTWARE).chain(OTHERS);

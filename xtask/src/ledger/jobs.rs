@@ -30,6 +30,13 @@ pub fn steps(motors: usize, longer: f64) -> String {
     job
 }
 
+/// Strokes there and back of X, Y and Z for longer than three seconds on the printer: the drivers are asked
+/// once a second.
+pub fn watched() -> String {
+    const STROKES: usize = 10;
+    (0..STROKES).map(|stroke| if stroke % 2 == 0 { "G1 X100 Y98 Z96 F40000\n" } else { "G1 X0 Y0 Z0\n" }).collect()
+}
+
 /// A straight path cut into this many lines: two such jobs differ in lines and in nothing else.
 pub fn lines(count: usize) -> String {
     path(count, "")

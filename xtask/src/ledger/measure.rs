@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use super::Ledger;
 use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, Results};
@@ -52,6 +52,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     language(&results, &mut ledger)?;
     let printer = results.of("printer-3")?;
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
+    watch(results.of("watched")?, &mut ledger)?;
     for (job, key) in [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")] {
         ledger.insert(key.into(), round(slowest_hold_us(&results, job)?));
     }
@@ -68,6 +69,7 @@ fn list(machines: &Machines) -> Vec<Job> {
     let mut list: Vec<Job> = [1, 3, 4].map(|n| Job::new(format!("steps-{n}"), fast, jobs::steps(n, 1.0))).into();
     list.push(Job::new("steps-6", &machines.six_motors(), jobs::steps(6, 0.5)));
     list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
+    list.push(Job::new("watched", printer, jobs::watched()));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
     for (name, job) in LANGUAGE {
@@ -116,6 +118,18 @@ fn slowest_hold_us(results: &Results, job: &str) -> Result<f64> {
         let held_ns = run.number(&["held_ns"])? as u64;
         Ok(slowest.max(hold::latency_us(&run.out.join("steps.csv"), "alpha", held_ns)?))
     })
+}
+
+/// The slow watch: four drivers on the board are asked once a second, the supplies are looked at ten times.
+fn watch(run: &Measured, ledger: &mut Ledger) -> Result<()> {
+    let task = run.watch()?;
+    ensure!(run.seconds_moving()? > 3.0, "too short for the drivers to be asked three times");
+    let late = run.number(&["functions", LATE, "calls"])?;
+    ensure!(late == 0.0, "{late} steps were late while the drivers were asked");
+    let share = run.moving(task)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+    ledger.insert("driver_watch_percent".into(), (share * 10_000.0).round() / 100.0);
+    ledger.insert("driver_watch_max_instructions".into(), run.calls(task, "max")?);
+    Ok(())
 }
 
 /// What the interrupt and the feed take for each step, by motors.
