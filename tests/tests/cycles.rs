@@ -122,7 +122,7 @@ fn what_cannot_be_done_is_refused_by_name_and_words_behind_it_drill_nothing() {
 fn a_file_drills_and_waits_where_a_word_is_missing() {
     let part = "G28\nG90\nG0 X20 Y20 Z20 F6000\nG98 G81 X30 Y30 Z2 R5 F600\nX40\nG83 X50 Z3 R5\nX60\nG80\n";
     let mut bench = Plan::new(CARTESIAN).file("part.gcode", part).start();
-    bench.say("M32 part.gcode");
+    bench.type_in("M32 part.gcode\n");
     let said = bench.hear_until("error:paused", 60.0);
     assert!(said.contains("G83 needs Q, column 1") && said.contains("line 6 of"), "{said}");
     // What was read before is carried out.

@@ -481,7 +481,7 @@ fn a_line_that_leaves_the_travel_pauses_the_job_before_it_even_at_the_files_end(
     for before in 0..6 {
         let moves = "G1 X9\n".repeat(before);
         let file = format!("G28\nG1 F6000\nG1 X30\n{moves}G1 X20\nG4 S3\nG1 X999");
-        let mut bench = Plan::new(CARTESIAN).file("a.g", &file).start();
+        let mut bench = Plan::new(CARTESIAN).set("[player] preflight = warn").file("a.g", &file).start();
         bench.type_in("play a.g\n");
         let said = bench.hear(20.0);
         assert!(said.contains("the job pauses before it"), "{before}: {said}");

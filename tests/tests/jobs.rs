@@ -182,7 +182,7 @@ fn a_file_waits_at_a_line_that_cannot_be_carried_out_and_goes_on_when_told() {
 fn an_unknown_g_code_in_a_file_pauses_it_and_an_unknown_m_code_is_counted() {
     let (bench, said) = playing_with("G12 X3");
     let why = "error:G12 is not known here, and what follows counts on it\nerror:paused, line 3 of";
-    assert!(said.starts_with(why), "{said}");
+    assert!(said.contains(why), "{said}");
     assert_near(bench.carriage(Beta), 40.0, "what comes after is not done");
     // Slicers write M73 and the like hundreds of times.
     assert_eq!(playing_with("M73 P5\nM73 P6\nM9999").1, "// NOTE not carried out: M73 2x, M9999 1x\n");

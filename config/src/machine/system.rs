@@ -160,6 +160,8 @@ pub struct PlayerConfig {
     pub dialect: FileDialect,
     /// What a look ahead at the file of a job is for.
     pub preflight: JobPreflight,
+    /// How long a job waits for [`JobPreflight::Travel`].
+    pub preflight_wait: Micros,
     /// Going on after a power cut.
     pub power_loss: PowerLossConfig,
 }
@@ -172,8 +174,11 @@ pub enum JobPreflight {
     /// How much time is left.
     Time,
     /// That, and the job pauses before a line that was found to stop it.
-    #[default]
     Warn,
+    /// The file is looked at first for a while, and not begun when it leaves the travel; what is found later
+    /// is as with [`Self::Warn`].
+    #[default]
+    Travel,
     /// The whole file is looked at first, and not begun when something stops it.
     Refuse,
 }

@@ -317,19 +317,31 @@ pub const PLAYER: Section = Section {
         .velvet(),
         word(
             "preflight",
-            "warn",
-            &["off", "time", "warn", "refuse"],
+            "travel",
+            &["off", "time", "warn", "travel", "refuse"],
             |c, _, v| {
                 c.player.preflight = match v {
                     0 => JobPreflight::Off,
                     1 => JobPreflight::Time,
-                    3 => JobPreflight::Refuse,
-                    _ => JobPreflight::Warn,
+                    2 => JobPreflight::Warn,
+                    4 => JobPreflight::Refuse,
+                    _ => JobPreflight::Travel,
                 }
             },
-            "A look ahead at the file of a job while it is played. time: only for the time left; warn: the job pauses before a \
-             line that would stop it; refuse: the whole file is looked at first.",
+            "A look ahead at the file of a job. time: only for the time left; warn: the job pauses before a line that \
+             leaves the travel; travel: it is not begun when such a line is found within preflight_wait, and pauses \
+             before one that is found later; refuse: the whole file is looked at first.",
         )
+        .velvet(),
+        number(
+            "preflight_wait",
+            "3",
+            (0.0, 600.0),
+            |c, _, v| c.player.preflight_wait = Micros((v * 1e6) as u64),
+            "With preflight = travel: how long a job waits for the look at its file.",
+        )
+        .unit("s")
+        .typical(0.5, 60.0)
         .velvet(),
         bool(
             "power_loss",

@@ -57,8 +57,8 @@ pub(super) enum Start {
 
 /// The job is about to begin: its forecast does, and it waits for that where the configuration says so.
 pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
-    let may_hold = machine.config.player.preflight == JobPreflight::Refuse && !machine.jobs.is_forced();
-    start(machine, may_hold)
+    let waits = matches!(machine.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
+    start(machine, waits && !machine.jobs.is_forced())
 }
 
 /// A job that began before a power cut goes on: it waits for nothing.
@@ -70,11 +70,14 @@ pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
 fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     let foresight = machine.foresight;
     if machine.ahead.holds && machine.ahead.job == machine.jobs.count() {
-        if foresight.is_under_way() {
-            tell_how_far(machine, foresight);
-            return Start::Later;
-        }
-        return looked_at(machine, foresight);
+        return match (machine.config.player.preflight, foresight.is_under_way()) {
+            (JobPreflight::Travel, _) => looked_at_for_a_while(machine, foresight),
+            (_, true) => {
+                tell_how_far(machine, foresight);
+                Start::Later
+            }
+            (_, false) => looked_at(machine, foresight),
+        };
     }
     foresight.forget_course();
     let Some(path) = machine.jobs.path().cloned() else { return Start::Now };
@@ -84,7 +87,9 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     let dialect = machine.jobs.dialect();
     match begin(machine, foresight, &path, Purpose::Job, dialect) {
         Ok(false) => return Start::Later,
-        Err(Failure::Refused(why)) if holds => return refuse(machine, &why),
+        Err(Failure::Refused(why)) if holds && machine.config.player.preflight == JobPreflight::Refuse => {
+            return refuse(machine, &why);
+        }
         // A file that cannot be read twice is played all the same.
         Err(_) => return Start::Now,
         Ok(true) => {}
@@ -93,6 +98,9 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     if holds {
         let now = machine.ports.now();
         (machine.ahead.waits_since, machine.ahead.told_at) = (now, now);
+        if machine.config.player.preflight == JobPreflight::Travel {
+            return Start::Later;
+        }
         let size = u64::from(machine.ahead.size).div_ceil(1_024);
         machine.announce(format_args!(
             "// the whole file is looked at before it is begun, {size} kB; play --force file would not wait\n"
@@ -122,6 +130,22 @@ fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_
 fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight<'_>) -> u8 {
     let share = u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
     share.min(100) as u8
+}
+
+/// The job waits as long as the configuration says for a line that leaves the travel; the look goes on
+/// beside it.
+fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) -> Start {
+    warn(machine, foresight);
+    if machine.ahead.leaves {
+        foresight.forget();
+        return refuse(machine, &message(format_args!("it would leave the travel")));
+    }
+    let waited = machine.ports.now().since(machine.ahead.waits_since);
+    if foresight.is_under_way() && waited < machine.config.player.preflight_wait {
+        return Start::Later;
+    }
+    machine.ahead.holds = false;
+    Start::Now
 }
 
 /// The file has been looked at, or could not be.
@@ -245,11 +269,12 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
         // A line of a subroutine's own file may come again.
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
         let holds = machine.ahead.holds;
+        let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
         machine.ahead.warned += 1;
         // What the machine has come to it says itself.
         let is_news = holds || comes;
         // What follows a first one is read as if that had been made.
-        let most = if holds { MOST_WARNINGS } else { 1 };
+        let most = if waits_for_all { MOST_WARNINGS } else { 1 };
         if machine.config.player.preflight == JobPreflight::Time || machine.ahead.warned > most || !is_news {
             continue;
         }
@@ -257,8 +282,9 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
         // says decides, or in the file of a subroutine, nobody knows that it comes to that.
         let halts = matches!(finding.kind, Kind::OutOfTravel | Kind::Unreachable);
         let is_sure = !foresight.guesses() && finding.sub.is_none();
-        let pauses = !holds && !machine.jobs.is_forced() && halts && is_sure && comes;
-        if pauses && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
+        let stops = !waits_for_all && !machine.jobs.is_forced() && halts && is_sure;
+        machine.ahead.leaves |= stops && holds;
+        if stops && !holds && comes && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
             machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
         } else {
             machine.announce(format_args!("// WARNING {finding}\n"));

@@ -58,6 +58,7 @@ pub const ROWS: &[Row] = &[
     row("[tool change] after_gcode", "", "G91_G1_Y1_F600", Look(changed)).with(SPINDLE),
     row("[tool change] prompt", "true", "false", Look(changed)).with(&["[extruder] hotend.enable = false"]),
     row("[player] preflight", "off", "refuse", Look(looked_at)),
+    row("[player] preflight_wait", "3", "0", Look(looked_at)),
     row("[player] dialect", "klipper", "reprapfirmware", Say(PLAYED)),
     row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
 ];

@@ -9,7 +9,7 @@ const LEAVES: &str = "G28\nG1 X10 Y10 F6000\nG4 P2000\nG1 X999\nG1 X20\n";
 
 #[test]
 fn a_job_pauses_before_the_line_that_would_halt_it() {
-    let mut bench = Plan::new(CARTESIAN).file("job.g", LEAVES).start();
+    let mut bench = Plan::new(&with(CARTESIAN, "[player] preflight_wait = 0")).file("job.g", LEAVES).start();
     bench.type_in("play /sd/job.g -t\n");
     let said = bench.hear_until("the job pauses before it\n", 5.0);
     assert!(said.contains("// WARNING line 4: stops: machine X 999.000 is out of travel"), "{said}");
@@ -17,6 +17,37 @@ fn a_job_pauses_before_the_line_that_would_halt_it() {
     assert!(bench.say("get state").contains("Suspended") || bench.say("progress").contains("Suspended"));
     assert!(bench.say("abort").contains("Suspend cleared"));
     assert!(bench.say("G1 X20 F6000").ends_with("ok\n"), "nothing has halted");
+}
+
+#[test]
+fn a_job_that_leaves_the_travel_is_not_begun_unless_told() {
+    let mut bench = Plan::new(CARTESIAN).file("job.g", LEAVES).file("good.g", "G28\nG1 X10 F6000\n").start();
+    bench.type_in("play /sd/job.g -t\n");
+    let said = bench.hear_until("play --force file begins it all the same\n", 5.0);
+    assert!(said.contains("// WARNING line 4: stops: machine X 999.000 is out of travel"), "{said}");
+    assert!(said.contains("error:the job was not begun: it would leave the travel"), "{said}");
+    assert!(bench.say("progress").contains("Not currently playing"), "nothing is open");
+    assert!(!bench.say("M114").contains("X:10"), "nothing has moved");
+    bench.type_in("play /sd/good.g -t\n");
+    let said = bench.hear_until("Done printing file", 60.0);
+    assert!(!said.contains("//"), "nothing is said of a good one: {said}");
+    bench.type_in("play --force /sd/job.g -t\n");
+    let _ = bench.hear_until("was not carried out", 60.0);
+    assert!(bench.say("M114").contains("X:10"), "it was begun");
+}
+
+/// A file that takes longer to look at than the job waits is begun, and what is found later pauses it.
+#[test]
+fn a_long_file_is_begun_after_a_while() {
+    let text = format!("G28\nM302\n{}G1 X999\n", vase(600, 120));
+    let plan = Plan::new(&with(CARTESIAN, "[player] preflight_wait = 0.5"));
+    let mut bench = plan.file("big.g", &text).start();
+    bench.type_in("play /sd/big.g\n");
+    let said = bench.hear(0.4);
+    assert!(bench.status().contains("Idle"), "it waits: {said}");
+    let said = said + &bench.hear_until("the job pauses before it\n", 200.0);
+    println!("the look ended after {:.1} s", bench.now_s());
+    assert!(!said.contains("not begun") && !bench.say("progress").contains("Not currently"), "{said}");
 }
 
 #[test]
