@@ -21,10 +21,14 @@ pub mod dma;
 pub mod fpu;
 pub mod identity;
 pub mod last_words;
+#[cfg(feature = "rtt")]
+pub mod log;
 pub mod memory;
 pub mod pins;
 pub mod pwm;
 pub mod rtc;
+#[cfg(feature = "rtt")]
+pub mod rtt;
 pub mod sd;
 mod silicon;
 pub mod spi;

@@ -9,6 +9,7 @@ use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
 use bsp_prime::identity::{Identity, ResetCause};
 use bsp_prime::last_words::{self, Text};
+use bsp_prime::{log, rtt};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use machine::ports::{LastWords, Start};
@@ -23,6 +24,8 @@ fn end(report: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     make_outputs_safe();
     if !REPORTED.swap(true, Ordering::Relaxed) {
+        // A line of the log may have been under way.
+        log::take_over();
         report();
         bsp_prime::wait::pause(REPORT_DRAIN_US);
     }
@@ -47,6 +50,9 @@ pub fn reset_as_asked() -> ! {
 
 /// The board did not come up.
 pub fn board_failed(error: BoardError) -> ! {
+    if let Some(ends) = rtt::start() {
+        log::start(ends.log);
+    }
     end_with(format_args!("board: {error:?}"))
 }
 

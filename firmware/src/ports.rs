@@ -27,6 +27,7 @@ use units::{Celsius, Micros, Ticks, Volts};
 use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
+use crate::rtt_console::Said;
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
@@ -56,6 +57,7 @@ pub struct Owned {
     pub start: Start,
     pub second_core_starts: bool,
     pub rtc: Rtc,
+    pub rtt: Said,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -99,6 +101,7 @@ where
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
+            Console::Rtt => None,
         }
     }
 
@@ -276,7 +279,11 @@ where
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        let port = Console::of(session).and_then(|console| self.port(console));
+        let console = Console::of(session);
+        if console == Some(Console::Rtt) {
+            return self.owned.rtt.write(Console::Rtt.inbox(), bytes);
+        }
+        let port = console.and_then(|console| self.port(console));
         port.map_or(bytes.len(), |port| port.write(bytes))
     }
 }

@@ -17,6 +17,7 @@ pub mod mcu;
 pub mod peripherals;
 pub mod pin_state;
 pub mod pins;
+pub mod rtt;
 pub mod sd_image;
 pub mod typed;
 pub mod usb_host;
