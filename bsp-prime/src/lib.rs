@@ -20,6 +20,7 @@ mod copy;
 pub mod dma;
 pub mod fpu;
 pub mod identity;
+pub mod kept;
 pub mod last_words;
 #[cfg(feature = "rtt")]
 pub mod log;

@@ -9,9 +9,10 @@ use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
 use bsp_prime::identity::{Identity, ResetCause};
 use bsp_prime::last_words::{self, Text};
-use bsp_prime::{log, rtt};
+use bsp_prime::{kept, log, rtt, time};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
+use events::Event;
 use machine::ports::{LastWords, Start};
 
 /// A panic while reporting must not report again.
@@ -39,6 +40,7 @@ fn end_with(words: Arguments<'_>) -> ! {
         // A text takes what has room in it.
         let _ = text.write_fmt(words);
         last_words::leave(&text);
+        kept::events().record(time::now(), &Event::Ended(events::Text::from(text.as_str())));
         defmt::error!("{=str}", text.as_str());
     })
 }

@@ -28,6 +28,7 @@ mod dispatcher;
 mod drivers;
 mod fault;
 mod heat_io;
+mod log;
 mod ports;
 mod rtt_console;
 mod slow;
@@ -50,7 +51,7 @@ mod app {
     use bsp_prime::time::{self, Ticker};
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
-    use bsp_prime::{Board, rtt, sd, trigger};
+    use bsp_prime::{Board, kept, rtt, sd, trigger};
     use machine::sessions::Intake;
     use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use machine::watchdog::Reporter;
@@ -62,7 +63,7 @@ mod app {
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -115,6 +116,7 @@ mod app {
         // It is started here, or by a board that did not come up.
         let Some(ends) = rtt::start() else { fault::reset_as_asked() };
         bsp_prime::log::start(ends.log);
+        log::record_start(identity);
         // Nobody is there before a byte has come.
         Console::Rtt.inbox().set_open(false);
         let reset_cause = defmt::Display2Format(&identity.reset_cause);
@@ -240,7 +242,7 @@ mod app {
             return;
         }
         REPORTS.report(Reporter::Heat);
-        if REPORTS.take_complete() {
+        if REPORTS.look(time::now(), kept::events()) {
             cx.local.watchdog.feed();
         }
         if due.slow {

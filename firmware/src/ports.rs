@@ -8,14 +8,15 @@ use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
-use bsp_prime::{adc, memory, thread_stack, time, wait};
+use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
+use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -174,6 +175,12 @@ where
 impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
     fn now(&self) -> Micros {
         time::now()
+    }
+}
+
+impl<M, H, S, T> EventLog for BoardPorts<M, H, S, T> {
+    fn events(&self) -> EventRing<'_> {
+        kept::events()
     }
 }
 

@@ -6,13 +6,16 @@
 //! behind a switch of the board; it is judged only while that switch is on. What is found waits here as
 //! events for the dispatcher.
 
+mod event;
 mod trouble;
 
+use events::EventRing;
 use heapless::Deque;
 use units::{Actuator, Micros, PerActuator, Volts};
 
 use crate::axes::motors;
 use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
+pub use event::SupervisorEvent;
 pub use trouble::DriverTrouble;
 
 /// Below this the motor supply counts as switched off.
@@ -23,21 +26,6 @@ pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
 const POLL_PERIOD: Micros = Micros::from_seconds(1);
 /// Events that can wait for the dispatcher: every kind for every motor.
 const EVENTS: usize = 32;
-
-/// Something the dispatcher must hear of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SupervisorEvent {
-    /// A driver reported trouble twice.
-    Driver(Actuator, DriverTrouble),
-    /// Motor supply went below [`MOTOR_SUPPLY_OFF`].
-    MotorSupplyLost,
-    /// Motor supply came back; drivers have been initialised again.
-    MotorSupplyReturned,
-    /// The supply of heaters and fans is below [`FET_SUPPLY_OFF`] though its switch is on.
-    FetSupplyLost,
-    /// The supply of heaters and fans came back.
-    FetSupplyReturned,
-}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Watch {
@@ -165,7 +153,20 @@ impl Supervisor {
 
     /// The slow task's body; call at 10 Hz, so that every driver is asked once a second. Worst cost: one
     /// status datagram for each driver on the board, and seven, or writing all registers, for one outside.
-    pub fn tick(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
+    pub fn tick(
+        &mut self,
+        now: Micros,
+        drivers: &mut impl MotorDrivers,
+        supply: SupplyVoltages,
+        events: EventRing<'_>,
+    ) {
+        let waiting = self.events.len();
+        self.look(now, drivers, supply);
+        // Before the dispatcher hears of it: it may never do.
+        self.events.iter().skip(waiting).for_each(|news| events.record(now, &news.told()));
+    }
+
+    fn look(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
         let slow = if now.since(self.slow.1) <= SLOW_HOLDS { self.slow.0 } else { 0 };
         if now < self.due {
             return self.ask_outside(drivers, slow);
@@ -356,7 +357,7 @@ mod tests {
         let mut reported = [0; 5];
         for (second, status) in course.into_iter().enumerate() {
             drivers.status = status;
-            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
+            supervisor.look(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
             while let Some(event) = supervisor.take_event() {
                 assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::ShortA));
                 reported[second] += 1;
@@ -373,7 +374,7 @@ mod tests {
             // Two seconds over the limit, five below, and a long rest in between.
             let over_temperature_warning = !(70..150).contains(&second) && second % 7 < 2;
             drivers.status = Ok(DriverStatus { over_temperature_warning, ..DriverStatus::default() });
-            supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+            supervisor.look(Micros::from_seconds(second), &mut drivers, SUPPLIED);
             while let Some(event) = supervisor.take_event() {
                 assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OverTemperatureWarning));
                 told.push(second);
@@ -396,7 +397,7 @@ mod tests {
             let now = Micros::from_seconds(second as u64);
             drivers.status = Ok(status);
             supervisor.set_slow(slow, now);
-            supervisor.tick(now, &mut drivers, SUPPLIED);
+            supervisor.look(now, &mut drivers, SUPPLIED);
             told.extend(supervisor.take_event().map(|event| (second, event)));
         }
         assert_eq!(told, [(9, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OpenB))]);
@@ -412,7 +413,7 @@ mod tests {
         let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
         let mut set_up = Vec::new();
         for tick in 0..20 {
-            supervisor.tick(Micros::from_millis(tick * 100), &mut drivers, supply);
+            supervisor.look(Micros::from_millis(tick * 100), &mut drivers, supply);
             set_up.push(drivers.initialised);
         }
         // Seen twice, the second time in the second second.
@@ -428,7 +429,7 @@ mod tests {
         let (mut supervisor, mut drivers) = bench();
         for (second, volts) in [24.0, 2.0, 2.0, 24.0].into_iter().enumerate() {
             let supply = SupplyVoltages { motor: Some(Volts(volts)), fets: None };
-            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+            supervisor.look(Micros::from_seconds(second as u64), &mut drivers, supply);
         }
         assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
         assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyReturned));
@@ -446,7 +447,7 @@ mod tests {
                 supervisor.expect_fet_supply(true);
             }
             let supply = SupplyVoltages { motor: None, fets: Some(Volts(volts)) };
-            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+            supervisor.look(Micros::from_seconds(second as u64), &mut drivers, supply);
             reported.extend(supervisor.take_event().map(|event| (second, event)));
         }
         assert_eq!(reported, [(2, SupervisorEvent::FetSupplyLost), (4, SupervisorEvent::FetSupplyReturned)]);
@@ -458,7 +459,7 @@ mod tests {
         drivers.status = Err(DriverFault::Silent);
         supervisor.mark_told(Actuator::Beta, DriverTrouble::Silent);
         for second in 0..5 {
-            supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+            supervisor.look(Micros::from_seconds(second), &mut drivers, SUPPLIED);
         }
         assert_eq!(supervisor.take_event(), None);
     }
@@ -469,7 +470,7 @@ mod tests {
         drivers.status = Err(DriverFault::Silent);
         for second in 0..5 {
             let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
-            supervisor.tick(Micros::from_seconds(second), &mut drivers, supply);
+            supervisor.look(Micros::from_seconds(second), &mut drivers, supply);
         }
         assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
         assert_eq!(supervisor.take_event(), None);

@@ -14,6 +14,7 @@ mod images;
 mod operation;
 mod power_cuts;
 mod probing;
+mod rtt;
 mod schedule;
 mod settings;
 mod spi_sensors;

@@ -1,0 +1,41 @@
+//! Memory that a reset leaves alone, and the ring of events in it.
+//!
+//! It is the whole of SRAM4, in domain D3: neither the ROM's boot loader (AN2606) nor a boot stage keeps
+//! anything there, no DMA of ours reaches it, and its interface has its clock from reset on (RM0399 rev 4
+//! section 9.7.42). A reset of any kind changes no word of it; the supply's failing does.
+//!
+//! Three traps, and what is done about them:
+//! - After power came its contents do not match their check bits (RM0399 section 3, "RAM ECC monitoring"), so
+//!   they are written before they are read: [`prepare`] is told.
+//! - What is in the data cache or is a part of a word is lost in a reset (AN5342): the MPU has the region
+//!   non-cacheable (`memory.rs`), and the ring stores whole words.
+//! - Exclusive accesses need a monitor on the bus there: the ring's count is in DTCM.
+
+use core::sync::atomic::AtomicU32;
+
+use events::{EventRing, Slots};
+
+/// First address of the region; `memory.x` says the same.
+pub(crate) const START: u32 = 0x3800_0000;
+/// Its size in bytes.
+pub(crate) const BYTES: u32 = 64 * 1024;
+
+#[unsafe(link_section = ".kept")]
+static SLOTS: Slots = Slots::new();
+static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// What happened.
+#[must_use]
+pub fn events() -> EventRing<'static> {
+    EventRing::new(&SLOTS, &NEXT)
+}
+
+/// Finds what the region holds, or begins anew where it had no power. Once, when its MPU region is set, and
+/// before anybody records an event.
+pub(crate) fn prepare(had_no_power: bool) {
+    if had_no_power {
+        events().clear();
+    } else {
+        events().recover();
+    }
+}
