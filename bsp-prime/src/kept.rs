@@ -5,10 +5,11 @@
 //! section 9.7.42). A reset of any kind changes no word of it; the supply's failing does.
 //!
 //! Three traps, and what is done about them:
-//! - After power came its contents do not match their check bits (RM0399 section 3, "RAM ECC monitoring"), so
-//!   they are written before they are read: [`prepare`] is told.
-//! - What is in the data cache or is a part of a word is lost in a reset (AN5342): the MPU has the region
-//!   non-cacheable (`memory.rs`), and the ring stores whole words.
+//! - After power came its contents do not match their check bits (AN5342), so they are written before they are
+//!   read: [`prepare`] is told.
+//! - What is in the data cache is lost in a reset, and so is the last part of a word that was written (RM0399
+//!   section 2.4, "Embedded SRAM"): the MPU has the region non-cacheable (`memory.rs`), and the ring stores
+//!   whole words of 32 bits, which is what this memory checks.
 //! - Exclusive accesses need a monitor on the bus there: the ring's count is in DTCM.
 
 use core::sync::atomic::AtomicU32;

@@ -2,9 +2,8 @@
 //!
 //! **Writing.** A writer takes a number and with it a slot, marks the slot as empty, writes the event and,
 //! last, the number. Whoever interrupts it takes the next one. No lock, no wait, no allocation: a few stores
-//! for each word of the event, from any priority. Only whole words are written, because a part of one stays
-//! in the memory's write buffer and is lost by a reset (RM0399 rev 4 section 3, "RAM ECC monitoring";
-//! AN5342).
+//! for each word of the event, from any priority. Only whole words are written: the last part of one stays in
+//! the memory's own buffer and is lost by a reset (RM0399 rev 4 section 2.4, "Embedded SRAM"; AN5342).
 //!
 //! **Reading.** A slot is an event when its number belongs there, its sum is right and its words mean
 //! something. An entry that is being overwritten, was cut by a reset, or is what memory holds after power

@@ -14,6 +14,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use events::Event;
 use machine::ports::{LastWords, Start};
+use units::Micros;
 
 /// A panic while reporting must not report again.
 static REPORTED: AtomicBool = AtomicBool::new(false);
@@ -35,12 +36,16 @@ fn end(report: impl FnOnce()) -> ! {
 
 /// Ends with these words, which the next start tells.
 fn end_with(words: Arguments<'_>) -> ! {
+    end_at(time::now(), words)
+}
+
+fn end_at(now: Micros, words: Arguments<'_>) -> ! {
     end(|| {
         let mut text = Text::new();
         // A text takes what has room in it.
         let _ = text.write_fmt(words);
         last_words::leave(&text);
-        kept::events().record(time::now(), &Event::Ended(events::Text::from(text.as_str())));
+        kept::events().record(now, &Event::Ended(events::Text::from(text.as_str())));
         defmt::error!("{=str}", text.as_str());
     })
 }
@@ -55,7 +60,8 @@ pub fn board_failed(error: BoardError) -> ! {
     if let Some(ends) = rtt::start() {
         log::start(ends.log);
     }
-    end_with(format_args!("board: {error:?}"))
+    // The clock of the events does not run yet.
+    end_at(Micros(0), format_args!("board: {error:?}"))
 }
 
 /// Why this start.

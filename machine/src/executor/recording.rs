@@ -98,7 +98,7 @@ pub(super) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut R
 pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
     let Machine { ports, sessions, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    reply.say(format_args!("no debugger is attached; the last events, of which the command events tells more:\n"));
+    reply.say(format_args!("no debugger is attached\n"));
     for entry in ports.events().last(TOLD_AT_A_BREAK) {
         reply.say(format_args!("{entry}\n"));
     }
