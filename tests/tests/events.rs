@@ -31,6 +31,7 @@ fn a_day_of_a_printer() {
     bench.say("play /sd/part.g");
     bench.hear(5.0);
     bench.run(&["M104 S0", "G1 X50 F600"]);
+    bench.hear(1.0);
     bench.say("M112");
     bench.say("M999");
     in_order(

@@ -76,6 +76,7 @@ pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
         "all" => u32::MAX,
         count => count.parse().map_err(|_| Failure::refused("events takes a number, or all"))?,
     };
+    follow(machine);
     let entries = machine.ports.events().last(count);
     let (next, end) = entries.span();
     long_answers::begin(machine, Listing::Events { next, end }, to)
