@@ -1,12 +1,12 @@
 //! Memory that a reset leaves alone, and the ring of events in it.
 //!
-//! It is the whole of SRAM4, in domain D3: neither the ROM's boot loader (AN2606) nor a boot stage keeps
-//! anything there, no DMA of ours reaches it, and its interface has its clock from reset on (RM0399 rev 4
-//! section 9.7.42). A reset of any kind changes no word of it; the supply's failing does.
+//! It is the whole of SRAM4, in domain D3: the ROM's boot loader keeps nothing there (AN2606), no DMA of
+//! ours reaches it, and its interface has its clock from reset on (RCC_AHB4ENR has no bit for it). A reset of
+//! any kind changes no word of it; the supply's failing does.
 //!
 //! Three traps, and what is done about them:
-//! - After power came its contents do not match their check bits (AN5342), so they are written before they are
-//!   read: [`prepare`] is told.
+//! - After power came its contents do not match their check bits (AN5342), so they are written before they
+//!   are read: [`prepare`] is told.
 //! - What is in the data cache is lost in a reset, and so is the last part of a word that was written (RM0399
 //!   section 2.4, "Embedded SRAM"): the MPU has the region non-cacheable (`memory.rs`), and the ring stores
 //!   whole words of 32 bits, which is what this memory checks.
