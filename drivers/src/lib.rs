@@ -18,5 +18,6 @@ pub mod max31855;
 pub mod max31856;
 pub mod max31865;
 pub mod platinum;
+pub mod sd;
 pub mod thermistor;
 pub mod voltage_sensor;

@@ -1,0 +1,685 @@
+//! The card for all its users: who may use it next, and what is known of it.
+
+use super::ahead::{Ahead, Run};
+use super::error::SdError;
+use super::groups::Groups;
+use super::host::{Block, Command, Direction, Host, Place, Progress};
+use super::identify::Identify;
+use super::moving::{Move, Moved, Moving};
+use super::queue::Queue;
+use super::registers::CardInfo;
+use super::{BLOCK_BYTES, SCRATCH_SLOT};
+
+/// The fastest bus that is tried, and the slowest one that is fallen back to, Hz.
+const FASTEST_HZ: u32 = 50_000_000;
+const SLOWEST_HZ: u32 = 12_500_000;
+/// So many damaged transfers since the bus was set make it slower, and so does the second one in a row.
+const MOST_DAMAGED: u32 = 16;
+/// Blocks read ahead with one command, and written with one command while nobody is followed.
+const CHUNK: usize = 16;
+/// Reading ahead has so many commands before a write that waits has one.
+const TURNS: u8 = 8;
+/// A card that nobody uses is asked so often whether it is there; an empty slot, whether there is one.
+const LOOK_PERIOD_US: u64 = 1_000_000;
+const SLOT_PERIOD_US: u64 = 2_000_000;
+/// A card that does not answer so many questions in a row has gone.
+const LOOKS: u8 = 3;
+/// Who asks for a quiet card asks again within this time; until then no write begins.
+const ASKED_US: u64 = 2_000;
+
+/// Whether there is a card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// None that can be used, and why.
+    Absent(SdError),
+    /// It is being found out.
+    Identifying,
+    /// This one.
+    Ready(CardInfo),
+}
+
+/// What became of a read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Read {
+    /// The block is there.
+    Done,
+    /// It has been asked for: ask again.
+    NotYet,
+}
+
+/// What somebody should hear of, once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A card was put in.
+    Inserted,
+    /// It has gone; whether what was to be written is lost with it.
+    Removed(SdError, bool),
+    /// A write has failed for good; what was written behind it is dropped.
+    WriteFailed(SdError),
+    /// Too much arrived damaged: the bus is slower from now on, Hz.
+    Slower(u32),
+}
+
+/// A transfer of the user that has the card for himself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lent {
+    /// None was begun.
+    Idle,
+    /// It goes on.
+    Busy,
+    /// All of it is done.
+    Done,
+    /// It has failed.
+    Failed(SdError),
+}
+
+/// What the card has done since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Blocks read.
+    pub reads: u32,
+    /// Blocks written.
+    pub writes: u32,
+    /// Transfers that were tried again.
+    pub repeated: u32,
+    /// Of these, because something arrived damaged.
+    pub damaged: u32,
+    /// The longest transfer that was read, us.
+    pub slowest_read_us: u32,
+    /// The longest that was written, us.
+    pub slowest_write_us: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    /// Into this group.
+    Group(usize),
+    Ahead,
+    Write,
+    /// What was written last, to be compared with this slot.
+    ReadBack(usize),
+    Lent,
+}
+
+#[derive(Clone, Debug)]
+enum Active {
+    Nothing,
+    Identify(Identify),
+    Move(Moving, Purpose, u64),
+    /// CMD13, so often.
+    Look(u8),
+}
+
+/// A card with its users.
+#[derive(Debug)]
+pub struct Service<H> {
+    host: H,
+    state: State,
+    active: Active,
+    queue: Queue,
+    ahead: Ahead,
+    groups: Groups,
+    /// A block that somebody wants to read.
+    wanted: Option<u32>,
+    /// One that could not be read.
+    unread: Option<(u32, SdError)>,
+    /// One that could not be read with those behind it: it is tried alone.
+    alone: Option<u32>,
+    /// Writes are kept back.
+    is_held: bool,
+    asked_until_us: u64,
+    /// Commands of reading ahead since the last write.
+    turns: u8,
+    /// What was written last: its number and its slot.
+    last_written: Option<(u32, usize)>,
+    write_failure: Option<SdError>,
+    untold: Untold,
+    now_us: u64,
+    /// When the card, or the slot, was looked at last.
+    looked_us: u64,
+    looks_by_itself: bool,
+    is_lent: bool,
+    lent: Option<Move>,
+    lent_is: Lent,
+    bus_hz: u32,
+    damaged: u32,
+    /// The card is to be identified as soon as nothing else goes on.
+    begins_anew: bool,
+    counters: Counters,
+}
+
+/// Events that nobody has heard of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Untold {
+    is_inserted: bool,
+    removed: Option<(SdError, bool)>,
+    write_failed: Option<SdError>,
+    slower: Option<u32>,
+}
+
+impl<H: Host> Service<H> {
+    /// Of no card yet: see [`identify`](Self::identify).
+    pub const fn new(host: H) -> Self {
+        Self {
+            host,
+            state: State::Absent(SdError::NoCard),
+            active: Active::Nothing,
+            queue: Queue::new(),
+            ahead: Ahead::new(),
+            groups: Groups::new(),
+            wanted: None,
+            unread: None,
+            alone: None,
+            is_held: false,
+            asked_until_us: 0,
+            turns: 0,
+            last_written: None,
+            write_failure: None,
+            untold: Untold { is_inserted: false, removed: None, write_failed: None, slower: None },
+            now_us: 0,
+            looked_us: 0,
+            looks_by_itself: false,
+            is_lent: false,
+            lent: None,
+            lent_is: Lent::Idle,
+            bus_hz: 0,
+            damaged: 0,
+            begins_anew: false,
+            counters: Counters {
+                reads: 0,
+                writes: 0,
+                repeated: 0,
+                damaged: 0,
+                slowest_read_us: 0,
+                slowest_write_us: 0,
+            },
+        }
+    }
+
+    /// The host.
+    pub const fn host(&mut self) -> &mut H {
+        &mut self.host
+    }
+
+    // --- the card ---
+
+    /// Whether there is a card.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// What it has done.
+    pub const fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// The clock of its bus, Hz.
+    pub const fn bus_hz(&self) -> u32 {
+        self.bus_hz
+    }
+
+    /// Looks for a card anew. What was queued is lost: see [`is_kept`](Self::is_kept).
+    pub fn identify(&mut self) {
+        self.forget_all();
+        self.write_failure = None;
+        self.state = State::Identifying;
+        self.begins_anew = true;
+        self.damaged = 0;
+    }
+
+    /// From now on it looks for cards that are put in, and whether the one that is in is still there.
+    pub const fn look_by_itself(&mut self) {
+        self.looks_by_itself = true;
+    }
+
+    /// What nobody has heard of.
+    pub fn take_event(&mut self) -> Option<Event> {
+        let untold = &mut self.untold;
+        if let Some((error, loses)) = untold.removed.take() {
+            return Some(Event::Removed(error, loses));
+        }
+        if let Some(error) = untold.write_failed.take() {
+            return Some(Event::WriteFailed(error));
+        }
+        if core::mem::take(&mut untold.is_inserted) {
+            return Some(Event::Inserted);
+        }
+        untold.slower.take().map(Event::Slower)
+    }
+
+    // --- reading ---
+
+    /// Reads a block, or asks for it.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub fn read(&mut self, number: u32, block: &mut Block) -> Result<Read, SdError> {
+        self.check(number)?;
+        if let Some((unread, error)) = self.unread
+            && unread == number
+        {
+            self.unread = None;
+            return Err(error);
+        }
+        let at_hand = self.queue.find(number).or_else(|| self.ahead.find(number)).or_else(|| self.groups.find(number));
+        // Who reads on does not want what came before.
+        let _passed = self.ahead.take(number);
+        match at_hand {
+            Some(slot) => {
+                self.host.load(slot, block);
+                Ok(Read::Done)
+            }
+            None => {
+                if !self.ahead.brings(number) {
+                    self.wanted = Some(number);
+                }
+                Ok(Read::NotYet)
+            }
+        }
+    }
+
+    /// Whether a block can be read at once, or cannot be read at all. Asks for nothing.
+    pub fn is_at_hand(&mut self, number: u32) -> bool {
+        self.check(number).is_err()
+            || self.unread.is_some_and(|(unread, _)| unread == number)
+            || self.queue.find(number).is_some()
+            || self.ahead.find(number).is_some()
+            || self.groups.find(number).is_some()
+    }
+
+    /// Blocks that the reader who is followed wants next, behind those he was said to want before. False
+    /// while there is no room for another stretch.
+    pub fn follow(&mut self, run: Run) -> bool {
+        self.ahead.follow(run)
+    }
+
+    /// Whether [`follow`](Self::follow) has room.
+    pub const fn follows_more(&self) -> bool {
+        self.ahead.takes_run()
+    }
+
+    /// Nobody is followed any more, or somebody else.
+    pub const fn unfollow(&mut self) {
+        self.ahead.forget();
+    }
+
+    // --- writing ---
+
+    /// Queues a block to be written. False while there is no room.
+    ///
+    /// # Errors
+    /// Why it cannot be written, or that one before it could not.
+    pub fn write(&mut self, number: u32, block: &Block) -> Result<bool, SdError> {
+        let card = self.check(number)?;
+        if card.is_protected {
+            return Err(SdError::Protected);
+        }
+        if self.write_failure.is_some() {
+            return Err(SdError::WriteFailed);
+        }
+        let Some(slot) = self.queue.push(number) else { return Ok(false) };
+        self.host.store(slot, block);
+        // What is at hand is as it is going to be on the card.
+        for copy in [self.groups.find(number), self.ahead.slot_of_any(number)].into_iter().flatten() {
+            self.host.store(copy, block);
+        }
+        Ok(true)
+    }
+
+    /// Blocks that can be queued.
+    pub const fn room(&self) -> usize {
+        self.queue.room()
+    }
+
+    /// Keeps writes back, or lets them go.
+    pub const fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
+    /// Whether the card would answer a read at once, and there is room for so many blocks. Who asks has the
+    /// card kept free for him for two milliseconds.
+    pub fn is_ready(&mut self, room: usize) -> bool {
+        if !matches!(self.state, State::Ready(_)) || self.is_lent {
+            return self.state != State::Identifying;
+        }
+        if self.queue.room() < room {
+            return false;
+        }
+        self.asked_until_us = self.now_us + ASKED_US;
+        !self.is_writing()
+    }
+
+    fn is_writing(&self) -> bool {
+        matches!(&self.active, Active::Move(moving, ..) if moving.what.direction == Direction::ToCard)
+    }
+
+    /// Whether everything that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not.
+    pub const fn is_kept(&self) -> Result<bool, SdError> {
+        match self.write_failure {
+            Some(error) => Err(error),
+            None => Ok(self.queue.is_empty() && self.last_written.is_none()),
+        }
+    }
+
+    /// What was written and failed is known to who wrote it: writes are taken again.
+    pub const fn forgive(&mut self) {
+        self.write_failure = None;
+    }
+
+    // --- a user of its own ---
+
+    /// Gives the card to one user alone, until it is [taken back](Self::take_back). False while something
+    /// waits to be written.
+    ///
+    /// # Errors
+    /// Without a card, or when something could not be written.
+    pub fn lend(&mut self) -> Result<bool, SdError> {
+        if let State::Absent(error) = self.state {
+            return Err(error);
+        }
+        if !self.is_kept()? || self.state == State::Identifying {
+            return Ok(false);
+        }
+        (self.is_lent, self.lent, self.lent_is) = (true, None, Lent::Idle);
+        self.forget_all();
+        Ok(true)
+    }
+
+    /// The user has done: the card is everybody's again. What is under way is still carried out.
+    pub fn take_back(&mut self) {
+        self.is_lent = false;
+        self.lent = None;
+        self.lent_is = Lent::Idle;
+        self.forget_all();
+    }
+
+    /// Whether somebody has it for himself.
+    pub const fn is_lent(&self) -> bool {
+        self.is_lent
+    }
+
+    /// Begins to move blocks between the card and memory at this address, which the host's DMA must reach and
+    /// which stays the transfer's until it has ended.
+    ///
+    /// # Errors
+    /// When another one is under way, the card is not lent or not there, or has no such blocks.
+    pub fn begin(&mut self, direction: Direction, run: Run, address: u32) -> Result<(), SdError> {
+        let State::Ready(card) = self.state else { return Err(SdError::NoCard) };
+        if !self.is_lent || self.lent_is == Lent::Busy {
+            return Err(SdError::Lent);
+        }
+        if run.count == 0 || run.first.checked_add(run.count).is_none_or(|end| end > card.blocks) {
+            return Err(SdError::OutOfRange);
+        }
+        if direction == Direction::ToCard && card.is_protected {
+            return Err(SdError::Protected);
+        }
+        self.lent = Some(Move { direction, first: run.first, count: run.count, place: Place::Address(address) });
+        self.lent_is = Lent::Busy;
+        Ok(())
+    }
+
+    /// How far it is. Its end is told once.
+    pub fn lent(&mut self) -> Lent {
+        let is = self.lent_is;
+        if is != Lent::Busy {
+            self.lent_is = Lent::Idle;
+        }
+        is
+    }
+
+    // --- moving on ---
+
+    /// Goes on as far as it can without waiting. From the controller's interrupt, and whenever time passes.
+    pub fn advance(&mut self, now_us: u64) {
+        self.now_us = now_us;
+        loop {
+            match &mut self.active {
+                Active::Nothing => {
+                    if !self.start() {
+                        return;
+                    }
+                }
+                Active::Identify(identify) => match identify.advance(&mut self.host, now_us) {
+                    None => return,
+                    Some(found) => self.identified(found),
+                },
+                Active::Look(looks) => match self.host.progress() {
+                    Progress::Busy => return,
+                    Progress::Done => self.rest(),
+                    Progress::Failed(_) if *looks < LOOKS => {
+                        *looks += 1;
+                        self.look();
+                    }
+                    Progress::Failed(_) => self.gone(SdError::NotResponding(13)),
+                },
+                Active::Move(moving, purpose, since_us) => {
+                    let State::Ready(card) = self.state else { return self.rest() };
+                    let (moved, purpose, since_us) =
+                        (moving.advance(&card, &mut self.host, now_us), *purpose, *since_us);
+                    let (what, attempt, is_damaged) = (moving.what, moving.attempt, moving.is_damaged);
+                    match moved {
+                        Moved::Not => return,
+                        Moved::Yes => self.moved(what, purpose, since_us),
+                        Moved::Again => self.again(attempt, is_damaged),
+                        Moved::Failed(error) => self.failed(what, purpose, error),
+                        Moved::Gone(error) => self.gone(error),
+                    }
+                }
+            }
+        }
+    }
+
+    fn rest(&mut self) {
+        self.active = Active::Nothing;
+        self.looked_us = self.now_us;
+    }
+
+    /// Begins what comes next; false when there is nothing.
+    fn start(&mut self) -> bool {
+        if core::mem::take(&mut self.begins_anew) {
+            self.active = Active::Identify(Identify::new(FASTEST_HZ));
+            return true;
+        }
+        let since_us = self.now_us.saturating_sub(self.looked_us);
+        let State::Ready(card) = self.state else {
+            let looks = self.looks_by_itself && since_us >= SLOT_PERIOD_US && self.state != State::Identifying;
+            self.begins_anew = looks;
+            return looks;
+        };
+        let (what, purpose) = match self.next(&card) {
+            Some(next) => next,
+            None if self.looks_by_itself && since_us >= LOOK_PERIOD_US => {
+                self.active = Active::Look(1);
+                self.look();
+                return true;
+            }
+            None => return false,
+        };
+        self.active = Active::Move(Moving::new(what), purpose, self.now_us);
+        true
+    }
+
+    fn look(&mut self) {
+        if let State::Ready(card) = self.state {
+            self.host.begin(Command::new(13, card.relative_address), None);
+        }
+    }
+
+    fn next(&mut self, card: &CardInfo) -> Option<(Move, Purpose)> {
+        if let Some(what) = self.lent.take() {
+            return Some((what, Purpose::Lent));
+        }
+        let from = |first, count, slot| Move { direction: Direction::FromCard, first, count, place: Place::Slot(slot) };
+        if let Some(number) = self.wanted.take() {
+            let end = if self.alone.take() == Some(number) { number + 1 } else { card.blocks };
+            let (group, slot, count) = self.groups.make_room(number, end);
+            return Some((from(number, count, slot), Purpose::Group(group)));
+        }
+        let is_free = !self.is_held && self.now_us >= self.asked_until_us;
+        let has_write = is_free && !self.queue.is_empty();
+        if let Some((run, slot)) = self.ahead.next(CHUNK)
+            && !(has_write && self.turns >= TURNS)
+            // Not block by block behind a slow reader.
+            && (self.ahead.room() >= CHUNK / 2 || !self.ahead.has_longer(run))
+        {
+            self.turns = self.turns.saturating_add(1);
+            self.ahead.begin(run);
+            return Some((from(run.first, run.count, slot), Purpose::Ahead));
+        }
+        if has_write {
+            self.turns = 0;
+            let most = if self.ahead.is_used() { 1 } else { CHUNK };
+            let (first, slot, count) = self.queue.begin(most)?;
+            let place = Place::Slot(slot);
+            return Some((Move { direction: Direction::ToCard, first, count: count as u32, place }, Purpose::Write));
+        }
+        if self.queue.is_empty()
+            && is_free
+            && let Some((number, slot)) = self.last_written
+        {
+            return Some((from(number, 1, SCRATCH_SLOT), Purpose::ReadBack(slot)));
+        }
+        None
+    }
+
+    fn identified(&mut self, found: Result<CardInfo, SdError>) {
+        self.rest();
+        self.state = match found {
+            Ok(card) => {
+                self.bus_hz = card.highest_hz();
+                self.untold.is_inserted = true;
+                State::Ready(card)
+            }
+            Err(error) => State::Absent(error),
+        };
+    }
+
+    fn moved(&mut self, what: Move, purpose: Purpose, since_us: u64) {
+        let took_us = u32::try_from(self.now_us.saturating_sub(since_us)).unwrap_or(u32::MAX);
+        let Counters { reads, writes, slowest_read_us, slowest_write_us, .. } = &mut self.counters;
+        match what.direction {
+            Direction::FromCard => {
+                (*reads, *slowest_read_us) = (reads.wrapping_add(what.count), took_us.max(*slowest_read_us));
+            }
+            Direction::ToCard => {
+                (*writes, *slowest_write_us) = (writes.wrapping_add(what.count), took_us.max(*slowest_write_us));
+            }
+        }
+        match purpose {
+            Purpose::Group(group) => {
+                self.groups.finish(group, what.first, what.count);
+                self.overlay(what);
+            }
+            Purpose::Ahead => {
+                self.ahead.finish(true);
+                self.overlay(what);
+            }
+            Purpose::Write => self.last_written = Some(self.queue.finish()),
+            Purpose::ReadBack(slot) => self.compare(slot),
+            Purpose::Lent => self.lent_is = Lent::Done,
+        }
+        self.rest();
+    }
+
+    /// Blocks that have come are as they were on the card: what waits to be written over them counts.
+    fn overlay(&mut self, what: Move) {
+        let Place::Slot(slot) = what.place else { return };
+        let (host, mut block) = (&mut self.host, [0; BLOCK_BYTES]);
+        self.queue.each_within(what.first, what.count, |offset, from| {
+            host.load(from, &mut block);
+            host.store(slot + offset as usize, &block);
+        });
+    }
+
+    /// What was written last has been read back.
+    fn compare(&mut self, slot: usize) {
+        self.last_written = None;
+        // A queue that has filled up meanwhile has something else there.
+        if self.queue.room() == 0 {
+            return;
+        }
+        let (mut written, mut read) = ([0; BLOCK_BYTES], [0; BLOCK_BYTES]);
+        self.host.load(slot, &mut written);
+        self.host.load(SCRATCH_SLOT, &mut read);
+        if written != read {
+            self.fail_writes(SdError::NotKept);
+        }
+    }
+
+    fn again(&mut self, attempt: u8, is_damaged: bool) {
+        self.counters.repeated = self.counters.repeated.wrapping_add(1);
+        if !is_damaged {
+            return;
+        }
+        self.counters.damaged = self.counters.damaged.wrapping_add(1);
+        self.damaged += 1;
+        if (attempt > 2 || self.damaged >= MOST_DAMAGED) && self.bus_hz > SLOWEST_HZ {
+            (self.bus_hz, self.damaged) = (self.bus_hz / 2, 0);
+            self.host.set_bus(self.bus_hz, true);
+            self.untold.slower = Some(self.bus_hz);
+        }
+    }
+
+    fn failed(&mut self, what: Move, purpose: Purpose, error: SdError) {
+        match purpose {
+            // Which of them it was is found out.
+            Purpose::Group(_) if what.count > 1 => (self.alone, self.wanted) = (Some(what.first), Some(what.first)),
+            Purpose::Group(_) => self.unread = Some((what.first, error)),
+            Purpose::Ahead => self.ahead.finish(false),
+            Purpose::Write | Purpose::ReadBack(_) => self.fail_writes(error),
+            Purpose::Lent => self.lent_is = Lent::Failed(error),
+        }
+        self.rest();
+    }
+
+    /// As if the power had gone: nothing behind it is written.
+    fn fail_writes(&mut self, error: SdError) {
+        self.queue.clear();
+        self.last_written = None;
+        self.write_failure = Some(error);
+        self.untold.write_failed = Some(error);
+        // They have what was to be written, and the card has not.
+        self.groups.clear();
+        self.ahead.forget();
+    }
+
+    fn gone(&mut self, error: SdError) {
+        if self.lent_is == Lent::Busy {
+            self.lent_is = Lent::Failed(error);
+        }
+        let loses = !self.queue.is_empty();
+        self.rest();
+        self.forget_all();
+        self.state = State::Absent(error);
+        self.untold.removed = Some((error, loses));
+        if loses {
+            self.write_failure = Some(error);
+        }
+    }
+
+    fn forget_all(&mut self) {
+        self.queue.clear();
+        self.last_written = None;
+        self.groups.clear();
+        self.ahead.forget();
+        if !matches!(self.active, Active::Move(_, Purpose::Ahead, _)) {
+            self.ahead.finish(false);
+            self.ahead.forget();
+        }
+        (self.wanted, self.unread, self.alone) = (None, None, None);
+    }
+
+    fn check(&self, number: u32) -> Result<CardInfo, SdError> {
+        match self.state {
+            _ if self.is_lent => Err(SdError::Lent),
+            State::Ready(card) if number < card.blocks => Ok(card),
+            State::Ready(_) => Err(SdError::OutOfRange),
+            State::Absent(error) => Err(error),
+            State::Identifying => Err(SdError::NoCard),
+        }
+    }
+}
