@@ -61,12 +61,12 @@ pub use service::{Counters, Event, Lent, Read, Service, State};
 pub const BLOCK_BYTES: usize = 512;
 
 /// Blocks that can wait to be written.
-pub const QUEUE_BLOCKS: usize = 48;
-/// Blocks read ahead for the reader that is followed: 380 ms at 5,000 lines a second of 30 bytes each, and a
+pub const QUEUE_BLOCKS: usize = 32;
+/// Blocks read ahead for the reader that is followed: 327 ms at 5,000 lines a second of 30 bytes each, and a
 /// card may stall for 250 ms (PL 6.00 section 4.6.2).
-pub const AHEAD_BLOCKS: usize = 112;
+pub const AHEAD_BLOCKS: usize = 96;
 /// Blocks kept for everybody: groups of consecutive ones.
-pub const GROUPS: usize = 3;
+pub const GROUPS: usize = 2;
 /// Blocks of a group.
 pub const GROUP_BLOCKS: usize = 8;
 

@@ -5,7 +5,7 @@ use core::fmt::Write;
 
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
-use bsp_prime::sd::SdCard;
+use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::{adc, memory, thread_stack, time, wait};
@@ -67,9 +67,9 @@ pub struct Shared<M, H, S, T> {
 }
 
 /// All ports.
-pub struct BoardPorts<M, H, S, T> {
+pub struct BoardPorts<M, H, S, T, K: Mutex<T = CardService>> {
     owned: &'static mut Owned,
-    storage: CardStorage,
+    storage: CardStorage<K>,
     shared: Shared<M, H, S, T>,
     /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
@@ -78,7 +78,7 @@ pub struct BoardPorts<M, H, S, T> {
     plan: fn(),
 }
 
-impl<M, H, S, T> BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -86,7 +86,7 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     /// `plan` wakes the planner task.
-    pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
+    pub fn new(owned: &'static mut Owned, card: K, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
@@ -168,13 +168,13 @@ where
     }
 }
 
-impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = CardService>> Clock for BoardPorts<M, H, S, T, K> {
     fn now(&self) -> Micros {
         time::now()
     }
 }
 
-impl<M, H, S, T> Ahead for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = CardService>> Ahead for BoardPorts<M, H, S, T, K> {
     type Workspace = &'static mut Workspace;
 
     fn workspace(&mut self) -> Option<&'static mut Workspace> {
@@ -182,7 +182,7 @@ impl<M, H, S, T> Ahead for BoardPorts<M, H, S, T> {
     }
 }
 
-impl<M, H, S, T> MotionPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> MotionPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -205,7 +205,7 @@ where
     }
 }
 
-impl<M, H, S, T> HeatPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> HeatPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -221,7 +221,7 @@ where
     }
 }
 
-impl<M, H, S, T> DriversPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> DriversPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -243,7 +243,7 @@ where
     }
 }
 
-impl<M, H, S, T> Inputs for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> Inputs for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -256,7 +256,7 @@ where
     }
 }
 
-impl<M, H, S, T> Consoles for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> Consoles for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -284,7 +284,7 @@ where
 /// The owner of a pin that somebody tries out.
 const BORROWER: &str = "the command gpio";
 
-impl<M, H, S, T> PinPort for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = CardService>> PinPort for BoardPorts<M, H, S, T, K> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
         let pins = &mut self.owned.pins;
         let level = match drive {
@@ -315,7 +315,7 @@ impl<M, H, S, T> PinPort for BoardPorts<M, H, S, T> {
     }
 }
 
-impl<M, H, S, T> Board for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = CardService>> Board for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -395,6 +395,8 @@ where
 
     fn report_alive(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
+        // Its commands have limits, and cards come and go.
+        self.storage.card(|slot| slot.with(|card| card.advance(time::now().0)));
         if self.reset_at.is_some_and(|at| time::now() >= at) {
             crate::fault::reset_as_asked();
         }
@@ -413,7 +415,7 @@ where
     }
 }
 
-impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = CardService>> Calendar for BoardPorts<M, H, S, T, K> {
     fn date(&self) -> DateTime {
         date()
     }
@@ -424,7 +426,7 @@ impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
     }
 }
 
-impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = CardService>> Storage for BoardPorts<M, H, S, T, K> {
     fn between_steps(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
     }
@@ -476,6 +478,22 @@ impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         self.storage.rename(from, to)
+    }
+
+    fn read_ahead(&mut self, file: FileHandle) {
+        self.storage.read_ahead(file);
+    }
+
+    fn is_at_hand(&mut self, file: FileHandle) -> bool {
+        self.storage.is_at_hand(file)
+    }
+
+    fn is_ready(&mut self) -> bool {
+        self.storage.is_ready()
+    }
+
+    fn is_kept(&mut self) -> Result<bool, StorageError> {
+        self.storage.is_kept()
     }
 }
 

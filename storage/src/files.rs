@@ -1,39 +1,49 @@
 //! The storage port over both: names here, contents there.
 
-use drivers::fat::{
-    Attributes, Entry, Error as NameError, Listing, Name, Place, Reader, Stamp, Volume, first_partition,
-};
+use drivers::fat::{Attributes, Entry, Error as NameError, Listing, Name, Place, Reader, Stamp, Volume};
 use embedded_sdmmc::{
-    Block, BlockIdx, Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
+    Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
 };
 use heapless::{String, Vec};
 use machine::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
 
 use crate::Card;
+use crate::ahead::Ahead;
 use crate::beside::{Beside, Readers};
 use crate::errors::{of_content, of_name};
-use crate::lens::{Device, Lens};
+use crate::finding::find_volume;
+use crate::lens::{Device, Lens, NotRead, SHIFT};
 use crate::listing::listed;
+use crate::written::Written;
 
 /// Files open at once.
 pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
+/// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
+const READY_ROOM: usize = 16;
 /// Where the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
 type Manager<C, T> = VolumeManager<Lens<C>, T, MAX_DIRECTORIES, MAX_FILES, 1>;
 
 /// An open file.
-#[derive(Clone, Copy)]
 struct Open {
     handle: FileHandle,
-    raw: RawFile,
     place: Place,
-    /// It may be written to.
-    writes: bool,
-    /// A write went wrong: the file may have more clusters than it says.
-    failed: bool,
+    content: Content,
+}
+
+/// What it is open for.
+enum Content {
+    Read(Beside),
+    Written(Written),
+}
+
+impl Open {
+    const fn is_written(&self) -> bool {
+        matches!(self.content, Content::Written(_))
+    }
 }
 
 /// A directory that is being listed, so that its next entries are found without reading it from its
@@ -53,6 +63,8 @@ pub struct CardStorage<C: Card, T: TimeSource> {
     readers: Readers,
     next_handle: u8,
     listed: Option<Listed>,
+    /// The file that is played, and what is read ahead of it.
+    ahead: Option<Ahead>,
 }
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
@@ -67,6 +79,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
             readers: Readers::default(),
             next_handle: 0,
             listed: None,
+            ahead: None,
         }
     }
 
@@ -135,7 +148,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         if entry.is_directory() {
             return Err(StorageError::WrongKind);
         }
-        if self.open.iter().any(|open| open.writes && open.place == entry.place()) {
+        if self.open.iter().any(|open| open.is_written() && open.place == entry.place()) {
             return Err(StorageError::Busy);
         }
         let handle = self.new_handle();
@@ -143,26 +156,123 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         Ok(handle)
     }
 
-    /// Reads on beside.
-    fn read_beside(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        let Self { manager, readers, .. } = self;
-        let Some(beside) = readers.get(file) else { return Err(StorageError::NotFound) };
+    /// A file that is only read, beside or not.
+    fn reader(&mut self, file: FileHandle) -> Option<&mut Beside> {
+        reader_of(&mut self.open, &mut self.readers, file)
+    }
+
+    /// Reads on in a file that is only read.
+    fn read_on(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        let Self { manager, readers, open, ahead, .. } = self;
+        let Some(reader) = reader_of(open, readers, file) else { return Err(StorageError::NotFound) };
         let count = manager.device(|lens| {
             let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
-            beside.reader.read(volume, &mut device, beside.offset, buffer).map_err(of_name::<C>)
+            let count = reader.read(volume, &mut device, buffer).map_err(of_name::<C>)?;
+            if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
+                ahead.go_on(reader.offset, lens);
+            }
+            Ok(count)
         })?;
-        beside.offset += count as u32;
         Ok(count)
     }
 
+    /// Whether reading on takes no waiting. What is missing is asked for.
+    fn can_read_on(&mut self, file: FileHandle) -> bool {
+        let Self { manager, readers, open, ahead, .. } = self;
+        let Some(reader) = reader_of(open, readers, file) else { return true };
+        manager.device(|lens| {
+            if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
+                if !ahead.leads_from(reader.offset) {
+                    lens.card().unfollow();
+                    *ahead = Ahead::new(file, reader.reader, reader.offset);
+                }
+                ahead.go_on(reader.offset, lens);
+            }
+            let Some((volume, mut device)) = lens.names_at_hand() else { return true };
+            let read = reader.reader.read(volume, &mut device, reader.offset, &mut [0]);
+            !matches!(read, Err(NameError::Device(NotRead::Yet)))
+        })
+    }
+
+    /// Writes what a file has gathered.
+    fn settle_written(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        let Self { manager, open, .. } = self;
+        let written = open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content);
+        let Some(Content::Written(written)) = written else { return Ok(()) };
+        if written.rest().is_empty() {
+            return Ok(());
+        }
+        let done = manager.write(written.raw, written.rest());
+        written.forget();
+        self.wrote(file, done)
+    }
+
+    /// What became of a write of whole or last blocks.
+    fn wrote(&mut self, file: FileHandle, done: Result<(), Error<crate::Fault<C::Error>>>) -> Result<(), StorageError> {
+        let Err(error) = done else { return Ok(()) };
+        if let Ok(written) = self.written(file) {
+            written.has_failed = true;
+        }
+        match error {
+            Error::DiskFull | Error::NotEnoughSpace => Err(self.why_full()),
+            error => Err(of_content::<C>(error)),
+        }
+    }
+
+    fn write_on(&mut self, file: FileHandle, mut bytes: &[u8]) -> Result<(), StorageError> {
+        let raw = self.written(file)?.raw;
+        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
+        // an error there.
+        let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
+        if is_empty
+            && self.written(file)?.rest().is_empty()
+            && !self.names(|volume, device| volume.has_free(device, 2))?
+        {
+            return Err(StorageError::Full);
+        }
+        while !bytes.is_empty() {
+            let offset = self.manager.file_offset(raw).map_err(of_content::<C>)?;
+            let Self { manager, open, .. } = self;
+            let written = open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content);
+            let Some(Content::Written(written)) = written else { return Err(StorageError::NotFound) };
+            let (whole, taken) = written.gather(offset, bytes);
+            let done = whole.map_or(Ok(()), |block| manager.write(raw, block));
+            if whole.is_some() {
+                written.forget();
+            }
+            self.wrote(file, done)?;
+            bytes = bytes.get(taken..).unwrap_or(&[]);
+        }
+        Ok(())
+    }
+
+    /// Keeps the card at rest while something reads and writes by turns. What was written before and has failed
+    /// is known by now: who wrote it was told, or everybody.
+    fn at_rest<R>(&mut self, action: impl FnOnce(&mut Self) -> Result<R, StorageError>) -> Result<R, StorageError> {
+        self.card(|card| card.hold(true));
+        let done = self.mend().and_then(|()| action(self));
+        self.card(|card| card.hold(false));
+        done
+    }
+
+    /// After a write that has failed the volume is as after a power cut: what is half done is completed, once
+    /// nobody writes any more who counts on what came after.
+    fn mend(&mut self) -> Result<(), StorageError> {
+        if self.card(|card| card.is_kept().is_ok()) || self.open.iter().any(Open::is_written) {
+            return Ok(());
+        }
+        self.card(C::forgive);
+        self.listed = None;
+        self.manager.device(|lens| lens.mend()).map_err(of_name::<C>)
+    }
+
     /// Opens what a file contains, found by the short names along its path.
-    fn open_content(&self, path: &str, file: &Entry, mode: OpenMode) -> Result<RawFile, StorageError> {
+    fn open_content(&self, path: &str, file: &Entry) -> Result<RawFile, StorageError> {
         let volume = self.raw_volume.ok_or(StorageError::NoCard)?;
         let mut directory = self.manager.open_root_dir(volume).map_err(of_content::<C>)?;
         let opened = self.enter(&mut directory, path).and_then(|()| {
             let name = self.short_name(directory, file)?;
-            let mode = if mode == OpenMode::Read { Mode::ReadOnly } else { Mode::ReadWriteAppend };
-            self.manager.open_file_in_dir(directory, name, mode).map_err(of_content::<C>)
+            self.manager.open_file_in_dir(directory, name, Mode::ReadWriteAppend).map_err(of_content::<C>)
         });
         self.close_directory(directory);
         opened
@@ -202,12 +312,20 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         }
         let name = ShortFileName::create_from_str(&text).map_err(|_| StorageError::Unsupported)?;
         let found = self.manager.find_directory_entry(directory, name).map_err(of_content::<C>)?;
-        let place = Place { block: found.entry_block.0, slot: (found.entry_offset / 32) as u8 };
+        let place = Place { block: found.entry_block.0.wrapping_sub(SHIFT), slot: (found.entry_offset / 32) as u8 };
         if place == entry.place() { Ok(name) } else { Err(StorageError::Damaged) }
     }
 
-    fn opened(&mut self, file: FileHandle) -> Result<&mut Open, StorageError> {
-        self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)
+    fn written_or_none(&mut self, file: FileHandle) -> Result<RawFile, StorageError> {
+        self.written(file).map(|written| written.raw)
+    }
+
+    fn written(&mut self, file: FileHandle) -> Result<&mut Written, StorageError> {
+        let open = self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)?;
+        match &mut open.content {
+            Content::Written(written) => Ok(written),
+            Content::Read(_) => Err(StorageError::ReadOnly),
+        }
     }
 
     /// A handle that no open file has; one that was closed is not soon given again.
@@ -221,10 +339,14 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         }
     }
 
-    fn close_content(&mut self, open: Open) -> Result<(), StorageError> {
-        let closed = self.manager.close_file(open.raw).map_err(of_content::<C>);
+    fn close_content(&mut self, open: &Open) -> Result<(), StorageError> {
+        let Content::Written(written) = &open.content else { return Ok(()) };
+        let rest = written.rest();
+        let done = if rest.is_empty() { Ok(()) } else { self.manager.write(written.raw, rest) };
+        let has_failed = written.has_failed || done.is_err();
+        let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
         self.manager.device(|lens| lens.release(open.place));
-        if open.failed {
+        if has_failed {
             // As much as was written stays; the clusters that were taken for the rest are given back.
             self.names(|volume, device| volume.trim(device, open.place))?;
         }
@@ -246,11 +368,12 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     /// is closed, as it may be another card.
     fn mount(&mut self) -> Result<(), StorageError> {
         self.listed = None;
+        self.ahead = None;
         self.readers.clear();
         while let Some(open) = self.open.pop() {
             // The old card may be gone: that its files cannot be closed properly is no reason not to look for
             // a new one.
-            let _gone = self.close_content(open);
+            let _gone = self.close_content(&open);
         }
         self.manager.device(|lens| lens.volume = None);
         if let Some(volume) = self.raw_volume.take() {
@@ -258,14 +381,10 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
             let _refused = self.manager.close_volume(volume);
         }
         self.manager.device(|lens| {
-            let reason = |error| C::reason(&error);
-            lens.card().identify().map_err(reason)?;
-            let mut table = [Block::new()];
-            lens.card().read(&mut table, BlockIdx(0)).map_err(reason)?;
-            let (first, blocks) = first_partition(&table[0]).map_err(|_| StorageError::NoFileSystem)?;
-            let mut volume = Volume::open(&mut Device(lens.card()), first, blocks).map_err(of_name::<C>)?;
-            volume.settle(&mut Device(lens.card())).map_err(of_name::<C>)?;
-            lens.volume = Some(volume);
+            let card = lens.card();
+            card.hold(false);
+            card.identify().map_err(|error| C::reason(&error))?;
+            lens.volume = Some(find_volume(card)?);
             Ok(())
         })?;
         let opened = self.manager.open_raw_volume(VolumeIdx(0)).map_err(of_content::<C>);
@@ -284,78 +403,109 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
         if self.open.is_full() {
             return Err(StorageError::TooManyOpen);
         }
-        let entry = self.prepare(path, mode)?;
-        let writes = mode != OpenMode::Read;
-        if writes {
-            self.readers.forget(entry.place());
-        }
-        let raw = self.open_content(path, &entry, mode)?;
-        self.manager.device(|lens| lens.keep(&entry));
-        let handle = self.new_handle();
-        // There is room, as was seen above.
-        let _pushed = self.open.push(Open { handle, raw, place: entry.place(), writes, failed: false });
-        Ok(handle)
+        self.at_rest(|storage| {
+            let entry = storage.prepare(path, mode)?;
+            let handle = storage.new_handle();
+            let content = if mode == OpenMode::Read {
+                Content::Read(Beside { handle, place: entry.place(), reader: Reader::new(&entry), offset: 0 })
+            } else {
+                storage.readers.forget(entry.place());
+                let raw = storage.open_content(path, &entry)?;
+                storage.manager.device(|lens| lens.keep(&entry));
+                Content::Written(Written::new(raw))
+            };
+            // There is room, as was seen above.
+            let _pushed = storage.open.push(Open { handle, place: entry.place(), content });
+            Ok(handle)
+        })
     }
 
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        if self.readers.has(file) {
-            return self.read_beside(file, buffer);
+        if self.reader(file).is_none() {
+            return self.at_rest(|storage| {
+                storage.settle_written(file)?;
+                let raw = storage.written_or_none(file)?;
+                storage.manager.read(raw, buffer).map_err(of_content::<C>)
+            });
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.read(raw, buffer).map_err(of_content::<C>)
+        let mut count = 0;
+        while let Some(rest) = buffer.get_mut(count..).filter(|rest| !rest.is_empty()) {
+            match self.read_on(file, rest)? {
+                0 => break,
+                read => count += read,
+            }
+        }
+        Ok(count)
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        if self.readers.has(file) {
+        if self.reader(file).is_some() {
             return if bytes.is_empty() { Ok(()) } else { Err(StorageError::ReadOnly) };
         }
-        let raw = self.opened(file)?.raw;
+        self.written(file)?;
         // Writing nothing would take a cluster for it.
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
-        // an error there.
-        let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
-        if is_empty && !self.names(|volume, device| volume.has_free(device, 2))? {
-            return Err(StorageError::Full);
-        }
-        let written = self.manager.write(raw, bytes);
-        if written.is_err() {
-            self.opened(file)?.failed = true;
-        }
-        match written {
-            Err(Error::DiskFull | Error::NotEnoughSpace) => Err(self.why_full()),
-            written => written.map_err(of_content::<C>),
-        }
+        if bytes.is_empty() { Ok(()) } else { self.at_rest(|storage| storage.write_on(file, bytes)) }
     }
 
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        if let Some(beside) = self.readers.get(file) {
-            beside.offset = offset_bytes;
-            return if offset_bytes <= beside.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
+        if let Some(reader) = self.reader(file) {
+            reader.offset = offset_bytes;
+            return if offset_bytes <= reader.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
+        self.at_rest(|storage| {
+            storage.settle_written(file)?;
+            let raw = storage.written_or_none(file)?;
+            storage.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
+        })
     }
 
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        if let Some(beside) = self.readers.get(file) {
-            return Ok(beside.reader.size_bytes());
+        if let Some(reader) = self.reader(file) {
+            return Ok(reader.reader.size_bytes());
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.file_length(raw).map_err(of_content::<C>)
+        let raw = self.written_or_none(file)?;
+        let (length, offset) = (self.manager.file_length(raw), self.manager.file_offset(raw));
+        let gathered = self.written(file)?.gathered();
+        Ok(length.map_err(of_content::<C>)?.max(offset.map_err(of_content::<C>)? + gathered))
     }
 
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        if self.ahead.as_ref().is_some_and(|ahead| ahead.file == file) {
+            self.ahead = None;
+            self.card(C::unfollow);
+        }
         if self.readers.close(file) {
             return Ok(());
         }
         let place = self.open.iter().position(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         let open = self.open.swap_remove(place);
-        // Its size in the directory has changed.
-        self.listed = None;
-        self.close_content(open)
+        if open.is_written() {
+            // Its size in the directory has changed.
+            self.listed = None;
+        }
+        self.card(|card| card.hold(true));
+        let closed = self.close_content(&open);
+        self.card(|card| card.hold(false));
+        closed
+    }
+
+    fn read_ahead(&mut self, file: FileHandle) {
+        let Some(reader) = self.reader(file) else { return };
+        let ahead = Ahead::new(file, reader.reader, reader.offset);
+        self.ahead = Some(ahead);
+        self.card(C::unfollow);
+    }
+
+    fn is_at_hand(&mut self, file: FileHandle) -> bool {
+        self.can_read_on(file)
+    }
+
+    fn is_ready(&mut self) -> bool {
+        self.card(|card| card.is_ready(READY_ROOM))
+    }
+
+    fn is_kept(&mut self) -> Result<bool, StorageError> {
+        self.card(|card| card.is_kept()).map_err(|error| C::reason(&error))
     }
 
     fn list(
@@ -387,21 +537,40 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        let entry = self.find_closed(inside(path)?)?;
-        self.readers.forget(entry.place());
-        self.change(|volume, device| volume.remove(device, &entry))
+        let path = inside(path)?;
+        self.at_rest(|storage| {
+            let entry = storage.find_closed(path)?;
+            storage.readers.forget(entry.place());
+            storage.change(|volume, device| volume.remove(device, &entry))
+        })
     }
 
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
         let (path, now) = (inside(path)?, self.now());
-        self.change(|volume, device| volume.make_directory(device, path, now)).map(drop)
+        self.at_rest(|storage| storage.change(|volume, device| volume.make_directory(device, path, now)).map(drop))
     }
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        let entry = self.find_closed(inside(from)?)?;
-        self.readers.forget(entry.place());
-        let to = inside(to)?;
-        self.change(|volume, device| volume.rename(device, &entry, to))
+        let (from, to) = (inside(from)?, inside(to));
+        self.at_rest(|storage| {
+            let entry = storage.find_closed(from)?;
+            storage.readers.forget(entry.place());
+            let to = to?;
+            storage.change(|volume, device| volume.rename(device, &entry, to))
+        })
+    }
+}
+
+/// A file that is only read, beside or not.
+fn reader_of<'a>(
+    open: &'a mut Vec<Open, MAX_FILES>,
+    readers: &'a mut Readers,
+    file: FileHandle,
+) -> Option<&'a mut Beside> {
+    match open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content) {
+        Some(Content::Read(reader)) => Some(reader),
+        Some(Content::Written(_)) => None,
+        None => readers.get(file),
     }
 }
 

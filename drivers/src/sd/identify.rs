@@ -56,6 +56,8 @@ enum Step {
     SetHighSpeed,
     AnnounceScrAgain,
     ScrAgain,
+    /// CMD12: what a register's transfer has left behind in card and host ends.
+    Cut,
 }
 
 /// What comes of a step.
@@ -153,6 +155,7 @@ impl Identify {
             Step::BlockLength => host.begin(Command::new(16, BLOCK_BYTES as u32), None),
             Step::Scr | Step::ScrAgain => host.begin(Command::new(51, 0), Some(register(SCR_BYTES))),
             Step::AskHighSpeed => host.begin(Command::new(6, ASK_HIGH_SPEED), Some(register(SWITCH_BYTES))),
+            Step::Cut => host.begin(Command::new(12, 0), None),
             Step::SetHighSpeed => host.begin(Command::new(6, SET_HIGH_SPEED), Some(register(SWITCH_BYTES))),
         }
     }
@@ -202,10 +205,16 @@ impl Identify {
             (Step::AskMmc, Ok(())) => Failed(SdError::Unsupported(Unsupported::Mmc)),
             (Step::AskMmc, Err(_)) => Failed(SdError::NoCard),
             // What the card cannot do fast, or damages, it does at the usual clock.
-            (Step::AskHighSpeed | Step::SetHighSpeed | Step::AnnounceScrAgain | Step::ScrAgain, Err(_)) => {
-                self.stay_slow(host)
-            }
-            (Step::AnnounceScr | Step::Scr, Err(_)) => Outcome::Done,
+            (
+                Step::AnnounceScr
+                | Step::Scr
+                | Step::AskHighSpeed
+                | Step::SetHighSpeed
+                | Step::AnnounceScrAgain
+                | Step::ScrAgain,
+                Err(_),
+            ) => Next(Step::Cut),
+            (Step::Cut, _) => self.stay_slow(host),
             (step, Err(fault)) => Failed(SdError::of(fault, index(step))),
             (Step::GoIdle, Ok(())) => Next(Step::InterfaceCondition),
             (Step::AnnounceConditions, Ok(())) => Next(Step::Conditions),
