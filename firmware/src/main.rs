@@ -86,7 +86,7 @@ mod app {
         heat: Heat,
         slow: Slow,
         triggers: TriggerInputs,
-        card: CardService,
+        card: &'static mut CardService,
     }
 
     #[local]

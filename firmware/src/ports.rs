@@ -13,9 +13,9 @@ use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, CardEvent, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -38,6 +38,8 @@ use crate::{LATCH, REPORTS, workspace};
 const MAX_INPUTS: usize = 35 + 4 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
+/// Longer than that a reset waits for no card.
+const LAST_WRITES: Micros = Micros::from_seconds(5);
 
 /// The LED that is on while something moves: LED 2.
 const PLAY_LED: u8 = 1;
@@ -67,7 +69,7 @@ pub struct Shared<M, H, S, T> {
 }
 
 /// All ports.
-pub struct BoardPorts<M, H, S, T, K: Mutex<T = CardService>> {
+pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     owned: &'static mut Owned,
     storage: CardStorage<K>,
     shared: Shared<M, H, S, T>,
@@ -78,7 +80,7 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = CardService>> {
     plan: fn(),
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -168,13 +170,13 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Clock for BoardPorts<M, H, S, T, K> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
     fn now(&self) -> Micros {
         time::now()
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Ahead for BoardPorts<M, H, S, T, K> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Ahead for BoardPorts<M, H, S, T, K> {
     type Workspace = &'static mut Workspace;
 
     fn workspace(&mut self) -> Option<&'static mut Workspace> {
@@ -182,7 +184,7 @@ impl<M, H, S, T, K: Mutex<T = CardService>> Ahead for BoardPorts<M, H, S, T, K> 
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> MotionPort for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> MotionPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -205,7 +207,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> HeatPort for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> HeatPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -221,7 +223,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> DriversPort for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> DriversPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -243,7 +245,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Inputs for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Inputs for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -256,7 +258,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Consoles for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Consoles for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -284,7 +286,7 @@ where
 /// The owner of a pin that somebody tries out.
 const BORROWER: &str = "the command gpio";
 
-impl<M, H, S, T, K: Mutex<T = CardService>> PinPort for BoardPorts<M, H, S, T, K> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<M, H, S, T, K> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
         let pins = &mut self.owned.pins;
         let level = match drive {
@@ -315,7 +317,7 @@ impl<M, H, S, T, K: Mutex<T = CardService>> PinPort for BoardPorts<M, H, S, T, K
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Board for BoardPorts<M, H, S, T, K>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Board for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -397,7 +399,10 @@ where
         REPORTS.report(Reporter::Dispatcher);
         // Its commands have limits, and cards come and go.
         self.storage.card(|slot| slot.with(|card| card.advance(time::now().0)));
-        if self.reset_at.is_some_and(|at| time::now() >= at) {
+        // What was written goes to the card first, unless that takes too long.
+        let waits = !matches!(self.storage.is_kept(), Ok(true) | Err(_));
+        let is_due = |at: Micros| time::now() >= if waits { at.plus(LAST_WRITES) } else { at };
+        if self.reset_at.is_some_and(is_due) {
             crate::fault::reset_as_asked();
         }
     }
@@ -415,7 +420,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Calendar for BoardPorts<M, H, S, T, K> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts<M, H, S, T, K> {
     fn date(&self) -> DateTime {
         date()
     }
@@ -426,7 +431,7 @@ impl<M, H, S, T, K: Mutex<T = CardService>> Calendar for BoardPorts<M, H, S, T, 
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = CardService>> Storage for BoardPorts<M, H, S, T, K> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<M, H, S, T, K> {
     fn between_steps(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
     }
@@ -486,6 +491,10 @@ impl<M, H, S, T, K: Mutex<T = CardService>> Storage for BoardPorts<M, H, S, T, K
 
     fn is_at_hand(&mut self, file: FileHandle) -> bool {
         self.storage.is_at_hand(file)
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.storage.take_event()
     }
 
     fn is_ready(&mut self) -> bool {

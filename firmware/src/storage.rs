@@ -4,9 +4,9 @@ use bsp_prime::rtc;
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use drivers::fat::Block;
-use drivers::sd::{Read, Run, SdError, State};
+use drivers::sd::{Event, Read, Run, SdError, State};
 use embedded_sdmmc::{TimeSource, Timestamp};
-use machine::ports::{DateTime, FileTime, StorageError};
+use machine::ports::{CardEvent, DateTime, FileTime, StorageError};
 use rtic::Mutex;
 use storage::Card;
 
@@ -14,7 +14,7 @@ use storage::Card;
 pub type CardStorage<K> = storage::CardStorage<Slot<K>, Dated>;
 
 /// Not mounted.
-pub fn card_storage<K: Mutex<T = CardService>>(card: K) -> CardStorage<K> {
+pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStorage<K> {
     CardStorage::new(Slot(card), Dated)
 }
 
@@ -22,10 +22,10 @@ pub fn card_storage<K: Mutex<T = CardService>>(card: K) -> CardStorage<K> {
 /// two looks, until the controller's interrupt or the next run of the step feed.
 pub struct Slot<K>(K);
 
-impl<K: Mutex<T = CardService>> Slot<K> {
+impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
     /// Looks at the card.
     pub fn with<R>(&mut self, action: impl FnOnce(&mut CardService) -> R) -> R {
-        self.0.lock(action)
+        self.0.lock(|card| action(card))
     }
 
     /// Waits until there is an answer.
@@ -47,11 +47,13 @@ impl<K: Mutex<T = CardService>> Slot<K> {
     }
 }
 
-impl<K: Mutex<T = CardService>> Card for Slot<K> {
+impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
     type Error = SdError;
 
     fn identify(&mut self) -> Result<(), SdError> {
-        self.0.lock(CardService::identify);
+        // From the first time on: cards come and go while the machine runs.
+        self.0.lock(|card| card.look_by_itself());
+        self.0.lock(|card| card.identify());
         self.wait(|card| match card.state() {
             State::Ready(_) => Some(Ok(())),
             State::Absent(error) => Some(Err(error)),
@@ -121,7 +123,16 @@ impl<K: Mutex<T = CardService>> Card for Slot<K> {
     }
 
     fn forgive(&mut self) {
-        self.0.lock(CardService::forgive);
+        self.0.lock(|card| card.forgive());
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.0.lock(|card| card.take_event()).map(|event| match event {
+            Event::Inserted => CardEvent::Inserted,
+            Event::Removed(_, loses) => CardEvent::Removed { loses },
+            Event::WriteFailed(error) => CardEvent::WriteFailed(Self::reason(&error)),
+            Event::Slower(hz) => CardEvent::Slower(hz / 1_000),
+        })
     }
 
     fn follow(&mut self, run: Run) -> bool {
@@ -134,7 +145,7 @@ impl<K: Mutex<T = CardService>> Card for Slot<K> {
     }
 
     fn unfollow(&mut self) {
-        self.0.lock(CardService::unfollow);
+        self.0.lock(|card| card.unfollow());
     }
 
     fn reason(error: &SdError) -> StorageError {

@@ -5,7 +5,7 @@ use embedded_sdmmc::{
     Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
 };
 use heapless::{String, Vec};
-use machine::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
+use machine::ports::{CardEvent, DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
 
 use crate::Card;
 use crate::ahead::Ahead;
@@ -21,7 +21,7 @@ pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
 /// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
-const READY_ROOM: usize = 16;
+const READY_ROOM: usize = 24;
 /// Where the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
@@ -498,6 +498,10 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
 
     fn is_at_hand(&mut self, file: FileHandle) -> bool {
         self.can_read_on(file)
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.card(C::take_event)
     }
 
     fn is_ready(&mut self) -> bool {

@@ -28,7 +28,7 @@ use lens::Fault;
 
 use drivers::fat::Block;
 use drivers::sd::Run;
-use machine::ports::StorageError;
+use machine::ports::{CardEvent, StorageError};
 
 /// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. Whoever
 /// has no queue and reads nothing ahead leaves the questions at their answers.
@@ -86,6 +86,11 @@ pub trait Card {
 
     /// A write that has failed is known: writes are taken again.
     fn forgive(&mut self) {}
+
+    /// What nobody has heard of.
+    fn take_event(&mut self) -> Option<CardEvent> {
+        None
+    }
 
     /// Reads these blocks ahead, behind those it was told before. False while there is no room for more.
     fn follow(&mut self, _run: Run) -> bool {

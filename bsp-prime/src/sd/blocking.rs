@@ -1,11 +1,23 @@
 //! The card by calls that wait.
 
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
 use drivers::fat::Blocks;
 use drivers::sd::{Block, CardInfo, Read, SdError, State};
 use stm32h7xx_hal::pac;
 
 use super::{CardService, Controller};
 use crate::time;
+
+/// Where the service lives: DTCM is for what steps wait for.
+struct Home(UnsafeCell<MaybeUninit<CardService>>);
+
+// SAFETY: it is reached through the one reference that `into_service` gives.
+unsafe impl Sync for Home {}
+
+#[unsafe(link_section = ".axisram")]
+static HOME: Home = Home(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// A card, waited for. Each call ends within some seconds at worst, as every command has its bound.
 pub struct SdCard(CardService);
@@ -17,8 +29,9 @@ impl SdCard {
 
     /// The same as a service, moved on by the controller's interrupt.
     #[must_use]
-    pub fn into_service(self) -> CardService {
-        self.0
+    pub fn into_service(self) -> &'static mut CardService {
+        // SAFETY: there is one controller, so one card, and this takes it: nobody else has a reference.
+        unsafe { (*HOME.0.get()).write(self.0) }
     }
 
     /// Finds the card; again after a change of cards. Some milliseconds, with a card that is slow to start up to

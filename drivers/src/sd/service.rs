@@ -145,6 +145,8 @@ pub struct Service<H> {
     damaged: u32,
     /// The card is to be identified as soon as nothing else goes on.
     begins_anew: bool,
+    /// Nobody has asked for that.
+    is_found_by_itself: bool,
     counters: Counters,
 }
 
@@ -185,6 +187,7 @@ impl<H: Host> Service<H> {
             bus_hz: 0,
             damaged: 0,
             begins_anew: false,
+            is_found_by_itself: false,
             counters: Counters {
                 reads: 0,
                 writes: 0,
@@ -223,7 +226,7 @@ impl<H: Host> Service<H> {
         self.forget_all();
         self.write_failure = None;
         self.state = State::Identifying;
-        self.begins_anew = true;
+        (self.begins_anew, self.is_found_by_itself) = (true, false);
         self.damaged = 0;
     }
 
@@ -345,8 +348,10 @@ impl<H: Host> Service<H> {
         if self.queue.room() < room {
             return false;
         }
-        self.asked_until_us = self.now_us + ASKED_US;
-        !self.is_writing()
+        let is_writing = self.is_writing();
+        // Once he has it, his own writes are not to wait.
+        self.asked_until_us = if is_writing { self.now_us + ASKED_US } else { 0 };
+        !is_writing
     }
 
     fn is_writing(&self) -> bool {
@@ -487,7 +492,7 @@ impl<H: Host> Service<H> {
         let since_us = self.now_us.saturating_sub(self.looked_us);
         let State::Ready(card) = self.state else {
             let looks = self.looks_by_itself && since_us >= SLOT_PERIOD_US && self.state != State::Identifying;
-            self.begins_anew = looks;
+            (self.begins_anew, self.is_found_by_itself) = (looks, looks);
             return looks;
         };
         let (what, purpose) = match self.next(&card) {
@@ -551,7 +556,7 @@ impl<H: Host> Service<H> {
         self.state = match found {
             Ok(card) => {
                 self.bus_hz = card.highest_hz();
-                self.untold.is_inserted = true;
+                self.untold.is_inserted = self.is_found_by_itself;
                 State::Ready(card)
             }
             Err(error) => State::Absent(error),

@@ -19,7 +19,7 @@ use crate::failure::{Failure, message};
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::paper::Paper;
-use crate::ports::{InputLevels, Ports};
+use crate::ports::{InputLevels, Ports, StorageError};
 use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::Event;
 use crate::safety::travel::Travel;
@@ -177,6 +177,19 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// [`Failure::Halted`].
     pub async fn pause(&mut self) -> Result<(), Failure> {
         self.machine.pause().await
+    }
+
+    /// Waits until the card is at rest: see [`super::card`].
+    pub async fn card_at_rest(&mut self) {
+        super::card::at_rest(self.machine).await;
+    }
+
+    /// Waits until all that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not.
+    pub async fn card_has_kept(&mut self) -> Result<(), StorageError> {
+        super::card::kept(self.machine).await
     }
 
     /// One turn of a wait that must end well, halt or not.

@@ -101,9 +101,13 @@ pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments
 async fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Result<(), StorageError> {
     let mut rewrite = Rewrite::begin(hands.storage(), edit)?;
     loop {
+        hands.card_at_rest().await;
         match rewrite.go_on(hands.storage()) {
             Ok(true) => hands.pause_anyway().await,
-            Ok(false) => return rewrite.finish(hands.storage()),
+            Ok(false) => {
+                rewrite.finish(hands.storage())?;
+                return hands.card_has_kept().await;
+            }
             Err(error) => {
                 rewrite.give_up(hands.storage());
                 return Err(error);

@@ -25,6 +25,7 @@ use crate::ports::{Storage, StorageError};
 use crate::sessions::SessionId;
 pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
 pub(crate) use transfer::Transfers;
+pub use upload::NotSaved;
 use upload::Upload;
 
 /// Where names start from, and what is being uploaded.

@@ -25,8 +25,10 @@ pub enum Next {
     Line,
     /// A line that is longer than any.
     TooLong,
-    /// Nothing yet: its dialect is looked for.
+    /// Nothing: its dialect is looked for.
     Nothing,
+    /// Nothing: the card has not brought it yet.
+    NotYet,
     /// Its dialect, which it says itself.
     Dialect(Dialect),
     /// Its end.
@@ -137,6 +139,9 @@ impl FileLines {
         loop {
             if let Some(next) = self.gather_at_hand(line) {
                 return next;
+            }
+            if !storage.is_at_hand(self.file) {
+                return Next::NotYet;
             }
             match self.fill(storage) {
                 Ok(true) => {}

@@ -239,6 +239,7 @@ impl Jobs {
             let _ = storage.close(file);
             failed(error)
         })?;
+        storage.read_ahead(file);
         // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
         // Where that cannot be found out, its size and what is in it are all there is to go by.
@@ -460,6 +461,7 @@ impl Jobs {
             let _ = storage.close(file);
             return Err(Failure::refused(TOO_DEEP));
         }
+        storage.read_ahead(file);
         let caller = core::mem::replace(&mut job.lines, FileLines::new(file));
         // There is room.
         let _ = job.callers.push(caller);
@@ -470,6 +472,7 @@ impl Jobs {
     pub fn return_from_file(&mut self, storage: &mut impl Storage) -> bool {
         let Some(job) = &mut self.job else { return false };
         let Some(caller) = job.callers.pop() else { return false };
+        storage.read_ahead(caller.file());
         let done = core::mem::replace(&mut job.lines, caller);
         // It was only read: a failing close loses nothing.
         let _ = storage.close(done.file());

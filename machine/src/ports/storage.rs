@@ -123,6 +123,22 @@ impl StorageError {
     }
 }
 
+/// What has happened to the card by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CardEvent {
+    /// One was put in, and is not mounted.
+    Inserted,
+    /// It was taken out, or has failed altogether.
+    Removed {
+        /// With something that was to be written.
+        loses: bool,
+    },
+    /// A write has failed for good, and those behind it are lost.
+    WriteFailed(StorageError),
+    /// Much arrived damaged, so its bus is slower from now on, kHz.
+    Slower(u32),
+}
+
 /// What a file is marked with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileAttributes {
@@ -236,6 +252,11 @@ pub trait Storage {
     /// Why something is not; until the next change begins.
     fn is_kept(&mut self) -> Result<bool, StorageError> {
         Ok(true)
+    }
+
+    /// What has happened to the card and nobody has heard of.
+    fn take_event(&mut self) -> Option<CardEvent> {
+        None
     }
 
     /// Between the steps of a change that takes several, each some block writes of up to a quarter of a
