@@ -10,12 +10,14 @@ use machine::ports::{CardEvent, DateTime, FileTime, StorageError};
 use rtic::Mutex;
 use storage::Card;
 
+use crate::workspace;
+
 /// The card with its file system.
-pub type CardStorage<K> = storage::CardStorage<Slot<K>, Dated>;
+pub type CardStorage<K> = storage::CardStorage<'static, Slot<K>, Dated>;
 
 /// Not mounted.
 pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStorage<K> {
-    CardStorage::new(Slot(card), Dated)
+    CardStorage::new(Slot(card), Dated, workspace::gathered())
 }
 
 /// The card in its slot, behind its lock. Each call holds it for microseconds; what has to wait sleeps between

@@ -14,7 +14,7 @@ use crate::errors::{of_content, of_name};
 use crate::finding::find_volume;
 use crate::lens::{Device, Lens, NotRead, SHIFT};
 use crate::listing::listed;
-use crate::written::Written;
+use crate::written::{Gathered, Written};
 
 /// Files open at once.
 pub const MAX_FILES: usize = 5;
@@ -55,7 +55,7 @@ struct Listed {
 }
 
 /// The card with its file system. `T` dates files.
-pub struct CardStorage<C: Card, T: TimeSource> {
+pub struct CardStorage<'g, C: Card, T: TimeSource> {
     manager: Manager<C, T>,
     clock: T,
     raw_volume: Option<RawVolume>,
@@ -65,11 +65,12 @@ pub struct CardStorage<C: Card, T: TimeSource> {
     listed: Option<Listed>,
     /// The file that is played, and what is read ahead of it.
     ahead: Option<Ahead>,
+    gathered: &'g mut Gathered,
 }
 
-impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
+impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     /// Not mounted.
-    pub fn new(card: C, clock: T) -> Self {
+    pub fn new(card: C, clock: T, gathered: &'g mut Gathered) -> Self {
         let manager = Manager::new_with_limits(Lens::new(card), clock.clone(), 1);
         Self {
             manager,
@@ -80,6 +81,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
             next_handle: 0,
             listed: None,
             ahead: None,
+            gathered,
         }
     }
 
@@ -194,16 +196,12 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         })
     }
 
-    /// Writes what a file has gathered.
-    fn settle_written(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        let Self { manager, open, .. } = self;
-        let written = open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content);
-        let Some(Content::Written(written)) = written else { return Ok(()) };
-        if written.rest().is_empty() {
-            return Ok(());
-        }
-        let done = manager.write(written.raw, written.rest());
-        written.forget();
+    /// Writes what has been gathered, of whatever file.
+    fn settle_gathered(&mut self) -> Result<(), StorageError> {
+        let Some(file) = self.gathered.file() else { return Ok(()) };
+        let Ok(raw) = self.written_or_none(file) else { return Ok(()) };
+        let done = self.manager.write(raw, self.gathered.of(file));
+        self.gathered.forget();
         self.wrote(file, done)
     }
 
@@ -221,26 +219,25 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
 
     fn write_on(&mut self, file: FileHandle, mut bytes: &[u8]) -> Result<(), StorageError> {
         let raw = self.written(file)?.raw;
+        if self.gathered.file().is_some_and(|other| other != file) {
+            // Its own error is told when it is written again, or closed.
+            let _other = self.settle_gathered();
+        }
         // The last free cluster would be taken for an empty file and then lost, as finding no further one is
         // an error there.
         let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
-        if is_empty
-            && self.written(file)?.rest().is_empty()
-            && !self.names(|volume, device| volume.has_free(device, 2))?
-        {
+        if is_empty && self.gathered.of(file).is_empty() && !self.names(|volume, device| volume.has_free(device, 2))? {
             return Err(StorageError::Full);
         }
         while !bytes.is_empty() {
             let offset = self.manager.file_offset(raw).map_err(of_content::<C>)?;
-            let Self { manager, open, .. } = self;
-            let written = open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content);
-            let Some(Content::Written(written)) = written else { return Err(StorageError::NotFound) };
-            let (whole, taken) = written.gather(offset, bytes);
-            let done = whole.map_or(Ok(()), |block| manager.write(raw, block));
-            if whole.is_some() {
-                written.forget();
+            let Self { manager, gathered, .. } = self;
+            let (whole, taken) = gathered.take(file, offset, bytes);
+            if let Some(block) = whole {
+                let done = manager.write(raw, block);
+                gathered.forget();
+                self.wrote(file, done)?;
             }
-            self.wrote(file, done)?;
             bytes = bytes.get(taken..).unwrap_or(&[]);
         }
         Ok(())
@@ -341,8 +338,11 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
 
     fn close_content(&mut self, open: &Open) -> Result<(), StorageError> {
         let Content::Written(written) = &open.content else { return Ok(()) };
-        let rest = written.rest();
+        let rest = self.gathered.of(open.handle);
         let done = if rest.is_empty() { Ok(()) } else { self.manager.write(written.raw, rest) };
+        if !rest.is_empty() {
+            self.gathered.forget();
+        }
         let has_failed = written.has_failed || done.is_err();
         let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
         self.manager.device(|lens| lens.release(open.place));
@@ -363,7 +363,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
     }
 }
 
-impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
+impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
     /// Finds the card and its first partition, and completes what a power cut has interrupted. What was open
     /// is closed, as it may be another card.
     fn mount(&mut self) -> Result<(), StorageError> {
@@ -412,7 +412,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
                 storage.readers.forget(entry.place());
                 let raw = storage.open_content(path, &entry)?;
                 storage.manager.device(|lens| lens.keep(&entry));
-                Content::Written(Written::new(raw))
+                Content::Written(Written { raw, has_failed: false })
             };
             // There is room, as was seen above.
             let _pushed = storage.open.push(Open { handle, place: entry.place(), content });
@@ -423,7 +423,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
         if self.reader(file).is_none() {
             return self.at_rest(|storage| {
-                storage.settle_written(file)?;
+                storage.settle_gathered()?;
                 let raw = storage.written_or_none(file)?;
                 storage.manager.read(raw, buffer).map_err(of_content::<C>)
             });
@@ -453,7 +453,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
             return if offset_bytes <= reader.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
         }
         self.at_rest(|storage| {
-            storage.settle_written(file)?;
+            storage.settle_gathered()?;
             let raw = storage.written_or_none(file)?;
             storage.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
         })
@@ -465,7 +465,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
         }
         let raw = self.written_or_none(file)?;
         let (length, offset) = (self.manager.file_length(raw), self.manager.file_offset(raw));
-        let gathered = self.written(file)?.gathered();
+        let gathered = self.gathered.of(file).len() as u32;
         Ok(length.map_err(of_content::<C>)?.max(offset.map_err(of_content::<C>)? + gathered))
     }
 

@@ -25,6 +25,7 @@ mod tests;
 pub use beside::MAX_BESIDE;
 pub use files::{CardStorage, MAX_FILES};
 use lens::Fault;
+pub use written::Gathered;
 
 use drivers::fat::Block;
 use drivers::sd::Run;

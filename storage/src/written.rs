@@ -1,8 +1,9 @@
-//! A file that is written, through `embedded-sdmmc`. Bytes gather in a block, so that each block goes to the card
+//! Files that are written, through `embedded-sdmmc`. Bytes gather in a block, so that each block goes to the card
 //! once however small the pieces are that it is written in.
 
 use embedded_sdmmc::RawFile;
 use heapless::Vec;
+use machine::ports::FileHandle;
 
 /// Bytes of a block.
 const BLOCK: usize = 512;
@@ -10,44 +11,52 @@ const BLOCK: usize = 512;
 /// An open file that may be written to.
 pub(crate) struct Written {
     pub raw: RawFile,
-    /// What comes at the file's offset, and has not filled its block yet.
-    gathered: Vec<u8, BLOCK>,
     /// A write went wrong: the file may have more clusters than it says.
     pub has_failed: bool,
 }
 
-impl Written {
-    pub const fn new(raw: RawFile) -> Self {
-        Self { raw, gathered: Vec::new(), has_failed: false }
+/// What one file has been given to write and has not filled its block yet: of the file that was written last.
+#[derive(Debug, Default)]
+pub struct Gathered {
+    file: Option<FileHandle>,
+    bytes: Vec<u8, BLOCK>,
+}
+
+impl Gathered {
+    /// Nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { file: None, bytes: Vec::new() }
     }
 
-    /// Bytes that are not part of the file yet.
-    pub fn gathered(&self) -> u32 {
-        self.gathered.len() as u32
+    /// The file that it is of, unless there is nothing.
+    pub(crate) fn file(&self) -> Option<FileHandle> {
+        self.file.filter(|_| !self.bytes.is_empty())
+    }
+
+    /// What of it is this file's, to be written at the file's offset.
+    pub(crate) fn of(&self, file: FileHandle) -> &[u8] {
+        if self.file == Some(file) { &self.bytes } else { &[] }
     }
 
     /// Takes of these bytes what belongs to the block at this offset of the file: what is to be written now, if
-    /// anything, and how many were taken. All of it is written at the offset, and then nothing is gathered.
-    pub fn gather<'a>(&'a mut self, offset: u32, bytes: &'a [u8]) -> (Option<&'a [u8]>, usize) {
-        let filled = (offset as usize + self.gathered.len()) % BLOCK;
+    /// anything, and how many were taken. Nothing is gathered of another file.
+    pub(crate) fn take<'a>(&'a mut self, file: FileHandle, offset: u32, bytes: &'a [u8]) -> (Option<&'a [u8]>, usize) {
+        self.file = Some(file);
+        let filled = (offset as usize + self.bytes.len()) % BLOCK;
         let taken = bytes.len().min(BLOCK - filled);
         let (piece, _) = bytes.split_at(taken);
         let ends_block = filled + taken == BLOCK;
-        if self.gathered.is_empty() && ends_block {
+        if self.bytes.is_empty() && ends_block {
             return (Some(piece), taken);
         }
         // What is gathered and what is taken lie in one block.
-        let _fits = self.gathered.extend_from_slice(piece);
-        (ends_block.then_some(self.gathered.as_slice()), taken)
-    }
-
-    /// What is gathered, to be written now.
-    pub fn rest(&self) -> &[u8] {
-        &self.gathered
+        let _fits = self.bytes.extend_from_slice(piece);
+        (ends_block.then_some(self.bytes.as_slice()), taken)
     }
 
     /// It is written, or lost.
-    pub fn forget(&mut self) {
-        self.gathered.clear();
+    pub(crate) fn forget(&mut self) {
+        self.bytes.clear();
     }
 }

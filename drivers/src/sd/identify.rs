@@ -310,6 +310,7 @@ const fn register(bytes: u16) -> Transfer {
 }
 
 /// What a register transfer has brought.
+#[inline(never)]
 fn read<const BYTES: usize>(host: &impl Host) -> [u8; BYTES] {
     let (mut block, mut bytes) = ([0; BLOCK_BYTES], [0; BYTES]);
     host.load(SCRATCH_SLOT, &mut block);

@@ -591,6 +591,8 @@ impl<H: Host> Service<H> {
     }
 
     /// Blocks that have come are as they were on the card: what waits to be written over them counts.
+    // Not part of whoever calls it: its block is on the stack only while it is at work. The same below.
+    #[inline(never)]
     fn overlay(&mut self, what: Move) {
         let Place::Slot(slot) = what.place else { return };
         let (host, mut block) = (&mut self.host, [0; BLOCK_BYTES]);
@@ -601,6 +603,7 @@ impl<H: Host> Service<H> {
     }
 
     /// What was written last has been read back.
+    #[inline(never)]
     fn compare(&mut self, slot: usize) {
         self.last_written = None;
         // A queue that has filled up meanwhile has something else there.
