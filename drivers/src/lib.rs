@@ -13,6 +13,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod debounce;
+pub mod exfat;
 pub mod fat;
 pub mod max31855;
 pub mod max31856;
