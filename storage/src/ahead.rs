@@ -5,8 +5,8 @@ use drivers::sd::{AHEAD_BLOCKS, Run};
 use machine::ports::FileHandle;
 
 use crate::Card;
-use crate::beside::FileReader;
 use crate::lens::Lens;
+use crate::mounted::FileReader;
 
 /// The way ahead of a file's reader.
 pub(crate) struct Ahead {

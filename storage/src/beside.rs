@@ -1,15 +1,14 @@
 //! Readers of files. Those that read beside whoever else has a file open are many, each with its own way along
 //! its clusters.
 
-use drivers::fat::{Blocks, Error, Place, Reader, Volume};
+use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;
 use machine::ports::{FileHandle, StorageError};
 
+use crate::mounted::{FileReader, Mounted};
+
 /// Files read beside at once: one, and those that wait for their subroutines.
 pub const MAX_BESIDE: usize = 4;
-
-/// The way along a file.
-pub(crate) type FileReader = Reader;
 
 /// A file that is read.
 pub(crate) struct Beside {
@@ -23,7 +22,7 @@ impl Beside {
     /// Reads on, to the end of a block at most.
     pub fn read<B: Blocks>(
         &mut self,
-        volume: &mut Volume,
+        volume: &mut Mounted,
         device: &mut B,
         buffer: &mut [u8],
     ) -> Result<usize, Error<B::Error>> {

@@ -1,6 +1,6 @@
 //! The storage port over both: names here, contents there.
 
-use drivers::fat::{Attributes, Entry, Error as NameError, Listing, Name, Place, Reader, Stamp, Volume};
+use drivers::fat::{Attributes, Entry, Error as NameError, Name, Place, Stamp, Volume};
 use embedded_sdmmc::{
     Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
 };
@@ -14,6 +14,7 @@ use crate::errors::{of_content, of_name};
 use crate::finding::find_volume;
 use crate::lens::{Device, Lens, NotRead, SHIFT};
 use crate::listing::listed;
+use crate::mounted::{FileReader, Listing, Mounted, find_file};
 use crate::written::{Gathered, Written};
 
 /// Files open at once.
@@ -101,7 +102,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
         self.manager.device(|lens| {
-            let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
+            let (volume, mut device) = lens.names()?;
             action(volume, &mut device).map_err(of_name::<C>)
         })
     }
@@ -130,32 +131,56 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
             }
             (found, _) => found?,
         };
-        match (entry.is_directory(), mode) {
-            (true, _) => return Err(StorageError::WrongKind),
-            (_, OpenMode::Read | OpenMode::Beside) => {}
-            _ if entry.attributes().has(Attributes::READ_ONLY) => return Err(StorageError::ReadOnly),
-            (_, OpenMode::Append) => self.names(|volume, device| volume.forget_free_count(device))?,
-            (_, OpenMode::Write) => {
-                self.change(|volume, device| volume.empty(device, &entry, now))?;
-                return Ok(entry);
-            }
+        if entry.is_directory() {
+            return Err(StorageError::WrongKind);
         }
+        if entry.attributes().has(Attributes::READ_ONLY) {
+            return Err(StorageError::ReadOnly);
+        }
+        if mode == OpenMode::Write {
+            self.change(|volume, device| volume.empty(device, &entry, now))?;
+            return Ok(entry);
+        }
+        self.names(|volume, device| volume.forget_free_count(device))?;
         self.names(|volume, device| volume.check(device, &entry))?;
         Ok(entry)
     }
 
+    /// Lets `action` read on a volume of either kind.
+    fn reading<R>(
+        &self,
+        action: impl FnOnce(&mut Mounted, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
+    ) -> Result<R, StorageError> {
+        self.manager.device(|lens| {
+            let (volume, mut device) = lens.reading()?;
+            action(volume, &mut device).map_err(of_name::<C>)
+        })
+    }
+
     /// Opens a file beside whoever reads it.
     fn open_beside(&mut self, path: &str) -> Result<FileHandle, StorageError> {
-        let entry = self.names(|volume, device| volume.find(device, path))?;
-        if entry.is_directory() {
-            return Err(StorageError::WrongKind);
-        }
-        if self.open.iter().any(|open| open.is_written() && open.place == entry.place()) {
+        let (reader, place) = self.reading(|volume, device| find_file(volume, device, path))?;
+        if self.open.iter().any(|open| open.is_written() && open.place == place) {
             return Err(StorageError::Busy);
         }
         let handle = self.new_handle();
-        self.readers.push(Beside { handle, place: entry.place(), reader: Reader::new(&entry), offset: 0 })?;
+        self.readers.push(Beside { handle, place, reader, offset: 0 })?;
         Ok(handle)
+    }
+
+    /// The file of this path, which nobody has open, to be read.
+    fn open_reader(&mut self, path: &str, handle: FileHandle) -> Result<Beside, StorageError> {
+        let (reader, place) = self.reading(|volume, device| find_file(volume, device, path))?;
+        if self.open.iter().any(|open| open.place == place) {
+            return Err(StorageError::Busy);
+        }
+        if matches!(reader, FileReader::Fat(_)) {
+            self.names(|volume, device| {
+                let entry = volume.find(device, path)?;
+                volume.check(device, &entry)
+            })?;
+        }
+        Ok(Beside { handle, place, reader, offset: 0 })
     }
 
     /// A file that is only read, beside or not.
@@ -168,7 +193,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         let Self { manager, readers, open, ahead, .. } = self;
         let Some(reader) = reader_of(open, readers, file) else { return Err(StorageError::NotFound) };
         let count = manager.device(|lens| {
-            let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
+            let (volume, mut device) = lens.reading()?;
             let count = reader.read(volume, &mut device, buffer).map_err(of_name::<C>)?;
             if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
                 ahead.go_on(reader.offset, lens);
@@ -387,6 +412,9 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             lens.volume = Some(find_volume(card)?);
             Ok(())
         })?;
+        if self.manager.device(|lens| matches!(lens.volume, Some(Mounted::Exfat(_)))) {
+            return Ok(());
+        }
         let opened = self.manager.open_raw_volume(VolumeIdx(0)).map_err(of_content::<C>);
         if opened.is_err() {
             self.manager.device(|lens| lens.volume = None);
@@ -404,18 +432,19 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             return Err(StorageError::TooManyOpen);
         }
         self.at_rest(|storage| {
-            let entry = storage.prepare(path, mode)?;
             let handle = storage.new_handle();
-            let content = if mode == OpenMode::Read {
-                Content::Read(Beside { handle, place: entry.place(), reader: Reader::new(&entry), offset: 0 })
+            let open = if mode == OpenMode::Read {
+                let reader = storage.open_reader(path, handle)?;
+                Open { handle, place: reader.place, content: Content::Read(reader) }
             } else {
+                let entry = storage.prepare(path, mode)?;
                 storage.readers.forget(entry.place());
                 let raw = storage.open_content(path, &entry)?;
                 storage.manager.device(|lens| lens.keep(&entry));
-                Content::Written(Written { raw, has_failed: false })
+                Open { handle, place: entry.place(), content: Content::Written(Written { raw, has_failed: false }) }
             };
             // There is room, as was seen above.
-            let _pushed = storage.open.push(Open { handle, place: entry.place(), content });
+            let _pushed = storage.open.push(open);
             Ok(handle)
         })
     }
@@ -523,11 +552,11 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         let last = self.listed.take().filter(|last| last.path == path && last.entries == skip);
         let (mut to_skip, mut next) = match last {
             Some(last) => (0, last.next),
-            None => (skip, self.names(|volume, device| volume.list(device, inner))?),
+            None => (skip, self.reading(|volume, device| Listing::start(volume, device, inner))?),
         };
         let mut name = Name::new();
         while !entries.is_full() {
-            let Some(entry) = self.names(|volume, device| next.next(volume, device, &mut name))? else { break };
+            let Some(entry) = self.reading(|volume, device| next.next(volume, device, &mut name))? else { break };
             if to_skip > 0 {
                 to_skip -= 1;
             } else {

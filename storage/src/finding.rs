@@ -1,11 +1,13 @@
 //! Where on the card the volume is: in a partition of a table of either kind, or on the bare card.
 
+use drivers::exfat;
 use drivers::fat::{Error, Volume, half, word};
 use machine::ports::StorageError;
 
 use crate::Card;
 use crate::errors::of_name;
 use crate::lens::Device;
+use crate::mounted::Mounted;
 
 /// The partition table of old (MBR): four entries of 16 bytes.
 const TABLE: usize = 446;
@@ -22,7 +24,7 @@ const BASIC_DATA: [u8; 16] =
 const MOST_ENTRIES: u32 = 128;
 
 /// The first volume that can be used.
-pub(crate) fn find_volume<C: Card>(card: &mut C) -> Result<Volume, StorageError> {
+pub(crate) fn find_volume<C: Card>(card: &mut C) -> Result<Mounted, StorageError> {
     let reason = |error: C::Error| C::reason(&error);
     let blocks = card.blocks().map_err(reason)?;
     let mut first = [0; 512];
@@ -64,7 +66,7 @@ struct Search<'a, C> {
 
 impl<C: Card> Search<'_, C> {
     /// The volume that begins at this block; `None` when there is none that can be used.
-    fn try_open(&mut self, first: u32, blocks: u32) -> Result<Option<Volume>, StorageError> {
+    fn try_open(&mut self, first: u32, blocks: u32) -> Result<Option<Mounted>, StorageError> {
         let mut boot = [0; 512];
         match self.card.read(first, &mut boot) {
             // A table that names blocks which the card does not have.
@@ -73,11 +75,15 @@ impl<C: Card> Search<'_, C> {
         }
         match boot.get(3..11) {
             Some(b"NTFS    ") => self.why = StorageError::Ntfs,
-            Some(b"EXFAT   ") => self.why = StorageError::Exfat,
+            Some(b"EXFAT   ") => match exfat::Volume::open(&mut Device(self.card), first) {
+                Ok(volume) => return Ok(Some(Mounted::Exfat(volume))),
+                Err(Error::NotFat(_)) => self.why = StorageError::OddExfat,
+                Err(error) => return Err(of_name::<C>(error)),
+            },
             _ => match Volume::open(&mut Device(self.card), first, blocks) {
                 Ok(mut volume) => {
                     volume.settle(&mut Device(self.card)).map_err(of_name::<C>)?;
-                    return Ok(Some(volume));
+                    return Ok(Some(Mounted::Fat(volume)));
                 }
                 Err(Error::NotFat("FAT12")) => self.why = StorageError::Fat12,
                 Err(Error::NotFat(_)) => {}
@@ -87,7 +93,7 @@ impl<C: Card> Search<'_, C> {
         Ok(None)
     }
 
-    fn guid_table(&mut self) -> Result<Option<Volume>, StorageError> {
+    fn guid_table(&mut self) -> Result<Option<Mounted>, StorageError> {
         let reason = |error: C::Error| C::reason(&error);
         let mut block = [0; 512];
         self.card.read(1, &mut block).map_err(reason)?;

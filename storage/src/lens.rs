@@ -19,6 +19,9 @@ use core::fmt;
 use drivers::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
+use machine::ports::StorageError;
+
+use crate::mounted::Mounted;
 use crate::{Card, MAX_FILES};
 
 /// Where an entry has its case bits.
@@ -54,7 +57,7 @@ impl<E: CoreError> CoreError for Fault<E> {}
 pub(crate) struct Lens<C> {
     /// In a cell, as `embedded-sdmmc` reads and writes through a shared reference.
     card: RefCell<C>,
-    pub(crate) volume: Option<Volume>,
+    pub(crate) volume: Option<Mounted>,
     /// Entries of open files with their case bits.
     kept: [Option<(Place, u8)>; MAX_FILES],
 }
@@ -69,9 +72,20 @@ impl<C> Lens<C> {
         self.card.get_mut()
     }
 
-    /// The volume, and the device that [`drivers::fat`] changes it on. `None` before there is one.
-    pub(crate) fn names(&mut self) -> Option<(&mut Volume, Device<'_, C>)> {
-        Some((self.volume.as_mut()?, Device(self.card.get_mut())))
+    /// The volume, and the device that [`drivers::fat`] changes it on.
+    ///
+    /// # Errors
+    /// Before there is one, and when it is of the kind that is only read.
+    pub(crate) fn names(&mut self) -> Result<(&mut Volume, Device<'_, C>), StorageError> {
+        match self.volume.as_mut().ok_or(StorageError::NoCard)? {
+            Mounted::Fat(volume) => Ok((volume, Device(self.card.get_mut()))),
+            Mounted::Exfat(_) => Err(StorageError::Exfat),
+        }
+    }
+
+    /// The volume of either kind, to read from.
+    pub(crate) fn reading(&mut self) -> Result<(&mut Mounted, Device<'_, C>), StorageError> {
+        Ok((self.volume.as_mut().ok_or(StorageError::NoCard)?, Device(self.card.get_mut())))
     }
 
     /// After writes were lost: the volume as it is on the card, with what was half done completed.
@@ -79,7 +93,7 @@ impl<C> Lens<C> {
     where
         C: Card,
     {
-        let Some((volume, mut device)) = self.names() else { return Ok(()) };
+        let Ok((volume, mut device)) = self.names() else { return Ok(()) };
         *volume = volume.again(&mut device)?;
         volume.settle(&mut device)
     }
@@ -87,14 +101,14 @@ impl<C> Lens<C> {
     /// Does something with a device that does not wait; what comes of it.
     pub(crate) fn at_hand<R>(
         &mut self,
-        action: impl FnOnce(&mut Volume, &mut AtHand<'_, C>) -> Option<R>,
+        action: impl FnOnce(&mut Mounted, &mut AtHand<'_, C>) -> Option<R>,
     ) -> Option<R> {
         let (volume, mut device) = self.names_at_hand()?;
         action(volume, &mut device)
     }
 
     /// The same with a device that does not wait.
-    pub(crate) fn names_at_hand(&mut self) -> Option<(&mut Volume, AtHand<'_, C>)> {
+    pub(crate) fn names_at_hand(&mut self) -> Option<(&mut Mounted, AtHand<'_, C>)> {
         Some((self.volume.as_mut()?, AtHand(self.card.get_mut())))
     }
 
@@ -110,8 +124,15 @@ impl<C> Lens<C> {
         self.kept.iter_mut().filter(|kept| kept.is_some_and(|(kept, _)| kept == place)).for_each(|kept| *kept = None);
     }
 
+    fn fat(&self) -> Option<&Volume> {
+        match &self.volume {
+            Some(Mounted::Fat(volume)) => Some(volume),
+            _ => None,
+        }
+    }
+
     fn is_inside(&self, number: u32) -> bool {
-        self.volume.as_ref().is_some_and(|volume| volume.contains_block(number))
+        self.fat().is_some_and(|volume| volume.contains_block(number))
     }
 }
 
@@ -119,7 +140,7 @@ impl<C: Card> BlockDevice for Lens<C> {
     type Error = Fault<C::Error>;
 
     fn read(&self, blocks: &mut [Block], start: BlockIdx) -> Result<(), Self::Error> {
-        let volume = self.volume.as_ref().ok_or(Fault::Outside)?;
+        let volume = self.fat().ok_or(Fault::Outside)?;
         for (number, block) in (start.0..).zip(blocks) {
             let Some(number) = number.checked_sub(SHIFT) else {
                 block.contents = table(volume);

@@ -39,6 +39,8 @@ pub enum StorageError {
     Ntfs,
     /// It has exFAT, which is only read.
     Exfat,
+    /// It has exFAT in a form that is not read.
+    OddExfat,
     /// It is a MultiMediaCard, or works by rules that the board does not offer.
     WrongCard,
     /// It is locked with a password.
@@ -95,6 +97,7 @@ impl StorageError {
             Self::Exfat => {
                 "the SD card has exFAT, which is only read here: to write to it, format it as FAT32 on a computer"
             }
+            Self::OddExfat => "the SD card has exFAT in a form that is not read here: format it as FAT32",
             Self::WrongCard => "this is no SD card that the board can use: use an SDHC card",
             Self::Locked => "the SD card is locked with a password: unlock it where it was locked, or use another",
             Self::Protected => "the SD card is write-protected: move its switch, or use another card",
