@@ -20,11 +20,46 @@ const GPT_SIGNATURE: &[u8; 8] = b"EFI PART";
 /// EBD0A0A2-B9E5-4433-87C0-68B6B72699C7: basic data, which is FAT, exFAT or NTFS.
 const BASIC_DATA: [u8; 16] =
     [0xA2, 0xA0, 0xD0, 0xEB, 0xE5, 0xB9, 0x33, 0x44, 0x87, 0xC0, 0x68, 0xB6, 0xB7, 0x26, 0x99, 0xC7];
+/// Blocks of the smallest chip that a forgery is made with: 32 MB.
+const SMALLEST_CHIP: u32 = 1 << 16;
 /// Entries of a GPT that are looked at.
 const MOST_ENTRIES: u32 = 128;
 
 /// The first volume that can be used.
 pub(crate) fn find_volume<C: Card>(card: &mut C) -> Result<Mounted, StorageError> {
+    let found = search(card)?;
+    match &found {
+        Mounted::Fat(volume) if wraps(card, volume.extent().0)? => Err(StorageError::NotKept),
+        _ => Ok(found),
+    }
+}
+
+/// Whether a card comes round to its beginning where it claims to have more: a forgery, on which what is written
+/// there destroys what is here. Looked for at distances that are powers of two, as chips are: there both the card's
+/// first block and the volume's are found again.
+fn wraps<C: Card>(card: &mut C, volume: u32) -> Result<bool, StorageError> {
+    let reason = |error: C::Error| C::reason(&error);
+    let blocks = card.blocks().map_err(reason)?;
+    let (mut here, mut there) = ([0; 512], [0; 512]);
+    let distances = (SMALLEST_CHIP.ilog2()..u32::BITS).map(|bit| 1_u32 << bit);
+    for distance in distances.take_while(|distance| *distance < blocks.saturating_sub(volume)) {
+        let mut is_same = true;
+        for number in [volume, 0] {
+            card.read(number, &mut here).map_err(reason)?;
+            card.read(number + distance, &mut there).map_err(reason)?;
+            is_same &= here == there;
+            if !is_same {
+                break;
+            }
+        }
+        if is_same {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+fn search<C: Card>(card: &mut C) -> Result<Mounted, StorageError> {
     let reason = |error: C::Error| C::reason(&error);
     let blocks = card.blocks().map_err(reason)?;
     let mut first = [0; 512];
