@@ -13,9 +13,9 @@ use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, CardEvent, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
-    Start, StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, CardEvent, CardFacts, Clock, Consoles, DateTime, DirectoryEntry, DriversPort,
+    FileHandle, FreeSpace, HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort,
+    PinTaken, SessionProfile, Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -491,6 +491,14 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<
 
     fn is_at_hand(&mut self, file: FileHandle) -> bool {
         self.storage.is_at_hand(file)
+    }
+
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        self.storage.card_facts()
+    }
+
+    fn count_free(&mut self, free: &mut FreeSpace) -> Result<bool, StorageError> {
+        self.storage.count_free(free)
     }
 
     fn take_event(&mut self) -> Option<CardEvent> {

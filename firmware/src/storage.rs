@@ -6,7 +6,7 @@ use bsp_prime::time;
 use drivers::fat::Block;
 use drivers::sd::{Event, Read, Run, SdError, State};
 use embedded_sdmmc::{TimeSource, Timestamp};
-use machine::ports::{CardEvent, DateTime, FileTime, StorageError};
+use machine::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
 use rtic::Mutex;
 use storage::Card;
 
@@ -126,6 +126,27 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
 
     fn forgive(&mut self) {
         self.0.lock(|card| card.forgive());
+    }
+
+    fn facts(&mut self) -> Option<CardFacts> {
+        self.0.lock(|card| {
+            let State::Ready(info) = card.state() else { return None };
+            let done = card.counters();
+            Some(CardFacts {
+                kind: info.kind.name(),
+                name: info.cid.name(),
+                maker: info.cid.maker(),
+                blocks: info.blocks,
+                bus_khz: card.bus_hz() / 1_000,
+                is_protected: info.is_protected,
+                reads: done.reads,
+                writes: done.writes,
+                repeated: done.repeated,
+                damaged: done.damaged,
+                slowest_read_us: done.slowest_read_us,
+                slowest_write_us: done.slowest_write_us,
+            })
+        })
     }
 
     fn take_event(&mut self) -> Option<CardEvent> {

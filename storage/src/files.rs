@@ -5,7 +5,10 @@ use embedded_sdmmc::{
     Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
 };
 use heapless::{String, Vec};
-use machine::ports::{CardEvent, DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
+use machine::ports::{
+    CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
+    StorageError,
+};
 
 use crate::Card;
 use crate::ahead::Ahead;
@@ -23,6 +26,8 @@ pub const MAX_FILES: usize = 5;
 const MAX_DIRECTORIES: usize = 2;
 /// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
 const READY_ROOM: usize = 24;
+/// Blocks of the allocation table that are counted in one go.
+const COUNTED_BLOCKS: u32 = 16;
 /// Where the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
@@ -527,6 +532,21 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
 
     fn is_at_hand(&mut self, file: FileHandle) -> bool {
         self.can_read_on(file)
+    }
+
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        self.card(C::facts)
+    }
+
+    fn count_free(&mut self, free: &mut FreeSpace) -> Result<bool, StorageError> {
+        self.names(|volume, device| {
+            let cluster_bytes = u64::from(volume.cluster_bytes());
+            free.total_bytes = u64::from(volume.clusters()) * cluster_bytes;
+            let (count, next) = volume.count_free(device, free.next, COUNTED_BLOCKS)?;
+            free.bytes += u64::from(count) * cluster_bytes;
+            free.next = next.unwrap_or(0);
+            Ok(next.is_none())
+        })
     }
 
     fn take_event(&mut self) -> Option<CardEvent> {

@@ -30,7 +30,7 @@ pub use written::Gathered;
 
 use drivers::fat::Block;
 use drivers::sd::Run;
-use machine::ports::{CardEvent, StorageError};
+use machine::ports::{CardEvent, CardFacts, StorageError};
 
 /// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. Whoever
 /// has no queue and reads nothing ahead leaves the questions at their answers.
@@ -88,6 +88,11 @@ pub trait Card {
 
     /// A write that has failed is known: writes are taken again.
     fn forgive(&mut self) {}
+
+    /// What it is.
+    fn facts(&mut self) -> Option<CardFacts> {
+        None
+    }
 
     /// What nobody has heard of.
     fn take_event(&mut self) -> Option<CardEvent> {

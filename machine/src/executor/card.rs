@@ -82,6 +82,7 @@ pub(super) fn is_used_by_command(word: &str) -> bool {
     matches!(
         word,
         "cat"
+            | "card"
             | "rm"
             | "mv"
             | "mkdir"

@@ -395,6 +395,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             tunes.await
         }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
+        "card" => files::card_facts::card(&mut Hands::new(machine, to)).await,
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();
             let hands = &mut Hands::new(machine, to);

@@ -179,6 +179,13 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.pause().await
     }
 
+    /// Has a file read ahead, unless one is played.
+    pub fn read_ahead(&mut self, file: crate::ports::FileHandle) {
+        if !self.machine.jobs.is_open() {
+            self.machine.ports.read_ahead(file);
+        }
+    }
+
     /// Waits until the card is at rest: see [`super::card`].
     pub async fn card_at_rest(&mut self) {
         super::card::at_rest(self.machine).await;

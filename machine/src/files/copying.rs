@@ -12,6 +12,9 @@ use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
 
+/// So many blocks are only read before others have a turn: a hundred microseconds.
+const BLOCKS_IN_A_ROW: u32 = 8;
+
 /// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
 async fn read_through<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
@@ -20,7 +23,8 @@ async fn read_through<P: Ports>(
     writes: bool,
     mut take: impl FnMut(&mut P, &[u8]) -> Result<(), StorageError>,
 ) -> Result<bool, StorageError> {
-    let mut left = most;
+    let (mut left, mut turn) = (most, 0_u32);
+    hands.read_ahead(file);
     while left > 0 {
         while !hands.storage().is_at_hand(file) {
             hands.pause_anyway().await;
@@ -38,7 +42,10 @@ async fn read_through<P: Ports>(
         if hands.stop_requested() {
             return Ok(false);
         }
-        hands.pause_anyway().await;
+        turn = turn.wrapping_add(1);
+        if writes || turn.is_multiple_of(BLOCKS_IN_A_ROW) {
+            hands.pause_anyway().await;
+        }
     }
     Ok(true)
 }

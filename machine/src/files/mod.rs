@@ -1,6 +1,7 @@
 //! Files on the card, for whoever talks to the machine: the current directory, uploads, the file commands,
 //! long listings, and the configuration file.
 
+pub(crate) mod card_facts;
 pub mod commands;
 pub mod config_edit;
 pub(crate) mod copying;

@@ -126,6 +126,46 @@ impl StorageError {
     }
 }
 
+/// What a card is, and what it has done since power-on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CardFacts {
+    /// SDSC, SDHC or SDXC.
+    pub kind: &'static str,
+    /// Its product name.
+    pub name: [u8; 5],
+    /// Its maker's number.
+    pub maker: u8,
+    /// Blocks of 512 bytes.
+    pub blocks: u32,
+    /// The clock of its bus, kHz.
+    pub bus_khz: u32,
+    /// It takes no writes.
+    pub is_protected: bool,
+    /// Blocks read.
+    pub reads: u32,
+    /// Blocks written.
+    pub writes: u32,
+    /// Transfers that were tried again.
+    pub repeated: u32,
+    /// Of these, because something arrived damaged.
+    pub damaged: u32,
+    /// The longest transfer that was read, us.
+    pub slowest_read_us: u32,
+    /// The longest that was written, us.
+    pub slowest_write_us: u32,
+}
+
+/// What is free, while it is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FreeSpace {
+    /// Where the count goes on.
+    pub next: u32,
+    /// Bytes that are free, as far as it was counted.
+    pub bytes: u64,
+    /// Bytes that files can have altogether.
+    pub total_bytes: u64,
+}
+
 /// What has happened to the card by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardEvent {
@@ -255,6 +295,16 @@ pub trait Storage {
     /// Why something is not; until the next change begins.
     fn is_kept(&mut self) -> Result<bool, StorageError> {
         Ok(true)
+    }
+
+    /// What the card is; none without one, or where nothing is known of it.
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        None
+    }
+
+    /// Counts on what is free, for some milliseconds at most; true when all of it is counted.
+    fn count_free(&mut self, _free: &mut FreeSpace) -> Result<bool, StorageError> {
+        Err(StorageError::Unsupported)
     }
 
     /// What has happened to the card and nobody has heard of.
