@@ -77,10 +77,13 @@ pub struct Listing {
     offset: u32,
 }
 
+/// The bytes of an entry.
+type Bytes = [u8; ENTRY_BYTES];
+
 /// A set on its way.
 struct Set {
-    first: [u8; ENTRY_BYTES],
-    stream: [u8; ENTRY_BYTES],
+    first: Bytes,
+    stream: Bytes,
     place: Place,
     sum: u16,
     left: u8,
@@ -91,11 +94,7 @@ impl Listing {
         Self { reader, offset: 0 }
     }
 
-    fn entry<B: Blocks>(
-        &mut self,
-        volume: &Volume,
-        device: &mut B,
-    ) -> Result<Option<([u8; ENTRY_BYTES], Place)>, Error<B::Error>> {
+    fn entry<B: Blocks>(&mut self, volume: &Volume, device: &mut B) -> Result<Option<(Bytes, Place)>, Error<B::Error>> {
         let mut bytes = [0; ENTRY_BYTES];
         let Some((block, _)) = self.reader.stretch(volume, device, self.offset)? else { return Ok(None) };
         if self.reader.read(volume, device, self.offset, &mut bytes)? < ENTRY_BYTES {

@@ -6,7 +6,7 @@ use heapless::String;
 
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{CardFacts, FreeSpace, Ports, Storage as _};
+use crate::ports::{CardFacts, FreeSpace, Ports};
 
 /// Bytes of a megabyte, as cards are sold.
 const MB: u64 = 1_000_000;

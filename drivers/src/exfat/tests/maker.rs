@@ -155,7 +155,7 @@ pub fn volume(others: &[(&str, &[u8])]) -> Vec<u8> {
     }
     // The gaps of the scattered file are free.
     for cluster in scattered.first..together.first {
-        if (cluster - scattered.first) % 3 != 0 {
+        if !(cluster - scattered.first).is_multiple_of(3) {
             let at = (HEAP + (bitmap - 2) * PER_CLUSTER) * 512 + (cluster - 2) / 8;
             maker.bytes[at as usize] &= !(1 << ((cluster - 2) % 8));
         }

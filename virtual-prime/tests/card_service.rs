@@ -1,0 +1,143 @@
+//! How fast the card is read, and whom one that stalls keeps waiting: nobody.
+
+use crate::common::MS;
+use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet, image};
+use crate::common::writes::Written;
+use sim::models::sd_card::{Traits, Trouble};
+use virtual_prime::image::Symbols;
+
+/// The longest that the dispatcher may be held by a card that writes.
+const HELD_NS: u64 = 5 * MS;
+/// The longest that a card may take to write a block (SD PL 6.00, section 4.6.2.2).
+const SLOWEST_NS: u64 = 250 * MS;
+
+/// Changes what goes wrong with the card in the slot.
+fn trouble(velvet: &mut Velvet, change: impl FnOnce(&mut Trouble) + Send + 'static) {
+    let changed = velvet.bench.vm.with(|stopped| {
+        let card = stopped.session.board_mut().mcu.sdmmc.card_mut();
+        card.map(|card| change(card.trouble()))
+    });
+    changed.flatten().expect("a card in the slot");
+}
+
+/// A file of a megabyte, through the file system and up to its sum: clusters of one block, so that the table is
+/// asked for each.
+#[test]
+fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
+    let line = "G1 X123.456 Y123.456 E1.23456 ; a line\n";
+    let text = line.repeat((1 << 20) / line.len());
+    let mut velvet = Plan::new().file("large.g", &text).start();
+    // The command's letters take a millisecond and a half.
+    velvet.ask("card", SECOND);
+    let before = velvet.bench.vm.now_ns();
+    velvet.type_in("md5sum large.g");
+    while !velvet.said().contains(" large.g\n") {
+        velvet.hear_for(MS / 4);
+    }
+    let took_ns = velvet.bench.vm.now_ns() - before;
+    let said = velvet.ask("card", SECOND);
+    println!("{} bytes in {:.1} ms: {:.2} MB/s; {said}", text.len(), took_ns as f64 / 1e6, text.len() as f64 * 1e3 / took_ns as f64);
+    assert!(said.contains("50.0 MHz") && said.contains("repeated 0, damaged 0"), "{said}");
+    assert!(text.len() as u64 * 1_000 > 8 * took_ns, "{took_ns} ns");
+    assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
+}
+
+/// Whenever the dispatcher has polled its future.
+fn polls(velvet: &mut Velvet) -> Vec<u64> {
+    let writes = velvet.bench.writes.take();
+    writes.iter().filter(|Written { value, .. }| value & 0xFF == 0).map(|write| write.at_ns).collect()
+}
+
+/// The longest time between two polls, and its beginning.
+fn longest(polls: &[u64]) -> (u64, u64) {
+    polls.windows(2).map(|two| (two[1] - two[0], two[0])).max().expect("it polls")
+}
+
+#[test]
+fn no_write_holds_the_dispatcher_however_slow_the_card() {
+    let awake = Symbols::read(&image()).expect("an ELF file").object("dispatcher5AWAKE").expect("the flag").address;
+    let traits = Traits { programming_ns: SLOWEST_NS, ..Traits::default() };
+    let mut plan = Plan::new().set("[general] config-override = true").set("[player] power_loss = true");
+    plan = plan.set("[player] power_loss_period = 1").file("old.g", &"G4 P1\n".repeat(4_000));
+    let part = "G28.3 X4 Y4 Z2\nM83\nG1 Z0.3 F600\n".to_owned() + &"G1 X14 E0.2 F600\nG1 X4 E0.2\n".repeat(3);
+    let plan = plan.file("part.g", &part).with_traits(traits).watching(awake & !3..(awake & !3) + 4);
+    let mut velvet = plan.held();
+    // The journal's file is made at this first boot, before anybody is served.
+    velvet.hear_until(PROMPT, 60 * SECOND);
+    velvet.hear(2 * SECOND);
+    let mut worst = Vec::new();
+    let mut look = |velvet: &mut Velvet, what: &'static str| {
+        let (gap_ns, at_ns) = longest(&polls(velvet));
+        println!("{what}: {:.2} ms at {:.3} s", gap_ns as f64 / 1e6, at_ns as f64 / 1e9);
+        worst.push((what, gap_ns));
+    };
+    polls(&mut velvet);
+    for round in 0..2 {
+        velvet.ask(&format!("M92 X8{round}"), SECOND);
+        velvet.ask("M500", 120 * SECOND);
+        look(&mut velvet, "M500");
+    }
+    assert!(velvet.ask("M28 up.g", 20 * SECOND).contains("Writing to file"));
+    for line in 0..120 {
+        velvet.ask(&format!("G1 X{line} Y{line} ; a line of the file that is sent"), 20 * SECOND);
+    }
+    assert!(velvet.ask("M29", 60 * SECOND).contains("Done saving file."));
+    look(&mut velvet, "an upload");
+    velvet.ask("cp old.g new.g", 120 * SECOND);
+    look(&mut velvet, "cp");
+    velvet.type_in("rm old.g");
+    velvet.hear_until("deleted old.g", 60 * SECOND);
+    velvet.ask("mkdir folder", 60 * SECOND);
+    velvet.ask("mv new.g folder/new.g", 60 * SECOND);
+    look(&mut velvet, "rm, mkdir, mv");
+    velvet.type_in("play /sd/part.g -t");
+    velvet.hear_until("Done printing file", 120 * SECOND);
+    velvet.hear(4 * SECOND);
+    look(&mut velvet, "a job with a journal");
+    let entries = velvet.card(|card| card.content().chunks(512).filter(|block| block.starts_with(b"VPLJ")).count());
+    assert!(entries > 3, "{entries} blocks of the journal");
+    assert!(worst.iter().all(|(_, gap_ns)| *gap_ns < HELD_NS), "{worst:?}");
+}
+
+/// Lines of 0.02 mm at 100 mm/s: 5,000 a second, of 28 bytes.
+fn short_lines() -> String {
+    let lines: String = (0..10_000)
+        .map(|n| format!("G1 X{:.3} Y{:.3} E0.00010\n", 20.0 + f64::from(n) * 0.012, 20.0 + f64::from(n) * 0.016))
+        .collect();
+    format!("G90\nM83\nG28.3 X20 Y20 Z2 E0\nG1 F6000\n{lines}")
+}
+
+/// Four reads of the card stall for 250 ms each, while 5,000 lines a second are played: every step is where it is
+/// without.
+#[test]
+fn a_card_that_stalls_starves_no_motion_at_5000_lines_a_second() {
+    let run = |stalls: u32| {
+        let mut plan = Plan::new().set("[motion control] default_acceleration = 15000").set("[player] preflight = off");
+        for motor in ["alpha", "beta", "delta"] {
+            plan = plan.set(&format!("[actuator] {motor}.acceleration = 15000"));
+        }
+        let mut velvet = plan.file("short.g", &short_lines()).carriages(&[20.0, 20.0, 2.0, 0.0]).start();
+        velvet.type_in("play /sd/short.g -t");
+        velvet.hear(300);
+        for _ in 0..stalls {
+            trouble(&mut velvet, |trouble| trouble.slow_reads = (SLOWEST_NS, 1));
+            velvet.hear(400);
+        }
+        let left = velvet.bench.vm.with(|stopped| {
+            stopped.session.board_mut().mcu.sdmmc.card_mut().map(|card| card.trouble().slow_reads.1)
+        });
+        assert_eq!(left.flatten(), Some(0), "a stall was not had");
+        velvet.hear_until("Done printing file", 60 * SECOND);
+        let edges = velvet.world(|world| world.trace_mut().take());
+        let began = edges.first().expect("it moves").time_ns;
+        let took_ns = edges.last().expect("it moves").time_ns - began;
+        println!("{:.0} lines a second", 10_000e9 / took_ns as f64);
+        edges.iter().map(|edge| (edge.time_ns - began, edge.actuator, edge.direction)).collect::<Vec<_>>()
+    };
+    let (quiet, stalled) = (run(0), run(4));
+    assert_eq!(quiet.len(), stalled.len());
+    assert!(quiet.last().expect("steps").0 < 2_100 * MS, "fewer than 5,000 lines a second");
+    let worst = quiet.iter().zip(&stalled).map(|(a, b)| a.0.abs_diff(b.0)).max();
+    println!("the farthest edge is {worst:?} ns away");
+    assert!(worst.is_some_and(|ns| ns < 1_000), "{worst:?}");
+}
