@@ -3,7 +3,6 @@
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use sim::models::sd_card::{BLOCK, Fake, Make, SdCard, Traits, Trouble};
-use virtual_prime::sd_image;
 
 #[path = "../../drivers/src/exfat/tests/maker.rs"]
 #[expect(dead_code, reason = "its own tests use all of it")]
@@ -398,7 +397,7 @@ fn in_guid_table(volume: &[u8]) -> Vec<u8> {
 #[track_caller]
 fn check(name: &str) {
     let row = ROWS.iter().find(|row| row.name == name).expect("a row");
-    let velvet = (row.run)();
+    let mut velvet = (row.run)();
     for words in row.reads {
         assert!(velvet.said().contains(words), "{}: not {words:?}, but: {}", row.what, velvet.said());
     }
