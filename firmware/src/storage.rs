@@ -7,10 +7,14 @@ use drivers::fat::Block;
 use drivers::sd::{Event, Read, Run, SdError, State};
 use embedded_sdmmc::{TimeSource, Timestamp};
 use machine::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
+use machine::watchdog::Reporter;
 use rtic::Mutex;
 use storage::Card;
 
 use crate::workspace;
+
+/// A card that takes longer for a block is slow.
+const SLOW_US: u64 = 10_000;
 
 /// The card with its file system.
 pub type CardStorage<K> = storage::CardStorage<'static, Slot<K>, Dated>;
@@ -32,6 +36,7 @@ impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
 
     /// Waits until there is an answer.
     fn wait<R>(&mut self, mut ask: impl FnMut(&mut CardService) -> Option<R>) -> R {
+        let since = time::now().0;
         loop {
             let now = time::now().0;
             let answer = self.0.lock(|card| {
@@ -42,7 +47,13 @@ impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
                 answer
             });
             match answer {
-                Some(answer) => return answer,
+                Some(answer) => {
+                    // Each command has its limit: a card that takes its time is no dispatcher that hangs.
+                    if now.saturating_sub(since) > SLOW_US {
+                        crate::REPORTS.report(Reporter::Dispatcher);
+                    }
+                    return answer;
+                }
                 None => cortex_m::asm::wfi(),
             }
         }

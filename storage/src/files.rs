@@ -241,6 +241,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         if let Ok(written) = self.written(file) {
             written.has_failed = true;
         }
+        // A write that failed behind everybody's back is why.
+        self.is_kept()?;
         match error {
             Error::DiskFull | Error::NotEnoughSpace => Err(self.why_full()),
             error => Err(of_content::<C>(error)),
@@ -375,6 +377,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         }
         let has_failed = written.has_failed || done.is_err();
         let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
+        let closed = if closed.is_err() { self.is_kept().map(drop).and(closed) } else { closed };
         self.manager.device(|lens| lens.release(open.place));
         if has_failed {
             // As much as was written stays; the clusters that were taken for the rest are given back.

@@ -5,7 +5,6 @@ use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use sim::models::sd_card::{BLOCK, Fake, Make, SdCard, Traits, Trouble};
 
 #[path = "../../drivers/src/exfat/tests/maker.rs"]
-#[expect(dead_code, reason = "its own tests use all of it")]
 mod exfat;
 
 /// A fault of a card.
@@ -88,7 +87,8 @@ const ROWS: &[Row] = &[
         run: || {
             let volume = exfat::volume(&[("config.ini", CONFIG.as_bytes()), ("part.g", b"G28.3 X1\n")]);
             let mut velvet = started(Plan::new().with_card(move |_| in_partitions(&volume, 0x07)));
-            velvet.ask("cat part.g", SECOND);
+            velvet.type_in("cat part.g");
+            velvet.hear(200);
             velvet.ask("M28 new.g", SECOND);
             velvet.ask("M29", SECOND);
             velvet
@@ -207,10 +207,9 @@ const ROWS: &[Row] = &[
         run: || {
             let mut velvet = started(Plan::new());
             set_trouble(&mut velvet, Trouble { stays_busy: true, ..Trouble::default() });
-            velvet.ask("M28 new.g", SECOND);
+            velvet.type_in("mkdir folder");
             velvet.hear(SECOND);
-            velvet.bench.console.send(b"?");
-            assert!(velvet.hear(100).contains("Idle"), "{}", velvet.said());
+            assert!(velvet.ask("M114", SECOND / 10).contains("ok"), "{}", velvet.said());
             velvet.hear(20 * SECOND);
             velvet
         },

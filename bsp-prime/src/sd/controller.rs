@@ -9,8 +9,9 @@ use crate::clocks::SDMMC_KERNEL_HZ;
 use crate::pins::{self, Mode, PinName, Pull, Speed};
 
 /// A card may take 100 ms to the first byte of a read, and 500 ms to finish a write (SD physical layer 6.00,
-/// section 4.6.2); DTIMER gives it a second.
-const DATA_LIMIT_MS: u32 = 1_000;
+/// section 4.6.2); DTIMER gives it more, as some take more.
+const READ_LIMIT_MS: u32 = 500;
+const WRITE_LIMIT_MS: u32 = 1_000;
 /// The slowest clock that anybody asks for.
 const SLOWEST_HZ: u32 = 400_000;
 
@@ -87,6 +88,7 @@ impl Controller {
             Place::Address(address) => address,
         };
         let from_card = u32::from(data.direction == Direction::FromCard);
+        let limit_ms = if from_card == 1 { READ_LIMIT_MS } else { WRITE_LIMIT_MS };
         // What the core wrote there must be in memory before the controller reads it.
         cortex_m::asm::dsb();
         let sd = &self.registers;
@@ -94,7 +96,7 @@ impl Controller {
         // SAFETY: lengths and the address are those of the service's own blocks, or of a buffer that its user
         // vouches for. An address of nothing is refused by the DMA (IDMATE), as memory ends below it.
         unsafe {
-            sd.dtimer.write(|w| w.bits(self.bus_hz / 1_000 * DATA_LIMIT_MS));
+            sd.dtimer.write(|w| w.bits(self.bus_hz / 1_000 * limit_ms));
             sd.dlenr.write(|w| w.bits(data.blocks * u32::from(data.block_bytes)));
             sd.dctrl.write(|w| w.bits(data.block_bytes.trailing_zeros() << 4 | from_card << 1));
             sd.idmabase0r.write(|w| w.bits(address));

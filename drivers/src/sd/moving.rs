@@ -189,7 +189,13 @@ impl Moving {
             SdError::Damaged(_) | SdError::StaysBusy(_) if told != 0 => refusal(self.index(), told),
             error => error,
         };
-        if self.attempt >= ATTEMPTS || matches!(error, SdError::Protected | SdError::OutOfRange) {
+        // What takes as long as that is not waited for so often.
+        let most = match error {
+            SdError::Protected | SdError::OutOfRange | SdError::Unreadable => 1,
+            SdError::StaysBusy(_) => ATTEMPTS / 2,
+            _ => ATTEMPTS,
+        };
+        if self.attempt >= most {
             return Moved::Failed(error);
         }
         self.attempt += 1;

@@ -103,7 +103,7 @@ pub(super) fn is_used_by_command(word: &str) -> bool {
     )
 }
 
-/// Whether a long answer comes from the card, or a file that somebody sends goes to it.
+/// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is written.
 pub(super) const fn is_used_by_answer(listing: &Listing) -> bool {
-    matches!(listing, Listing::Directory { .. } | Listing::File { .. } | Listing::Section { .. } | Listing::Transfer)
+    matches!(listing, Listing::Directory { .. } | Listing::Transfer)
 }
