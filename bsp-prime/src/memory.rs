@@ -32,8 +32,8 @@ const ITCM_VECTORS: usize = 0x0000_0000;
 pub const DMA_ARENA_START: u32 = 0x2406_C000;
 /// Size of the DMA arena in bytes.
 pub const DMA_ARENA_BYTES: u32 = 80 * 1024;
-/// It takes two MPU regions, whose sizes are powers of two and whose bases are multiples of them: this much, and
-/// the rest behind it.
+/// It takes two MPU regions, whose sizes are powers of two and whose bases are multiples of them: this much,
+/// and the rest behind it.
 const DMA_ARENA_LOWER_BYTES: u32 = 16 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;

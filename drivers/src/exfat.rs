@@ -1,12 +1,12 @@
 //! exFAT volumes, read: directories, names and what files contain. Nothing is written, ever.
 //!
-//! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a damaged
-//! volume gives [`Error::Damaged`], never a hang or a panic.
+//! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a
+//! damaged volume gives [`Error::Damaged`], never a hang or a panic.
 //!
-//! Source: Microsoft, exFAT file system specification, revision 1.00 (2019). Left out, as nothing needs it: the
-//! allocation bitmap, the volume's label and GUID, vendor extensions. Letters are folded as on FAT volumes
-//! ([`crate::fat::same_name`]) rather than by the volume's own up-case table: for names in the letters of one
-//! alphabet both find the same.
+//! Source: Microsoft, exFAT file system specification, revision 1.00 (2019). Left out, as nothing needs it:
+//! the allocation bitmap, the volume's label and GUID, vendor extensions. Letters are folded as on FAT
+//! volumes ([`crate::fat::same_name`]) rather than by the volume's own up-case table: for names in the
+//! letters of one alphabet both find the same.
 //!
 //! | behaviour | where it is written |
 //! |---|---|

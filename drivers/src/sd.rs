@@ -17,20 +17,20 @@
 //! A [`Service`] is moved on by [`Service::advance`], from the controller's interrupt and from a clock that
 //! ticks at least a few times a millisecond. It never waits, and an `advance` is some hundred instructions.
 //!
-//! - **Writes** are put into a queue and go to the card strictly in the order they came in, so what a power cut
-//!   leaves is what it leaves of writes that are waited for: all of them up to one. A block that is written
-//!   again while it is the last of the queue replaces it there. Consecutive blocks go with one command.
-//!   When a write fails for good, those behind it are dropped, as if the power had gone there, and nothing is
-//!   written until [`Service::forgive`].
+//! - **Writes** are put into a queue and go to the card strictly in the order they came in, so what a power
+//!   cut leaves is what it leaves of writes that are waited for: all of them up to one. A block that is
+//!   written again while it is the last of the queue replaces it there. Consecutive blocks go with one
+//!   command. When a write fails for good, those behind it are dropped, as if the power had gone there, and
+//!   nothing is written until [`Service::forgive`].
 //! - **Reads** are answered from the queue, from what is read ahead and from groups of blocks that were read
 //!   lately. What is not there is asked for, and [`Read::NotYet`] is the answer until it has come.
-//! - **Reading ahead** follows stretches of blocks that the reader of a file hands in ([`Service::follow`]): so
-//!   it goes along the chain of a fragmented file as well.
+//! - **Reading ahead** follows stretches of blocks that the reader of a file hands in ([`Service::follow`]):
+//!   so it goes along the chain of a fragmented file as well.
 //! - Of what is to be done next, what somebody asked for comes first, then reading ahead until half of its
 //!   room is filled, then writes, then the rest of reading ahead. While a file is read ahead, writes go one
 //!   block a command: a card may take a quarter of a second for each.
-//! - [`Service::hold`] keeps writes back, so that somebody who reads and writes a few blocks by turns does not
-//!   find the card busy with the first of them.
+//! - [`Service::hold`] keeps writes back, so that somebody who reads and writes a few blocks by turns does
+//!   not find the card busy with the first of them.
 //!
 //! # A user of its own
 //!
@@ -70,8 +70,8 @@ pub const GROUPS: usize = 2;
 /// Blocks of a group.
 pub const GROUP_BLOCKS: usize = 8;
 
-/// Blocks of memory that the host's DMA reaches and that a [`Service`] needs; one is for registers of the card
-/// and for what is read back.
+/// Blocks of memory that the host's DMA reaches and that a [`Service`] needs; one is for registers of the
+/// card and for what is read back.
 pub const SLOTS: usize = QUEUE_BLOCKS + AHEAD_BLOCKS + GROUPS * GROUP_BLOCKS + 1;
 
 /// Where the parts begin in it.

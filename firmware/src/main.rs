@@ -213,8 +213,8 @@ mod app {
         dispatcher::wake();
     }
 
-    // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then whoever
-    // waits for it looks again.
+    // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then
+    // whoever waits for it looks again.
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();

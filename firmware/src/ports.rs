@@ -13,9 +13,8 @@ use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, CardEvent, CardFacts, Clock, Consoles, DateTime, DirectoryEntry, DriversPort,
-    FileHandle, FreeSpace, HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort,
-    PinTaken, SessionProfile, Start, StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, HeatPort, InputLevels, Inputs,
+    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -32,6 +31,8 @@ use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
+
+mod files;
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
 /// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
@@ -428,89 +429,6 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts
     fn set_date(&mut self, to: DateTime) -> bool {
         let DateTime { year, month, day, hour, minute, second } = to;
         self.owned.rtc.set(Reading { year, month, day, hour, minute, second })
-    }
-}
-
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<M, H, S, T, K> {
-    fn between_steps(&mut self) {
-        REPORTS.report(Reporter::Dispatcher);
-    }
-
-    fn mount(&mut self) -> Result<(), StorageError> {
-        self.storage.mount()
-    }
-
-    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.storage.open(path, mode)
-    }
-
-    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        self.storage.read(file, buffer)
-    }
-
-    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.storage.write(file, bytes)
-    }
-
-    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.storage.seek(file, offset_bytes)
-    }
-
-    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        self.storage.size(file)
-    }
-
-    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.storage.close(file)
-    }
-
-    fn list(
-        &mut self,
-        path: &str,
-        skip: usize,
-        entries: &mut Vec<DirectoryEntry, LIST_CHUNK>,
-    ) -> Result<(), StorageError> {
-        self.storage.list(path, skip, entries)
-    }
-
-    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.storage.remove(path)
-    }
-
-    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
-        self.storage.make_directory(path)
-    }
-
-    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        self.storage.rename(from, to)
-    }
-
-    fn read_ahead(&mut self, file: FileHandle) {
-        self.storage.read_ahead(file);
-    }
-
-    fn is_at_hand(&mut self, file: FileHandle) -> bool {
-        self.storage.is_at_hand(file)
-    }
-
-    fn card_facts(&mut self) -> Option<CardFacts> {
-        self.storage.card_facts()
-    }
-
-    fn count_free(&mut self, free: &mut FreeSpace) -> Result<bool, StorageError> {
-        self.storage.count_free(free)
-    }
-
-    fn take_event(&mut self) -> Option<CardEvent> {
-        self.storage.take_event()
-    }
-
-    fn is_ready(&mut self) -> bool {
-        self.storage.is_ready()
-    }
-
-    fn is_kept(&mut self) -> Result<bool, StorageError> {
-        self.storage.is_kept()
     }
 }
 

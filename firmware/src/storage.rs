@@ -24,8 +24,8 @@ pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStor
     CardStorage::new(Slot(card), Dated, workspace::gathered())
 }
 
-/// The card in its slot, behind its lock. Each call holds it for microseconds; what has to wait sleeps between
-/// two looks, until the controller's interrupt or the next run of the step feed.
+/// The card in its slot, behind its lock. Each call holds it for microseconds; what has to wait sleeps
+/// between two looks, until the controller's interrupt or the next run of the step feed.
 pub struct Slot<K>(K);
 
 impl<K: Mutex<T = &'static mut CardService>> Slot<K> {

@@ -38,7 +38,7 @@ static mut GATHERED: MaybeUninit<Gathered> = MaybeUninit::uninit();
 /// Where bytes of files that are written gather. Once, with the card's file system.
 pub fn gathered() -> &'static mut Gathered {
     let gathered = &raw mut GATHERED;
-    // SAFETY: the file system is made once, by `idle`, so this is the only reference there ever is; the board is
-    // up, so the memory is there.
+    // SAFETY: the file system is made once, by `idle`, so this is the only reference there ever is; the
+    // board is up, so the memory is there.
     unsafe { (*gathered).write(Gathered::new()) }
 }

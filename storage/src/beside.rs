@@ -1,5 +1,5 @@
-//! Readers of files. Those that read beside whoever else has a file open are many, each with its own way along
-//! its clusters.
+//! Readers of files. Those that read beside whoever else has a file open are many, each with its own way
+//! along its clusters.
 
 use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;

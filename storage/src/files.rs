@@ -1,9 +1,7 @@
 //! The storage port over both: names here, contents there.
 
-use drivers::fat::{Attributes, Entry, Error as NameError, Name, Place, Stamp, Volume};
-use embedded_sdmmc::{
-    Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
-};
+use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
+use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
 use heapless::{String, Vec};
 use machine::ports::{
     CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
@@ -15,10 +13,13 @@ use crate::ahead::Ahead;
 use crate::beside::{Beside, Readers};
 use crate::errors::{of_content, of_name};
 use crate::finding::find_volume;
-use crate::lens::{Device, Lens, NotRead, SHIFT};
+use crate::lens::{Device, Lens, NotRead};
 use crate::listing::listed;
-use crate::mounted::{FileReader, Listing, Mounted, find_file};
+use crate::mounted::{Listing, Mounted};
 use crate::written::{Gathered, Written};
+
+mod opening;
+mod writing;
 
 /// Files open at once.
 pub const MAX_FILES: usize = 5;
@@ -121,36 +122,6 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         self.names(action)
     }
 
-    /// The entry of a path, which no open file may have.
-    fn find_closed(&self, path: &str) -> Result<Entry, StorageError> {
-        let entry = self.names(|volume, device| volume.find(device, path))?;
-        if self.open.iter().any(|open| open.place == entry.place()) { Err(StorageError::Busy) } else { Ok(entry) }
-    }
-
-    /// The file of this path as `mode` wants it: there, and empty if it is to be written anew.
-    fn prepare(&mut self, path: &str, mode: OpenMode) -> Result<Entry, StorageError> {
-        let now = self.now();
-        let entry = match (self.find_closed(path), mode) {
-            (Err(StorageError::NotFound), OpenMode::Write | OpenMode::Append) => {
-                return self.change(|volume, device| volume.create(device, path, now));
-            }
-            (found, _) => found?,
-        };
-        if entry.is_directory() {
-            return Err(StorageError::WrongKind);
-        }
-        if entry.attributes().has(Attributes::READ_ONLY) {
-            return Err(StorageError::ReadOnly);
-        }
-        if mode == OpenMode::Write {
-            self.change(|volume, device| volume.empty(device, &entry, now))?;
-            return Ok(entry);
-        }
-        self.names(|volume, device| volume.forget_free_count(device))?;
-        self.names(|volume, device| volume.check(device, &entry))?;
-        Ok(entry)
-    }
-
     /// Lets `action` read on a volume of either kind.
     fn reading<R>(
         &self,
@@ -160,32 +131,6 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
             let (volume, mut device) = lens.reading()?;
             action(volume, &mut device).map_err(of_name::<C>)
         })
-    }
-
-    /// Opens a file beside whoever reads it.
-    fn open_beside(&mut self, path: &str) -> Result<FileHandle, StorageError> {
-        let (reader, place) = self.reading(|volume, device| find_file(volume, device, path))?;
-        if self.open.iter().any(|open| open.is_written() && open.place == place) {
-            return Err(StorageError::Busy);
-        }
-        let handle = self.new_handle();
-        self.readers.push(Beside { handle, place, reader, offset: 0 })?;
-        Ok(handle)
-    }
-
-    /// The file of this path, which nobody has open, to be read.
-    fn open_reader(&mut self, path: &str, handle: FileHandle) -> Result<Beside, StorageError> {
-        let (reader, place) = self.reading(|volume, device| find_file(volume, device, path))?;
-        if self.open.iter().any(|open| open.place == place) {
-            return Err(StorageError::Busy);
-        }
-        if matches!(reader, FileReader::Fat(_)) {
-            self.names(|volume, device| {
-                let entry = volume.find(device, path)?;
-                volume.check(device, &entry)
-            })?;
-        }
-        Ok(Beside { handle, place, reader, offset: 0 })
     }
 
     /// A file that is only read, beside or not.
@@ -226,57 +171,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         })
     }
 
-    /// Writes what has been gathered, of whatever file.
-    fn settle_gathered(&mut self) -> Result<(), StorageError> {
-        let Some(file) = self.gathered.file() else { return Ok(()) };
-        let Ok(raw) = self.written_or_none(file) else { return Ok(()) };
-        let done = self.manager.write(raw, self.gathered.of(file));
-        self.gathered.forget();
-        self.wrote(file, done)
-    }
-
-    /// What became of a write of whole or last blocks.
-    fn wrote(&mut self, file: FileHandle, done: Result<(), Error<crate::Fault<C::Error>>>) -> Result<(), StorageError> {
-        let Err(error) = done else { return Ok(()) };
-        if let Ok(written) = self.written(file) {
-            written.has_failed = true;
-        }
-        // A write that failed behind everybody's back is why.
-        self.is_kept()?;
-        match error {
-            Error::DiskFull | Error::NotEnoughSpace => Err(self.why_full()),
-            error => Err(of_content::<C>(error)),
-        }
-    }
-
-    fn write_on(&mut self, file: FileHandle, mut bytes: &[u8]) -> Result<(), StorageError> {
-        let raw = self.written(file)?.raw;
-        if self.gathered.file().is_some_and(|other| other != file) {
-            // Its own error is told when it is written again, or closed.
-            let _other = self.settle_gathered();
-        }
-        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
-        // an error there.
-        let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
-        if is_empty && self.gathered.of(file).is_empty() && !self.names(|volume, device| volume.has_free(device, 2))? {
-            return Err(StorageError::Full);
-        }
-        while !bytes.is_empty() {
-            let offset = self.manager.file_offset(raw).map_err(of_content::<C>)?;
-            let Self { manager, gathered, .. } = self;
-            let (whole, taken) = gathered.take(file, offset, bytes);
-            if let Some(block) = whole {
-                let done = manager.write(raw, block);
-                gathered.forget();
-                self.wrote(file, done)?;
-            }
-            bytes = bytes.get(taken..).unwrap_or(&[]);
-        }
-        Ok(())
-    }
-
-    /// Keeps the card at rest while something reads and writes by turns. What was written before and has failed
-    /// is known by now: who wrote it was told, or everybody.
+    /// Keeps the card at rest while something reads and writes by turns. What was written before and has
+    /// failed is known by now: who wrote it was told, or everybody.
     fn at_rest<R>(&mut self, action: impl FnOnce(&mut Self) -> Result<R, StorageError>) -> Result<R, StorageError> {
         self.card(|card| card.hold(true));
         let done = self.mend().and_then(|()| action(self));
@@ -293,56 +189,6 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         self.card(C::forgive);
         self.listed = None;
         self.manager.device(|lens| lens.mend()).map_err(of_name::<C>)
-    }
-
-    /// Opens what a file contains, found by the short names along its path.
-    fn open_content(&self, path: &str, file: &Entry) -> Result<RawFile, StorageError> {
-        let volume = self.raw_volume.ok_or(StorageError::NoCard)?;
-        let mut directory = self.manager.open_root_dir(volume).map_err(of_content::<C>)?;
-        let opened = self.enter(&mut directory, path).and_then(|()| {
-            let name = self.short_name(directory, file)?;
-            self.manager.open_file_in_dir(directory, name, Mode::ReadWriteAppend).map_err(of_content::<C>)
-        });
-        self.close_directory(directory);
-        opened
-    }
-
-    /// Goes from the root to the directory of a path.
-    fn enter(&self, directory: &mut RawDirectory, path: &str) -> Result<(), StorageError> {
-        for (end, _) in path.trim_end_matches('/').match_indices('/') {
-            let parents = path.get(..end).unwrap_or("");
-            if parents.is_empty() || parents.ends_with('/') {
-                continue;
-            }
-            let entry = self.names(|volume, device| volume.find(device, parents))?;
-            let name = self.short_name(*directory, &entry)?;
-            let inner = self.manager.open_dir(*directory, name).map_err(of_content::<C>)?;
-            self.close_directory(core::mem::replace(directory, inner));
-        }
-        Ok(())
-    }
-
-    fn close_directory(&self, directory: RawDirectory) {
-        // It was opened by the caller; closing an open directory touches no card and cannot fail.
-        let _closed = self.manager.close_dir(directory);
-    }
-
-    /// An entry's short name as `embedded-sdmmc` wants it, when that finds this entry by it. It does not
-    /// where a damaged directory has the name twice, or as its label, nor for names with blanks inside, which
-    /// only very old systems made.
-    fn short_name(&self, directory: RawDirectory, entry: &Entry) -> Result<ShortFileName, StorageError> {
-        let short_name = entry.short_name();
-        let (stem, extension) = short_name.split_at(8);
-        let mut text = String::<24>::new();
-        for (point, part) in [("", stem), (".", extension)] {
-            // Bytes above 7F stand for the characters of Latin 1 there: 22 bytes and a point fit.
-            let _fits = text.push_str(if part.trim_ascii_end().is_empty() { "" } else { point });
-            part.trim_ascii_end().iter().for_each(|byte| drop(text.push(char::from(*byte))));
-        }
-        let name = ShortFileName::create_from_str(&text).map_err(|_| StorageError::Unsupported)?;
-        let found = self.manager.find_directory_entry(directory, name).map_err(of_content::<C>)?;
-        let place = Place { block: found.entry_block.0.wrapping_sub(SHIFT), slot: (found.entry_offset / 32) as u8 };
-        if place == entry.place() { Ok(name) } else { Err(StorageError::Damaged) }
     }
 
     fn written_or_none(&mut self, file: FileHandle) -> Result<RawFile, StorageError> {
@@ -365,33 +211,6 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
             if self.open.iter().all(|open| open.handle != handle) && !self.readers.has(handle) {
                 return handle;
             }
-        }
-    }
-
-    fn close_content(&mut self, open: &Open) -> Result<(), StorageError> {
-        let Content::Written(written) = &open.content else { return Ok(()) };
-        let rest = self.gathered.of(open.handle);
-        let done = if rest.is_empty() { Ok(()) } else { self.manager.write(written.raw, rest) };
-        if !rest.is_empty() {
-            self.gathered.forget();
-        }
-        let has_failed = written.has_failed || done.is_err();
-        let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
-        let closed = if closed.is_err() { self.is_kept().map(drop).and(closed) } else { closed };
-        self.manager.device(|lens| lens.release(open.place));
-        if has_failed {
-            // As much as was written stays; the clusters that were taken for the rest are given back.
-            self.names(|volume, device| volume.trim(device, open.place))?;
-        }
-        closed
-    }
-
-    /// `embedded-sdmmc` does not say why it found no room.
-    fn why_full(&self) -> StorageError {
-        match self.names(|volume, device| volume.has_free(device, 1)) {
-            Ok(true) => StorageError::Device,
-            Ok(false) => StorageError::Full,
-            Err(error) => error,
         }
     }
 }

@@ -34,9 +34,9 @@ pub(crate) fn find_volume<C: Card>(card: &mut C) -> Result<Mounted, StorageError
     }
 }
 
-/// Whether a card comes round to its beginning where it claims to have more: a forgery, on which what is written
-/// there destroys what is here. Looked for at distances that are powers of two, as chips are: there both the card's
-/// first block and the volume's are found again.
+/// Whether a card comes round to its beginning where it claims to have more: a forgery, on which what is
+/// written there destroys what is here. Looked for at distances that are powers of two, as chips are: there
+/// both the card's first block and the volume's are found again.
 fn wraps<C: Card>(card: &mut C, volume: u32) -> Result<bool, StorageError> {
     let reason = |error: C::Error| C::reason(&error);
     let blocks = card.blocks().map_err(reason)?;

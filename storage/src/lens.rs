@@ -29,8 +29,9 @@ const CASE_BITS: u32 = 12;
 /// Where the block of free clusters has its count.
 const FREE_COUNT: core::ops::Range<usize> = 488..492;
 
-/// Blocks have numbers that are so much higher here than on the card: the first one is a partition table, made up,
-/// with the one volume. So a card whose partitions are many, described by a GPT, or none looks like any other.
+/// Blocks have numbers that are so much higher here than on the card: the first one is a partition table,
+/// made up, with the one volume. So a card whose partitions are many, described by a GPT, or none looks like
+/// any other.
 pub(crate) const SHIFT: u32 = 1;
 
 /// What goes wrong with a block.

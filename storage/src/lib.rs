@@ -32,8 +32,8 @@ use drivers::fat::Block;
 use drivers::sd::Run;
 use machine::ports::{CardEvent, CardFacts, StorageError};
 
-/// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. Whoever
-/// has no queue and reads nothing ahead leaves the questions at their answers.
+/// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting.
+/// Whoever has no queue and reads nothing ahead leaves the questions at their answers.
 pub trait Card {
     /// Why a block could not be moved.
     type Error: core::error::Error + 'static;

@@ -1,5 +1,5 @@
-//! Files that are written, through `embedded-sdmmc`. Bytes gather in a block, so that each block goes to the card
-//! once however small the pieces are that it is written in.
+//! Files that are written, through `embedded-sdmmc`. Bytes gather in a block, so that each block goes to the
+//! card once however small the pieces are that it is written in.
 
 use embedded_sdmmc::RawFile;
 use heapless::Vec;
@@ -39,8 +39,8 @@ impl Gathered {
         if self.file == Some(file) { &self.bytes } else { &[] }
     }
 
-    /// Takes of these bytes what belongs to the block at this offset of the file: what is to be written now, if
-    /// anything, and how many were taken. Nothing is gathered of another file.
+    /// Takes of these bytes what belongs to the block at this offset of the file: what is to be written now,
+    /// if anything, and how many were taken. Nothing is gathered of another file.
     pub(crate) fn take<'a>(&'a mut self, file: FileHandle, offset: u32, bytes: &'a [u8]) -> (Option<&'a [u8]>, usize) {
         self.file = Some(file);
         let filled = (offset as usize + self.bytes.len()) % BLOCK;

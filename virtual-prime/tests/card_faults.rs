@@ -13,7 +13,8 @@ struct Row {
     name: &'static str,
     /// What is wrong.
     what: &'static str,
-    /// What the user reads, in pieces where something else may stand between; nothing, when nothing is to be said.
+    /// What the user reads, in pieces where something else may stand between; nothing, when nothing is to be
+    /// said.
     reads: &'static [&'static str],
     /// What becomes of it.
     does: &'static str,

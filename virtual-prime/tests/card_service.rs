@@ -19,8 +19,8 @@ fn trouble(velvet: &mut Velvet, change: impl FnOnce(&mut Trouble) + Send + 'stat
     changed.flatten().expect("a card in the slot");
 }
 
-/// A file of a megabyte, through the file system and up to its sum: clusters of one block, so that the table is
-/// asked for each.
+/// A file of a megabyte, through the file system and up to its sum: clusters of one block, so that the table
+/// is asked for each.
 #[test]
 fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     let line = "G1 X123.456 Y123.456 E1.23456 ; a line\n";
@@ -105,8 +105,8 @@ fn short_lines() -> String {
     format!("G90\nM83\nG28.3 X20 Y20 Z2 E0\nG1 F6000\n{lines}")
 }
 
-/// Four reads of the card stall for 250 ms each, while 5,000 lines a second are played: every step is where it is
-/// without.
+/// Four reads of the card stall for 250 ms each, while 5,000 lines a second are played: every step is where
+/// it is without.
 #[test]
 fn a_card_that_stalls_starves_no_motion_at_5000_lines_a_second() {
     let run = |stalls: u32| {

@@ -34,8 +34,8 @@ impl SdCard {
         unsafe { (*HOME.0.get()).write(self.0) }
     }
 
-    /// Finds the card; again after a change of cards. Some milliseconds, with a card that is slow to start up to
-    /// a second.
+    /// Finds the card; again after a change of cards. Some milliseconds, with a card that is slow to start
+    /// up to a second.
     ///
     /// # Errors
     /// [`SdError`].

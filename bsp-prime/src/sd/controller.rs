@@ -49,8 +49,8 @@ pub struct Controller {
 
 /// The controller interrupts: that is seen, and its flags are for whoever moves the service on.
 pub fn on_interrupt() {
-    // SAFETY: the mask register is written with zero here, and set up again by whoever waits for a flag, which
-    // happens with the service locked: this interrupt is not among those that run meanwhile.
+    // SAFETY: the mask register is written with zero here, and set up again by whoever waits for a flag,
+    // which happens with the service locked: this interrupt is not among those that run meanwhile.
     unsafe { (*pac::SDMMC1::ptr()).maskr.write(|w| w.bits(0)) };
 }
 
@@ -140,8 +140,8 @@ impl Controller {
 }
 
 impl Host for Controller {
-    /// RM0399 section 58.10.1, SDMMC_POWER: once the interface is on, writes to PWRCTRL are ignored, so only a
-    /// reset of the whole block brings the states before it back.
+    /// RM0399 section 58.10.1, SDMMC_POWER: once the interface is on, writes to PWRCTRL are ignored, so only
+    /// a reset of the whole block brings the states before it back.
     fn power(&mut self, state: Power) {
         let bits = match state {
             Power::Cycle => {
@@ -158,10 +158,10 @@ impl Host for Controller {
 
     fn set_bus(&mut self, hz: u32, is_wide: bool) {
         self.bus_hz = hz.max(SLOWEST_HZ);
-        // RM0399 section 58.10.2: the bus clock is the kernel's divided by twice CLKDIV. Flow control stops the
-        // clock when the FIFO is not served in time. At 50 MHz the card takes what comes with the rising edge,
-        // and the controller changes it 5 ns later, a clock of the kernel (NEGEDGE = 0): the card wants 2 ns
-        // (SD physical layer 6.00, section 6.6.7).
+        // RM0399 section 58.10.2: the bus clock is the kernel's divided by twice CLKDIV. Flow control stops
+        // the clock when the FIFO is not served in time. At 50 MHz the card takes what comes with the rising
+        // edge, and the controller changes it 5 ns later, a clock of the kernel (NEGEDGE = 0): the card
+        // wants 2 ns (SD physical layer 6.00, section 6.6.7).
         let divider = SDMMC_KERNEL_HZ.div_ceil(2 * self.bus_hz) as u16;
         self.registers.clkcr.write(|w| {
             // SAFETY: the divider is 2 to 250 (of 1023), WIDBUS = 1 is four bits.

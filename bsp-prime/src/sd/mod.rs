@@ -1,30 +1,30 @@
 //! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2).
 //!
 //! What a card is told is the business of [`drivers::sd`]; here is the host controller that does it
-//! ([`Controller`]), moved on by its interrupt: nothing spins, and the core sleeps while the hardware works. Data
-//! move by the controller's own DMA between the card and the DMA arena, the only memory that both sides reach
-//! without cache care.
+//! ([`Controller`]), moved on by its interrupt: nothing spins, and the core sleeps while the hardware works.
+//! Data move by the controller's own DMA between the card and the DMA arena, the only memory that both sides
+//! reach without cache care.
 //!
 //! There are two faces:
 //!
 //! - [`CardService`], for images with tasks. It is a resource shared between the controller's interrupt
-//!   ([`on_interrupt`] and `advance`) and its users, each of which locks it for microseconds. The file system's
-//!   way to it is `firmware/src/storage.rs`.
+//!   ([`on_interrupt`] and `advance`) and its users, each of which locks it for microseconds. The file
+//!   system's way to it is `firmware/src/storage.rs`.
 //! - [`SdCard`], for a boot stage and for tests: calls that wait.
 //!
 //! # Mass storage over USB
 //!
 //! ```text
-//! card.lock(|card| card.lend())           Ok(true): everything is written, and the card is this user's
+//! card.lock(|card| card.lend())           Ok(true): all is written, and the card is this user's
 //! card.lock(|card| card.begin(direction, Run { first, count }, address))
-//!                                         `address` of a buffer in the DMA arena: `dma_buffer!`, or `lent_buffer()`
-//! card.lock(|card| card.lent())           Lent::Busy until it is Lent::Done or Lent::Failed(why), told once
+//!                                         `address` in the DMA arena: `dma_buffer!`, or `lent_buffer()`
+//! card.lock(|card| card.lent())           Lent::Busy until Lent::Done or Lent::Failed(why), told once
 //! card.lock(|card| card.take_back())
 //! ```
 //!
 //! The end of a transfer comes with the controller's interrupt: the task of SDMMC1 wakes the user behind
-//! `advance`. A card that is pulled out ends the transfer with an error; `state()` says when there is one again.
-//! While it is lent, the service's own blocks are free: [`lent_buffer`] has 74 KB.
+//! `advance`. A card that is pulled out ends the transfer with an error; `state()` says when there is one
+//! again. While it is lent, the service's own blocks are free: [`lent_buffer`] has 74 KB.
 
 use drivers::sd::{BLOCK_BYTES, SLOTS, Service};
 

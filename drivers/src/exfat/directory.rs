@@ -10,7 +10,8 @@ const STREAM: u8 = 0xC0;
 const NAME: u8 = 0xC1;
 /// UTF-16 units of a name's entry.
 const UNITS: usize = 15;
-/// Entries behind the first of a set: a stream and up to 17 of the name (section 7.4.1), and those that others add.
+/// Entries behind the first of a set: a stream and up to 17 of the name (section 7.4.1), and those that
+/// others add.
 const MOST_SECONDARIES: u8 = 18;
 /// A directory is 256 MB at most (section 7): as long as that it is read.
 const LARGEST_BYTES: u32 = 256 << 20;
@@ -105,7 +106,8 @@ impl Listing {
         Ok(Some((bytes, place)))
     }
 
-    /// The next file or directory and its name; `None` behind the last. Sets that are not whole are passed over.
+    /// The next file or directory and its name; `None` behind the last. Sets that are not whole are passed
+    /// over.
     ///
     /// # Errors
     /// [`Error::Damaged`], or the device's.
@@ -192,8 +194,8 @@ impl Volume {
     /// The entry of this path; parts are divided by `/`.
     ///
     /// # Errors
-    /// [`Error::NotFound`], [`Error::IsFile`] for a part that should be a directory, [`Error::BadName`] for the
-    /// root, which has no entry, [`Error::Damaged`], or the device's.
+    /// [`Error::NotFound`], [`Error::IsFile`] for a part that should be a directory, [`Error::BadName`] for
+    /// the root, which has no entry, [`Error::Damaged`], or the device's.
     pub fn find<B: Blocks>(&self, device: &mut B, path: &str) -> Result<Entry, Error<B::Error>> {
         let mut found = None::<Entry>;
         for part in path.split('/').filter(|part| !part.is_empty()) {

@@ -58,8 +58,8 @@ impl Reader {
         Ok(count)
     }
 
-    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end of
-    /// the file.
+    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end
+    /// of the file.
     ///
     /// # Errors
     /// As [`read`](Self::read).

@@ -22,8 +22,8 @@ impl Volume {
     /// Reads the boot regions of the volume that begins at this block.
     ///
     /// # Errors
-    /// [`Error::NotFat`] when this is no volume that can be read, [`Error::Damaged`] when neither boot region is
-    /// whole, or the device's.
+    /// [`Error::NotFat`] when this is no volume that can be read, [`Error::Damaged`] when neither boot
+    /// region is whole, or the device's.
     pub fn open<B: Blocks>(device: &mut B, first: u32) -> Result<Self, Error<B::Error>> {
         let mut boot = [0; 512];
         for region in [first, first.saturating_add(REGION)] {

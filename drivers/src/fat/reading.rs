@@ -57,8 +57,8 @@ impl Reader {
         Ok(count)
     }
 
-    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end of
-    /// the file. For whoever reads ahead.
+    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end
+    /// of the file. For whoever reads ahead.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -77,8 +77,8 @@ impl Reader {
         Ok(Some((disk.volume.block_of(chain.at) + passed, count)))
     }
 
-    /// Goes to one of the file's clusters. However far it gets before the device gives up, it need not go there
-    /// again.
+    /// Goes to one of the file's clusters. However far it gets before the device gives up, it need not go
+    /// there again.
     fn go_to<B: Blocks>(&mut self, disk: &mut Disk<'_, B>, wanted: u32) -> Result<Chain, Error<B::Error>> {
         let (mut chain, mut index) = match self.chain.filter(|(_, index)| *index <= wanted) {
             Some(chain) => chain,

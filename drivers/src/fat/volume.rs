@@ -181,8 +181,8 @@ impl Volume {
         self.clusters
     }
 
-    /// Counts free clusters in so many blocks of the allocation table, from this one on; and the block to go on
-    /// with, unless that was the last.
+    /// Counts free clusters in so many blocks of the allocation table, from this one on; and the block to go
+    /// on with, unless that was the last.
     ///
     /// # Errors
     /// The device's.

@@ -1,5 +1,5 @@
-//! From power-on to the transfer state (PL 6.00 sections 4.2, 4.3 and 6.4.1), four bits wide and at the fastest
-//! clock that card and host allow.
+//! From power-on to the transfer state (PL 6.00 sections 4.2, 4.3 and 6.4.1), four bits wide and at the
+//! fastest clock that card and host allow.
 
 use super::error::{SdError, Unsupported};
 use super::host::{Answer, Command, Direction, Fault, Host, Place, Power, Progress, Transfer};
@@ -198,7 +198,8 @@ impl Identify {
                 self.is_version_two = true;
                 Next(self.first_conditions(now_us))
             }
-            // A MultiMediaCard knows neither this nor CMD8. What has answered before and does not now has gone.
+            // A MultiMediaCard knows neither this nor CMD8. What has answered before and does not now has
+            // gone.
             (Step::AnnounceConditions | Step::Conditions, Err(Fault::NoAnswer)) if !self.has_answered => {
                 Next(Step::AskMmc)
             }

@@ -171,7 +171,8 @@ impl Moving {
             (Stage::Alive, Err(_)) => Err(self.again(self.told)),
             (Stage::Stop, Err(fault)) => Ok(self.fail(SdError::of(fault, 12))),
             (_, Err(fault)) => Ok(self.fail(SdError::of(fault, self.index()))),
-            // The answer of CMD12 tells of a read that ran on to the card's last block, which is none of ours.
+            // The answer of CMD12 tells of a read that ran on to the card's last block, which is none of
+            // ours.
             (Stage::Stop, Ok(())) if bits & !status::OUT_OF_RANGE != 0 => {
                 Ok(self.fail(refusal(self.index(), bits & !status::OUT_OF_RANGE)))
             }

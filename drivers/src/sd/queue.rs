@@ -85,7 +85,8 @@ impl Queue {
         (self.count, self.sending) = (0, 0);
     }
 
-    /// Gives each block within `first..first + count`, oldest first: how far it is from `first`, and its slot.
+    /// Gives each block within `first..first + count`, oldest first: how far it is from `first`, and its
+    /// slot.
     pub fn each_within(&self, first: u32, count: u32, mut take: impl FnMut(u32, usize)) {
         for nth in 0..self.count {
             if let Some(offset) = self.number(nth).checked_sub(first).filter(|offset| *offset < count) {

@@ -1,7 +1,7 @@
 //! Waiting for the card without keeping anybody waiting: everybody is served meanwhile.
 //!
-//! A card that writes may take a quarter of a second for a block. Whatever changes files comes here first; once
-//! the card is at rest its own reads are short, and its writes go into a queue.
+//! A card that writes may take a quarter of a second for a block. Whatever changes files comes here first;
+//! once the card is at rest its own reads are short, and its writes go into a queue.
 
 use program::Function;
 
@@ -103,7 +103,8 @@ pub(super) fn is_used_by_command(word: &str) -> bool {
     )
 }
 
-/// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is written.
+/// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is
+/// written.
 pub(super) const fn is_used_by_answer(listing: &Listing) -> bool {
     matches!(listing, Listing::Directory { .. } | Listing::Transfer)
 }

@@ -86,8 +86,8 @@ impl Files {
         }
     }
 
-    /// If this is the end of the upload, its M29: the file is closed, and on its way to the card. What comes of
-    /// it is for [`upload_ended`](Self::upload_ended).
+    /// If this is the end of the upload, its M29: the file is closed, and on its way to the card. What comes
+    /// of it is for [`upload_ended`](Self::upload_ended).
     pub fn end_upload(&mut self, decoded: &Line<'_>, storage: &mut impl Storage) -> Option<Result<(), NotSaved>> {
         if !ends_upload(decoded) {
             return None;

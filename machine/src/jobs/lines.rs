@@ -63,6 +63,12 @@ impl FileLines {
         Self { file, chunk: [0; CHUNK], filled: 0, chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
     }
 
+    /// The same of a file that is played: it is read ahead.
+    pub fn played(file: FileHandle, storage: &mut impl Storage) -> Self {
+        storage.read_ahead(file);
+        Self::new(file)
+    }
+
     pub const fn file(&self) -> FileHandle {
         self.file
     }

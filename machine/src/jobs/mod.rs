@@ -239,7 +239,6 @@ impl Jobs {
             let _ = storage.close(file);
             failed(error)
         })?;
-        storage.read_ahead(file);
         // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
         // Where that cannot be found out, its size and what is in it are all there is to go by.
@@ -248,7 +247,7 @@ impl Jobs {
             path,
             size,
             written,
-            lines: FileLines::new(file),
+            lines: FileLines::played(file, storage),
             started: now,
             listeners,
             paused: false,
@@ -461,10 +460,8 @@ impl Jobs {
             let _ = storage.close(file);
             return Err(Failure::refused(TOO_DEEP));
         }
-        storage.read_ahead(file);
-        let caller = core::mem::replace(&mut job.lines, FileLines::new(file));
-        // There is room.
-        let _ = job.callers.push(caller);
+        let caller = core::mem::replace(&mut job.lines, FileLines::played(file, storage));
+        let _there_is_room = job.callers.push(caller);
         Ok(true)
     }
 

@@ -274,8 +274,8 @@ pub trait Storage {
     /// cut, once mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
 
-    /// This file is played from where it is: it is read ahead, so that a card that stalls holds nobody up. One at
-    /// a time; another one instead of the one before.
+    /// This file is played from where it is: it is read ahead, so that a card that stalls holds nobody up.
+    /// One at a time; another one instead of the one before.
     fn read_ahead(&mut self, _file: FileHandle) {}
 
     /// Whether reading on in a file takes no waiting for the card. What is missing is asked for.
@@ -283,8 +283,8 @@ pub trait Storage {
         true
     }
 
-    /// Whether the card is at rest, and takes as many blocks as most changes write without making anybody wait. It
-    /// is kept so for a moment: who asks goes ahead, or asks again.
+    /// Whether the card is at rest, and takes as many blocks as most changes write without making anybody
+    /// wait. It is kept so for a moment: who asks goes ahead, or asks again.
     fn is_ready(&mut self) -> bool {
         true
     }

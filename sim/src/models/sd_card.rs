@@ -1,9 +1,9 @@
 //! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
 //!
-//! Source: SD Physical Layer Simplified Specification 6.00 (PL 6.00). Cards of standard and high capacity, 3.3 V
-//! signalling, with high speed (CMD6) or without; [`Traits`] says how one differs from the usual, [`Trouble`]
-//! what goes wrong with it. Left out: protection of groups of blocks, locking and unlocking (a card is locked or
-//! not) and the SPI mode; a switch to other functions than high speed; erase timing.
+//! Source: SD Physical Layer Simplified Specification 6.00 (PL 6.00). Cards of standard and high capacity,
+//! 3.3 V signalling, with high speed (CMD6) or without; [`Traits`] says how one differs from the usual,
+//! [`Trouble`] what goes wrong with it. Left out: protection of groups of blocks, locking and unlocking (a
+//! card is locked or not) and the SPI mode; a switch to other functions than high speed; erase timing.
 //!
 //! | behaviour | where it is written |
 //! |---|---|

@@ -26,8 +26,8 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
-    /// Whoever reads gets what was written last; what reaches the card is what was written, in that order, but
-    /// for blocks that were replaced while they were the last to wait.
+    /// Whoever reads gets what was written last; what reaches the card is what was written, in that order,
+    /// but for blocks that were replaced while they were the last to wait.
     #[test]
     fn reads_see_writes_and_writes_keep_their_order(steps in proptest::collection::vec(step(), 1..200)) {
         let mut service = identified();

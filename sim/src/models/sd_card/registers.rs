@@ -5,8 +5,8 @@ use super::{BLOCK, Make, Traits};
 /// Card identification (section 5.2): an invented maker.
 pub(super) const CID: [u32; 4] = [0x7656_4C56, 0x454C_5654, 0x1000_0001, 0x0101_8A01];
 
-/// CSD (section 5.3): 512-byte blocks, 25 MHz, or 50 MHz once high speed is set; command class 10 (CMD6) where
-/// it is known. Version 2 states sizes in units of 512 KiB, version 1 here in units of 256 KiB.
+/// CSD (section 5.3): 512-byte blocks, 25 MHz, or 50 MHz once high speed is set; command class 10 (CMD6)
+/// where it is known. Version 2 states sizes in units of 512 KiB, version 1 here in units of 256 KiB.
 pub(super) fn csd(traits: &Traits, bytes: usize, is_fast_now: bool) -> [u32; 4] {
     let protect = u32::from(traits.is_protected) << 12;
     let speed = if is_fast_now { 0x5A } else { 0x32 };

@@ -26,8 +26,8 @@ pub struct Traits {
     /// Time it programs after a block was written.
     pub programming_ns: u64,
     /// Access time: from a read command to its first block. At most 100 ms (section 4.6.2.1). A card of
-    /// application performance class A1 reads 1,500 times 4 KiB a second at random, one of class A2 4,000 times
-    /// (section 4.16.2): 667 and 250 us, the transfer included.
+    /// application performance class A1 reads 1,500 times 4 KiB a second at random, one of class A2 4,000
+    /// times (section 4.16.2): 667 and 250 us, the transfer included.
     pub access_ns: u64,
     /// The same between the blocks of one read.
     pub next_ns: u64,
