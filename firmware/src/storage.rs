@@ -65,8 +65,16 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
 
     fn identify(&mut self) -> Result<(), SdError> {
         // From the first time on: cards come and go while the machine runs.
-        self.0.lock(|card| card.look_by_itself());
-        self.0.lock(|card| card.identify());
+        let is_lent = self.0.lock(|card| {
+            card.look_by_itself();
+            if !card.is_lent() {
+                card.identify();
+            }
+            card.is_lent()
+        });
+        if is_lent {
+            return Err(SdError::Lent);
+        }
         self.wait(|card| match card.state() {
             State::Ready(_) => Some(Ok(())),
             State::Absent(error) => Some(Err(error)),

@@ -92,6 +92,22 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         }
     }
 
+    /// Gives the volume back, so that somebody else may have the card: until it is mounted again there is none.
+    ///
+    /// # Errors
+    /// [`StorageError::Busy`] while files are open.
+    pub fn unmount(&mut self) -> Result<(), StorageError> {
+        if !self.open.is_empty() {
+            return Err(StorageError::Busy);
+        }
+        self.listed = None;
+        self.ahead = None;
+        self.readers.clear();
+        self.card(C::unfollow);
+        self.manager.device(|lens| lens.volume = None);
+        Ok(())
+    }
+
     /// The card itself.
     pub fn card<R>(&self, action: impl FnOnce(&mut C) -> R) -> R {
         self.manager.device(|lens| action(lens.card()))

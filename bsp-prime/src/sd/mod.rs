@@ -22,9 +22,11 @@
 //! card.lock(|card| card.take_back())
 //! ```
 //!
-//! The end of a transfer comes with the controller's interrupt: the task of SDMMC1 wakes the user behind
-//! `advance`. A card that is pulled out ends the transfer with an error; `state()` says when there is one
-//! again. While it is lent, the service's own blocks are free: [`lent_buffer`] has 74 KB.
+//! `begin` is carried out by the next `advance`: call that under the same lock. The end of a transfer comes
+//! with the controller's interrupt: the task of SDMMC1 wakes the user behind `advance`. A card that is pulled
+//! out ends the transfer with an error; `state()` says when there is one again. While it is lent, the
+//! service's own blocks are free: [`lent_buffer`] has 73 KB. The file system gives its volume back first
+//! (`CardStorage::unmount`, which refuses while files are open) and finds it again with `mount`.
 
 use drivers::sd::{BLOCK_BYTES, SLOTS, Service};
 
@@ -49,7 +51,8 @@ dma_buffer! {
 /// lent, and no longer; [`read_lent`] and [`write_lent`] are the processor's way to them.
 #[must_use]
 pub fn lent_buffer() -> Option<(u32, usize)> {
-    BLOCKS.address().map(|address| (address, SLOTS * BLOCK_BYTES))
+    // The last one is for registers of a card that is put in meanwhile.
+    BLOCKS.address().map(|address| (address, (SLOTS - 1) * BLOCK_BYTES))
 }
 
 /// Reads whole words of [`lent_buffer`], from this byte on; false beyond its end.

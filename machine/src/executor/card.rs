@@ -37,6 +37,8 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     match event {
         CardEvent::Inserted => match machine.ports.mount() {
             Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
+            // It is none of the machine's as long as a computer has it.
+            Err(StorageError::Lent) => {}
             Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
         },
         CardEvent::Removed { loses: false } => machine.announce(format_args!("// NOTICE the SD card was taken out\n")),
