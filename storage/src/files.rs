@@ -92,7 +92,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         }
     }
 
-    /// Gives the volume back, so that somebody else may have the card: until it is mounted again there is none.
+    /// Gives the volume back, so that somebody else may have the card: until it is mounted again there is
+    /// none.
     ///
     /// # Errors
     /// [`StorageError::Busy`] while files are open.
