@@ -110,8 +110,8 @@ pub struct Service<H> {
     wanted: Option<u32>,
     /// One that could not be read.
     unread: Option<(u32, SdError)>,
-    /// One that could not be read with those behind it: it is tried alone.
-    alone: Option<u32>,
+    /// These could not be read together: each is read alone.
+    alone: Option<Run>,
     /// Writes are kept back.
     is_held: bool,
     asked_until_us: u64,
@@ -245,11 +245,10 @@ impl<H: Host> Service<H> {
     /// Why it cannot be read.
     pub fn read(&mut self, number: u32, block: &mut Block) -> Result<Read, SdError> {
         self.check(number)?;
-        if let Some((unread, error)) = self.unread
-            && unread == number
-        {
-            self.unread = None;
-            return Err(error);
+        match self.unread {
+            // As often as it is asked for in a row.
+            Some((unread, error)) if unread == number => return Err(error),
+            _ => self.unread = None,
         }
         let at_hand = self.queue.find(number).or_else(|| self.ahead.find(number)).or_else(|| self.groups.find(number));
         // Who reads on does not want what came before.

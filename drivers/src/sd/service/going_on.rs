@@ -1,6 +1,7 @@
 //! What comes next, and what has become of what was begun.
 
 use super::{Active, Counters, Lent, Purpose, Service, State};
+use crate::sd::ahead::Run;
 use crate::sd::error::SdError;
 use crate::sd::host::{Command, Direction, Host, Place, Progress};
 use crate::sd::identify::Identify;
@@ -106,7 +107,8 @@ impl<H: Host> Service<H> {
         }
         let from = |first, count, slot| Move { direction: Direction::FromCard, first, count, place: Place::Slot(slot) };
         if let Some(number) = self.wanted.take() {
-            let end = if self.alone.take() == Some(number) { number + 1 } else { card.blocks };
+            let is_alone = self.alone.is_some_and(|run| number.wrapping_sub(run.first) < run.count);
+            let end = if is_alone { number + 1 } else { card.blocks };
             let (group, slot, count) = self.groups.make_room(number, end);
             return Some((from(number, count, slot), Purpose::Group(group)));
         }
@@ -221,7 +223,10 @@ impl<H: Host> Service<H> {
     fn failed(&mut self, what: Move, purpose: Purpose, error: SdError) {
         match purpose {
             // Which of them it was is found out.
-            Purpose::Group(_) if what.count > 1 => (self.alone, self.wanted) = (Some(what.first), Some(what.first)),
+            Purpose::Group(_) if what.count > 1 => {
+                self.alone = Some(Run { first: what.first, count: what.count });
+                self.wanted = Some(what.first);
+            }
             Purpose::Group(_) => self.unread = Some((what.first, error)),
             Purpose::Ahead => self.ahead.finish(false),
             Purpose::Write | Purpose::ReadBack(_) => self.fail_writes(error),
