@@ -150,8 +150,7 @@ const ROWS: &[Row] = &[
         does: "repeated up to four times; counted by `card`",
         run: || {
             let mut velvet = started(Plan::new());
-            let damaged =
-                Trouble { damaged_reads: 1, damaged_writes: 1, damaged_answers: 1, ..Trouble::default() };
+            let damaged = Trouble { damaged_reads: 1, damaged_writes: 1, damaged_answers: 1, ..Trouble::default() };
             set_trouble(&mut velvet, damaged);
             upload(&mut velvet, 60);
             assert_eq!(velvet.ask("card", SECOND).matches("repeated 0").count(), 0, "{}", velvet.said());
@@ -188,8 +187,12 @@ const ROWS: &[Row] = &[
             let mut velvet = started(Plan::new().file("part.g", &text));
             let block = velvet.card(|card| {
                 let blocks = card.content().chunks(BLOCK);
-                blocks.enumerate().filter(|(_, block)| block.windows(9).any(|piece| piece == b"of the fi")).nth(4)
-                    .map(|(number, _)| number as u32).expect("the file's fifth block")
+                blocks
+                    .enumerate()
+                    .filter(|(_, block)| block.windows(9).any(|piece| piece == b"of the fi"))
+                    .nth(4)
+                    .map(|(number, _)| number as u32)
+                    .expect("the file's fifth block")
             });
             set_trouble(&mut velvet, Trouble { unreadable: vec![block], ..Trouble::default() });
             velvet.type_in("cat part.g");
@@ -201,9 +204,7 @@ const ROWS: &[Row] = &[
     Row {
         name: "a_card_that_stays_busy",
         what: "never ready again after a write",
-        reads: &[
-            "the SD card was taken out, or has failed, before all was written: the last changes are lost",
-        ],
+        reads: &["the SD card was taken out, or has failed, before all was written: the last changes are lost"],
         does: "given up after some seconds, as a card that was taken out; consoles work meanwhile",
         run: || {
             let mut velvet = started(Plan::new());
@@ -251,10 +252,7 @@ const ROWS: &[Row] = &[
     Row {
         name: "a_card_taken_out_while_it_is_written",
         what: "taken out in the middle of an upload",
-        reads: &[
-            "the SD card was taken out",
-            "Error:error writing to file:",
-        ],
+        reads: &["the SD card was taken out", "Error:error writing to file:"],
         does: "the file is not there or as it was; what comes up to M29 is discarded",
         run: || {
             let mut velvet = started(Plan::new());
@@ -310,9 +308,10 @@ fn asked(plan: Plan, line: &str) -> Velvet {
 }
 
 fn set_trouble(velvet: &mut Velvet, trouble: Trouble) {
-    let set = velvet.bench.vm.with(move |stopped| {
-        stopped.session.board_mut().mcu.sdmmc.card_mut().map(|card| *card.trouble() = trouble)
-    });
+    let set = velvet
+        .bench
+        .vm
+        .with(move |stopped| stopped.session.board_mut().mcu.sdmmc.card_mut().map(|card| *card.trouble() = trouble));
     set.flatten().expect("a card in the slot");
 }
 

@@ -36,7 +36,12 @@ fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     }
     let took_ns = velvet.bench.vm.now_ns() - before;
     let said = velvet.ask("card", SECOND);
-    println!("{} bytes in {:.1} ms: {:.2} MB/s; {said}", text.len(), took_ns as f64 / 1e6, text.len() as f64 * 1e3 / took_ns as f64);
+    println!(
+        "{} bytes in {:.1} ms: {:.2} MB/s; {said}",
+        text.len(),
+        took_ns as f64 / 1e6,
+        text.len() as f64 * 1e3 / took_ns as f64
+    );
     assert!(said.contains("50.0 MHz") && said.contains("repeated 0, damaged 0"), "{said}");
     assert!(text.len() as u64 * 1_000 > 8 * took_ns, "{took_ns} ns");
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
@@ -55,7 +60,8 @@ impl Watch {
     const STEP_NS: u64 = MS / 2;
 
     fn new() -> Self {
-        let address = Symbols::read(&image()).expect("an ELF file").object("dispatcher5TURNS").expect("the count").address;
+        let address =
+            Symbols::read(&image()).expect("an ELF file").object("dispatcher5TURNS").expect("the count").address;
         Self { address, turns: 0, still_ns: 0, longest_ns: 0 }
     }
 
@@ -156,9 +162,10 @@ fn a_card_that_stalls_starves_no_motion_at_5000_lines_a_second() {
             trouble(&mut velvet, |trouble| trouble.slow_reads = (SLOWEST_NS, 1));
             velvet.hear(400);
         }
-        let left = velvet.bench.vm.with(|stopped| {
-            stopped.session.board_mut().mcu.sdmmc.card_mut().map(|card| card.trouble().slow_reads.1)
-        });
+        let left = velvet
+            .bench
+            .vm
+            .with(|stopped| stopped.session.board_mut().mcu.sdmmc.card_mut().map(|card| card.trouble().slow_reads.1));
         assert_eq!(left.flatten(), Some(0), "a stall was not had");
         velvet.hear_until("Done printing file", 60 * SECOND);
         let edges = velvet.world(|world| world.trace_mut().take());

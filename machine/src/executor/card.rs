@@ -6,6 +6,7 @@
 use program::Function;
 
 use super::Machine;
+use crate::files::safe_file::Draft;
 use crate::ports::{CardEvent, Ports, StorageError};
 use crate::sessions::Listing;
 use crate::wait::yield_once;
@@ -29,6 +30,23 @@ pub(super) async fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), S
         yield_once().await;
     }
     Ok(())
+}
+
+/// A file that was written anew takes the place of the old one, and is on the card.
+///
+/// # Errors
+/// Those of the card; the file is the old one then.
+pub(super) async fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
+    at_rest(machine).await;
+    let mut replacing = draft.close(&mut machine.ports)?;
+    loop {
+        machine.serve();
+        yield_once().await;
+        at_rest(machine).await;
+        if replacing.step(&mut machine.ports)? {
+            return kept(machine).await;
+        }
+    }
 }
 
 /// Says what has happened to the card by itself, and finds the volume of one that was put in.

@@ -430,8 +430,7 @@ pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: O
         crate::wait::yield_once().await;
         card::at_rest(machine).await;
     }
-    draft.finish(&mut machine.ports).map_err(failed)?;
-    card::kept(machine).await.map_err(failed)?;
+    card::finish(machine, draft).await.map_err(failed)?;
     if path == OVERRIDE_PATH && !machine.config.general.config_override {
         machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
     }

@@ -16,6 +16,7 @@ use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Failure, message};
+use crate::files::safe_file::Draft;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::paper::Paper;
@@ -189,6 +190,14 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Waits until the card is at rest: see [`super::card`].
     pub async fn card_at_rest(&mut self) {
         super::card::at_rest(self.machine).await;
+    }
+
+    /// A file that was written anew takes the place of the old one, and is on the card.
+    ///
+    /// # Errors
+    /// Those of the card; the file is the old one then.
+    pub async fn put_in_place(&mut self, draft: Draft<P>) -> Result<(), StorageError> {
+        super::card::finish(self.machine, draft).await
     }
 
     /// Waits until all that was written is on the card.

@@ -58,8 +58,9 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if had_line {
         return true;
     }
-    if machine.ports.is_ready() {
-        statistics::save(machine);
+    {
+        let saves: Pin<&mut dyn Future<Output = ()>> = pin!(statistics::save(machine));
+        saves.await;
     }
     false
 }

@@ -105,8 +105,8 @@ async fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -
         match rewrite.go_on(hands.storage()) {
             Ok(true) => hands.pause_anyway().await,
             Ok(false) => {
-                rewrite.finish(hands.storage())?;
-                return hands.card_has_kept().await;
+                let draft = rewrite.end(hands.storage())?;
+                return hands.put_in_place(draft).await;
             }
             Err(error) => {
                 rewrite.give_up(hands.storage());
@@ -219,13 +219,13 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         Ok(written)
     }
 
-    /// The new file takes the place of the old one.
-    fn finish(self, storage: &mut S) -> Result<(), StorageError> {
+    /// The new file is complete.
+    fn end(self, storage: &mut S) -> Result<Draft<S>, StorageError> {
         if let Err(error) = storage.close(self.lines.file) {
             self.draft.give_up(storage);
             return Err(error);
         }
-        self.draft.finish(storage)
+        Ok(self.draft)
     }
 
     fn give_up(self, storage: &mut S) {
@@ -244,7 +244,7 @@ mod tests {
         let mut card = Card::with(&[(CONFIG_PATH, config)]);
         let mut rewrite = Rewrite::begin(&mut card, Edit { section, key, value }).unwrap();
         while rewrite.go_on(&mut card).unwrap() {}
-        rewrite.finish(&mut card).unwrap();
+        rewrite.end(&mut card).and_then(|draft| draft.finish(&mut card)).unwrap();
         assert_eq!(card.open_files(), 0);
         assert_eq!(card.text("/sd/previous-config.ini"), config);
         card.text(CONFIG_PATH).to_owned()

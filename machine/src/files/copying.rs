@@ -69,6 +69,8 @@ pub(crate) async fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str
 
 async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
     let source = hands.storage().open(from, OpenMode::Read)?;
+    hands.pause_anyway().await;
+    hands.card_at_rest().await;
     // The file that is copied is open: it is never emptied as its own copy.
     let target = match hands.storage().open(to, OpenMode::Write) {
         Ok(target) => target,
@@ -113,8 +115,7 @@ async fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, siz
     let file = hands.storage().open(path, OpenMode::Read)?;
     let kept = write_beginning(hands, path, file, size).await;
     let draft = kept?;
-    hands.card_at_rest().await;
-    draft.finish(hands.storage())?;
+    hands.put_in_place(draft).await?;
     hands.card_at_rest().await;
     safe_file::forget_previous(hands.storage(), path)?;
     hands.card_has_kept().await

@@ -174,9 +174,7 @@ async fn write_grid<P: Ports>(
         draft.give_up(hands.storage());
         return Err(error);
     }
-    hands.card_at_rest().await;
-    draft.finish(hands.storage())?;
-    hands.card_has_kept().await
+    hands.put_in_place(draft).await
 }
 
 /// The bytes of the next heights in force.

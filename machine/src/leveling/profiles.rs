@@ -68,12 +68,8 @@ async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridS
             hands.card_at_rest().await;
         }
     }
-    hands.card_at_rest().await;
     match written {
-        Ok(_) => {
-            draft.finish(hands.storage())?;
-            hands.card_has_kept().await
-        }
+        Ok(_) => hands.put_in_place(draft).await,
         Err(error) => {
             draft.give_up(hands.storage());
             Err(error)
