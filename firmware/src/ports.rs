@@ -398,8 +398,14 @@ where
 
     fn report_alive(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
-        // Its commands have limits, and cards come and go.
-        self.storage.card(|slot| slot.with(|card| card.advance(time::now().0)));
+        // Who worked on files has had his turn, so what was written may go. Its commands have limits, and cards
+        // come and go.
+        self.storage.card(|slot| {
+            slot.with(|card| {
+                card.hold(false);
+                card.advance(time::now().0);
+            });
+        });
         // What was written goes to the card first, unless that takes too long.
         let waits = !matches!(self.storage.is_kept(), Ok(true) | Err(_));
         let is_due = |at: Micros| time::now() >= if waits { at.plus(LAST_WRITES) } else { at };

@@ -121,14 +121,8 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         }
     }
 
-    fn hold(&mut self, is_held: bool) {
-        let now = time::now().0;
-        self.0.lock(|card| {
-            card.hold(is_held);
-            if !is_held {
-                card.advance(now);
-            }
-        });
+    fn hold(&mut self) {
+        self.0.lock(|card| card.hold(true));
     }
 
     fn is_ready(&mut self, room: usize) -> bool {

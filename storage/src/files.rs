@@ -191,10 +191,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     /// Keeps the card at rest while something reads and writes by turns. What was written before and has
     /// failed is known by now: who wrote it was told, or everybody.
     fn at_rest<R>(&mut self, action: impl FnOnce(&mut Self) -> Result<R, StorageError>) -> Result<R, StorageError> {
-        self.card(|card| card.hold(true));
-        let done = self.mend().and_then(|()| action(self));
-        self.card(|card| card.hold(false));
-        done
+        self.card(|card| card.hold());
+        self.mend().and_then(|()| action(self))
     }
 
     /// After a write that has failed the volume is as after a power cut: what is half done is completed, once
@@ -251,7 +249,6 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         }
         self.manager.device(|lens| {
             let card = lens.card();
-            card.hold(false);
             card.identify().map_err(|error| C::reason(&error))?;
             lens.volume = Some(find_volume(card)?);
             Ok(())
@@ -356,10 +353,8 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             // Its size in the directory has changed.
             self.listed = None;
         }
-        self.card(|card| card.hold(true));
-        let closed = self.close_content(&open);
-        self.card(|card| card.hold(false));
-        closed
+        self.card(|card| card.hold());
+        self.close_content(&open)
     }
 
     fn read_ahead(&mut self, file: FileHandle) {
