@@ -398,8 +398,8 @@ where
 
     fn report_alive(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
-        // Who worked on files has had his turn, so what was written may go. Its commands have limits, and cards
-        // come and go.
+        // Who worked on files has had his turn, so what was written may go. Its commands have limits, and
+        // cards come and go.
         self.storage.card(|slot| {
             slot.with(|card| {
                 card.hold(false);

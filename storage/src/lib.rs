@@ -70,8 +70,8 @@ pub trait Card {
     /// The card's own.
     fn blocks(&mut self) -> Result<u32, Self::Error>;
 
-    /// Keeps writes back, so that reads between them find the card at rest. Whoever owns the card lets them go
-    /// when the turn of whoever works on files is over: a change is often several calls.
+    /// Keeps writes back, so that reads between them find the card at rest. Whoever owns the card lets them
+    /// go when the turn of whoever works on files is over: a change is often several calls.
     fn hold(&mut self) {}
 
     /// Whether it is at rest, with room for so many writes. It is kept so for who asks again soon.

@@ -118,8 +118,8 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
         watch.ask(velvet, &format!("M92 X8{round}"), "ok\n");
         watch.ask(velvet, "M500", "Settings Stored");
     }
-    // On clusters of one block, as here, a part of the settings can be more blocks than the queue has room for:
-    // then one block is waited for.
+    // On clusters of one block, as here, a part of the settings can be more blocks than the queue has room
+    // for: then one block is waited for.
     assert!(watch.take("M500") < SLOWEST_NS + HELD_NS, "more than one block is waited for");
     watch.ask(velvet, "M28 up.g", "Writing to file");
     for line in 0..60 {
