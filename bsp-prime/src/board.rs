@@ -73,7 +73,7 @@ pub struct Board {
     pub pwm: Pwm,
     /// Supply voltages, not started.
     pub supplies: Supplies,
-    /// The SD card, not identified.
+    /// The SD card, not identified, for calls that wait or as a service.
     pub sd: SdCard,
     /// Date and time.
     pub rtc: Rtc,

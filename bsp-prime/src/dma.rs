@@ -68,6 +68,35 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
     }
 }
 
+impl<const LENGTH: usize> DmaBuffer<u32, LENGTH> {
+    /// Reads words from `index` on into whole groups of four bytes, low byte first; false when there are not
+    /// so many.
+    pub fn load(&self, index: usize, bytes: &mut [u8]) -> bool {
+        if index + bytes.len() / 4 > LENGTH {
+            return false;
+        }
+        for (offset, four) in bytes.chunks_exact_mut(4).enumerate() {
+            // SAFETY: within the array, as was seen above; the arena was zeroed at start-up.
+            let word = unsafe { self.0.get().cast::<u32>().add(index + offset).read_volatile() };
+            four.copy_from_slice(&word.to_le_bytes());
+        }
+        true
+    }
+
+    /// Writes words from `index` on; false when there are not so many.
+    pub fn store(&self, index: usize, bytes: &[u8]) -> bool {
+        if index + bytes.len() / 4 > LENGTH {
+            return false;
+        }
+        for (offset, four) in bytes.chunks_exact(4).enumerate() {
+            let word = u32::from_le_bytes(four.try_into().unwrap_or_default());
+            // SAFETY: within the array, as was seen above; nobody holds a reference into it.
+            unsafe { self.0.get().cast::<u32>().add(index + offset).write_volatile(word) };
+        }
+        true
+    }
+}
+
 /// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`
 #[macro_export]
 macro_rules! dma_buffer {

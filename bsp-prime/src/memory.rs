@@ -31,9 +31,12 @@ const VECTORS: usize = 256;
 /// Where the vector table is copied to: the bottom of the ITCM, which `memory.x` leaves free.
 const ITCM_VECTORS: usize = 0x0000_0000;
 /// First address of the DMA arena; `memory.x` says the same and its size is asserted there.
-pub const DMA_ARENA_START: u32 = 0x2407_0000;
+pub const DMA_ARENA_START: u32 = 0x2406_C000;
 /// Size of the DMA arena in bytes.
-pub const DMA_ARENA_BYTES: u32 = 64 * 1024;
+pub const DMA_ARENA_BYTES: u32 = 80 * 1024;
+/// It takes two MPU regions, whose sizes are powers of two and whose bases are multiples of them: this much,
+/// and the rest behind it.
+const DMA_ARENA_LOWER_BYTES: u32 = 16 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
@@ -174,7 +177,11 @@ fn protect(mpu: &mut MPU) {
         (0x0800_0000, READ_ONLY | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
         (0x2000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(128 * 1024)),
         (0x2400_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(512 * 1024)),
-        (DMA_ARENA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_BYTES)),
+        (DMA_ARENA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_LOWER_BYTES)),
+        (
+            DMA_ARENA_START + DMA_ARENA_LOWER_BYTES,
+            EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_BYTES - DMA_ARENA_LOWER_BYTES),
+        ),
         (guard, EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(STACK_GUARD_BYTES)),
         (
             thread_stack::guard(),

@@ -8,7 +8,7 @@ use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
 /// Size of the stack in bytes.
-pub const THREAD_STACK_BYTES: usize = 320 * 1024;
+pub const THREAD_STACK_BYTES: usize = 332 * 1024;
 /// The lowest bytes are untouchable; see the memory module's MPU regions.
 pub(crate) const GUARD_BYTES: usize = 256;
 

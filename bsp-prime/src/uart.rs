@@ -30,7 +30,7 @@ struct Shared {
 }
 
 // All zeros, which is what the board fills this region with.
-#[unsafe(link_section = ".axisram")]
+#[unsafe(link_section = ".d2ram")]
 static SHARED: [Shared; 3] =
     [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0), not_data: AtomicU32::new(0) } }; 3];
 

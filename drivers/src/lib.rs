@@ -13,10 +13,12 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod debounce;
+pub mod exfat;
 pub mod fat;
 pub mod max31855;
 pub mod max31856;
 pub mod max31865;
 pub mod platinum;
+pub mod sd;
 pub mod thermistor;
 pub mod voltage_sensor;

@@ -3,7 +3,7 @@
 use core::convert::Infallible;
 use core::future::Future;
 use core::pin::pin;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::{Context, RawWaker, RawWakerVTable, Waker};
 
 use bsp_prime::thread_stack;
@@ -15,6 +15,9 @@ use crate::log::Told;
 
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
+
+/// How often the executor was polled: for whoever measures what holds it up.
+static TURNS: AtomicU32 = AtomicU32::new(0);
 
 /// Has the executor polled once more. Called by whoever brings it bytes, and by the feed at each run; the
 /// step interrupt does not, or every step would cost a poll.
@@ -51,6 +54,7 @@ fn poll_for_ever(ports: impl Ports) -> Infallible {
         // It never ends, so there is nothing in the answer.
         let _pending = machine.as_mut().poll(&mut context).is_pending();
         told.tell();
+        TURNS.store(TURNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         while !AWAKE.swap(false, Ordering::Acquire) {
             // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later,
             // by the feed's.

@@ -46,7 +46,7 @@ static REPORTS: Reports = Reports::new();
 
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
 mod app {
-    use bsp_prime::sd::SdCard;
+    use bsp_prime::sd::CardService;
     use bsp_prime::step_engine;
     use bsp_prime::time::{self, Ticker};
     use bsp_prime::uart::UartInterrupt;
@@ -88,6 +88,7 @@ mod app {
         heat: Heat,
         slow: Slow,
         triggers: TriggerInputs,
+        card: &'static mut CardService,
     }
 
     #[local]
@@ -100,7 +101,6 @@ mod app {
         uart0: UartInterrupt,
         uart1: UartInterrupt,
         owned: Owned,
-        card: Option<SdCard>,
         typed: Typed,
     }
 
@@ -143,6 +143,7 @@ mod app {
             heat: Heat::new(cx.local.heat, board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
             slow: Slow::new(board.supplies),
             triggers: TriggerInputs::default(),
+            card: board.sd.into_service(),
         };
         let local = Local {
             step_feed: FeedTask::new(),
@@ -153,7 +154,6 @@ mod app {
             uart0: board.uart0.0,
             uart1: board.uart1.0,
             owned,
-            card: Some(board.sd),
             typed: Typed::new(ends.typed),
         };
         (shared, local)
@@ -224,9 +224,13 @@ mod app {
         dispatcher::wake();
     }
 
-    #[task(binds = SDMMC1, priority = 6)]
-    fn card(_: card::Context) {
+    // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then
+    // whoever waits for it looks again.
+    #[task(binds = SDMMC1, priority = 6, shared = [card])]
+    fn card(mut cx: card::Context) {
         sd::on_interrupt();
+        cx.shared.card.lock(|card| card.advance(time::now().0));
+        dispatcher::wake();
     }
 
     // Heaters and slow outputs. Above planning, so that no job can starve heat safety.
@@ -305,17 +309,15 @@ mod app {
     }
 
     // Consoles and dispatcher.
-    #[idle(local = [owned, card], shared = [motion, heat, slow, triggers])]
+    #[idle(local = [owned], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
-        let idle::SharedResources { motion, heat, slow, triggers, .. } = cx.shared;
+        let idle::SharedResources { motion, heat, slow, triggers, card, .. } = cx.shared;
         let shared = ports::Shared { motion, heat, slow, triggers };
         let wake_planner = || {
             // Still to run from the last time: that run sees the new blocks too.
             let _waiting = plan::spawn();
         };
         let owned = cx.local.owned;
-        // Idle runs once, so the card is there.
-        let Some(card) = cx.local.card.take() else { fault::reset_as_asked() };
         // Made where they will live, on the thread stack: they are large.
         dispatcher::run(|| BoardPorts::new(owned, card, shared, wake_planner))
     }

@@ -5,7 +5,7 @@ use core::fmt::Write;
 
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
-use bsp_prime::sd::SdCard;
+use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
@@ -14,9 +14,8 @@ use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
-    Start, StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, EventLog, HeatPort, InputLevels, Inputs,
+    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -35,11 +34,15 @@ use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
 use crate::{LATCH, REPORTS, workspace};
 
+mod files;
+
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
 /// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
 const MAX_INPUTS: usize = 35 + 4 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
+/// Longer than that a reset waits for no card.
+const LAST_WRITES: Micros = Micros::from_seconds(5);
 
 /// The LED that is on while something moves: LED 2.
 const PLAY_LED: u8 = 1;
@@ -70,9 +73,9 @@ pub struct Shared<M, H, S, T> {
 }
 
 /// All ports.
-pub struct BoardPorts<M, H, S, T> {
+pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     owned: &'static mut Owned,
-    storage: CardStorage,
+    storage: CardStorage<K>,
     shared: Shared<M, H, S, T>,
     /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
@@ -81,7 +84,7 @@ pub struct BoardPorts<M, H, S, T> {
     plan: fn(),
 }
 
-impl<M, H, S, T> BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -89,7 +92,7 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     /// `plan` wakes the planner task.
-    pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
+    pub fn new(owned: &'static mut Owned, card: K, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
@@ -172,19 +175,19 @@ where
     }
 }
 
-impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
     fn now(&self) -> Micros {
         time::now()
     }
 }
 
-impl<M, H, S, T> EventLog for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> EventLog for BoardPorts<M, H, S, T, K> {
     fn events(&self) -> EventRing<'_> {
         kept::events()
     }
 }
 
-impl<M, H, S, T> Ahead for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Ahead for BoardPorts<M, H, S, T, K> {
     type Workspace = &'static mut Workspace;
 
     fn workspace(&mut self) -> Option<&'static mut Workspace> {
@@ -192,7 +195,7 @@ impl<M, H, S, T> Ahead for BoardPorts<M, H, S, T> {
     }
 }
 
-impl<M, H, S, T> MotionPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> MotionPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -215,7 +218,7 @@ where
     }
 }
 
-impl<M, H, S, T> HeatPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> HeatPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -231,7 +234,7 @@ where
     }
 }
 
-impl<M, H, S, T> DriversPort for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> DriversPort for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -253,7 +256,7 @@ where
     }
 }
 
-impl<M, H, S, T> Inputs for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Inputs for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -266,7 +269,7 @@ where
     }
 }
 
-impl<M, H, S, T> Consoles for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Consoles for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -298,7 +301,7 @@ where
 /// The owner of a pin that somebody tries out.
 const BORROWER: &str = "the command gpio";
 
-impl<M, H, S, T> PinPort for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<M, H, S, T, K> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
         let pins = &mut self.owned.pins;
         let level = match drive {
@@ -329,7 +332,7 @@ impl<M, H, S, T> PinPort for BoardPorts<M, H, S, T> {
     }
 }
 
-impl<M, H, S, T> Board for BoardPorts<M, H, S, T>
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Board for BoardPorts<M, H, S, T, K>
 where
     M: Mutex<T = &'static mut Motion>,
     H: Mutex<T = Heat>,
@@ -409,7 +412,18 @@ where
 
     fn report_alive(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
-        if self.reset_at.is_some_and(|at| time::now() >= at) {
+        // Who worked on files has had his turn, so what was written may go. Its commands have limits, and
+        // cards come and go.
+        self.storage.card(|slot| {
+            slot.with(|card| {
+                card.hold(false);
+                card.advance(time::now().0);
+            });
+        });
+        // What was written goes to the card first, unless that takes too long.
+        let waits = !matches!(self.storage.is_kept(), Ok(true) | Err(_));
+        let is_due = |at: Micros| time::now() >= if waits { at.plus(LAST_WRITES) } else { at };
+        if self.reset_at.is_some_and(is_due) {
             crate::fault::reset_as_asked();
         }
     }
@@ -427,7 +441,7 @@ where
     }
 }
 
-impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts<M, H, S, T, K> {
     fn date(&self) -> DateTime {
         date()
     }
@@ -435,61 +449,6 @@ impl<M, H, S, T> Calendar for BoardPorts<M, H, S, T> {
     fn set_date(&mut self, to: DateTime) -> bool {
         let DateTime { year, month, day, hour, minute, second } = to;
         self.owned.rtc.set(Reading { year, month, day, hour, minute, second })
-    }
-}
-
-impl<M, H, S, T> Storage for BoardPorts<M, H, S, T> {
-    fn between_steps(&mut self) {
-        REPORTS.report(Reporter::Dispatcher);
-    }
-
-    fn mount(&mut self) -> Result<(), StorageError> {
-        self.storage.mount()
-    }
-
-    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.storage.open(path, mode)
-    }
-
-    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        self.storage.read(file, buffer)
-    }
-
-    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.storage.write(file, bytes)
-    }
-
-    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.storage.seek(file, offset_bytes)
-    }
-
-    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        self.storage.size(file)
-    }
-
-    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.storage.close(file)
-    }
-
-    fn list(
-        &mut self,
-        path: &str,
-        skip: usize,
-        entries: &mut Vec<DirectoryEntry, LIST_CHUNK>,
-    ) -> Result<(), StorageError> {
-        self.storage.list(path, skip, entries)
-    }
-
-    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.storage.remove(path)
-    }
-
-    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
-        self.storage.make_directory(path)
-    }
-
-    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        self.storage.rename(from, to)
     }
 }
 

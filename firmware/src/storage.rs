@@ -1,52 +1,204 @@
 //! The SD card as the machine's storage.
 
 use bsp_prime::rtc;
-use bsp_prime::sd::{SdCard, SdError};
-use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx, TimeSource, Timestamp};
-use machine::ports::{DateTime, FileTime, StorageError};
+use bsp_prime::sd::CardService;
+use bsp_prime::time;
+use drivers::fat::Block;
+use drivers::sd::{Event, Read, Run, SdError, State};
+use embedded_sdmmc::{TimeSource, Timestamp};
+use machine::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
+use machine::watchdog::Reporter;
+use rtic::Mutex;
 use storage::Card;
 
+use crate::workspace;
+
+/// A card that takes longer for a block is slow.
+const SLOW_US: u64 = 10_000;
+
 /// The card with its file system.
-pub type CardStorage = storage::CardStorage<Slot, Dated>;
+pub type CardStorage<K> = storage::CardStorage<'static, Slot<K>, Dated>;
 
 /// Not mounted.
-pub fn card_storage(card: SdCard) -> CardStorage {
-    CardStorage::new(Slot(card), Dated)
+pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStorage<K> {
+    CardStorage::new(Slot(card), Dated, workspace::gathered())
 }
 
-/// The card in its slot.
-pub struct Slot(SdCard);
+/// The card in its slot, behind its lock. Each call holds it for microseconds; what has to wait sleeps
+/// between two looks, until the controller's interrupt or the next run of the step feed.
+pub struct Slot<K>(K);
 
-impl BlockDevice for Slot {
-    type Error = SdError;
-
-    fn read(&self, blocks: &mut [Block], start: BlockIdx) -> Result<(), SdError> {
-        self.0.read(blocks, start)
+impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
+    /// Looks at the card.
+    pub fn with<R>(&mut self, action: impl FnOnce(&mut CardService) -> R) -> R {
+        self.0.lock(|card| action(card))
     }
 
-    fn write(&self, blocks: &[Block], start: BlockIdx) -> Result<(), SdError> {
-        self.0.write(blocks, start)
-    }
-
-    fn num_blocks(&self) -> Result<BlockCount, SdError> {
-        self.0.num_blocks()
-    }
-}
-
-impl Card for Slot {
-    fn identify(&mut self) -> Result<(), SdError> {
-        self.0.identify().map(drop)
-    }
-
-    fn reason(error: &SdError) -> StorageError {
-        match error {
-            SdError::NoCard | SdError::NotIdentified => StorageError::NoCard,
-            SdError::NotResponding(_) => StorageError::NotResponding,
-            _ => StorageError::Device,
+    /// Waits until there is an answer.
+    fn wait<R>(&mut self, mut ask: impl FnMut(&mut CardService) -> Option<R>) -> R {
+        let since = time::now().0;
+        loop {
+            let now = time::now().0;
+            let answer = self.0.lock(|card| {
+                let answer = ask(card);
+                if answer.is_none() {
+                    card.advance(now);
+                }
+                answer
+            });
+            match answer {
+                Some(answer) => {
+                    // Each command has its limit: a card that takes its time is no dispatcher that hangs.
+                    if now.saturating_sub(since) > SLOW_US {
+                        crate::REPORTS.report(Reporter::Dispatcher);
+                    }
+                    return answer;
+                }
+                None => cortex_m::asm::wfi(),
+            }
         }
     }
 }
 
+impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
+    type Error = SdError;
+
+    fn identify(&mut self) -> Result<(), SdError> {
+        // From the first time on: cards come and go while the machine runs.
+        let is_lent = self.0.lock(|card| {
+            card.look_by_itself();
+            if !card.is_lent() {
+                card.identify();
+            }
+            card.is_lent()
+        });
+        if is_lent {
+            return Err(SdError::Lent);
+        }
+        self.wait(|card| match card.state() {
+            State::Ready(_) => Some(Ok(())),
+            State::Absent(error) => Some(Err(error)),
+            State::Identifying => None,
+        })
+    }
+
+    fn read(&mut self, number: u32, block: &mut Block) -> Result<(), SdError> {
+        self.wait(|card| match card.read(number, block) {
+            Ok(Read::Done) => Some(Ok(())),
+            Ok(Read::NotYet) => None,
+            Err(error) => Some(Err(error)),
+        })
+    }
+
+    fn read_at_hand(&mut self, number: u32, block: &mut Block) -> Result<bool, SdError> {
+        let now = time::now().0;
+        self.0.lock(|card| {
+            let read = card.read(number, block)?;
+            if read == Read::NotYet {
+                card.advance(now);
+            }
+            Ok(read == Read::Done)
+        })
+    }
+
+    fn write(&mut self, number: u32, block: &Block) -> Result<(), SdError> {
+        self.wait(|card| match card.write(number, block) {
+            Ok(true) => Some(Ok(())),
+            Ok(false) => {
+                // More than there is room for: what was held back has to go.
+                card.hold(false);
+                None
+            }
+            Err(error) => Some(Err(error)),
+        })
+    }
+
+    fn blocks(&mut self) -> Result<u32, SdError> {
+        match self.0.lock(|card| card.state()) {
+            State::Ready(card) => Ok(card.blocks),
+            State::Absent(error) => Err(error),
+            State::Identifying => Err(SdError::NoCard),
+        }
+    }
+
+    fn hold(&mut self) {
+        self.0.lock(|card| card.hold(true));
+    }
+
+    fn is_ready(&mut self, room: usize) -> bool {
+        let now = time::now().0;
+        self.0.lock(|card| {
+            card.advance(now);
+            card.is_ready(room)
+        })
+    }
+
+    fn is_kept(&mut self) -> Result<bool, SdError> {
+        self.0.lock(|card| card.is_kept())
+    }
+
+    fn forgive(&mut self) {
+        self.0.lock(|card| card.forgive());
+    }
+
+    fn facts(&mut self) -> Option<CardFacts> {
+        self.0.lock(|card| {
+            let State::Ready(info) = card.state() else { return None };
+            let done = card.counters();
+            Some(CardFacts {
+                kind: info.kind.name(),
+                name: info.cid.name(),
+                maker: info.cid.maker(),
+                blocks: info.blocks,
+                bus_khz: card.bus_hz() / 1_000,
+                is_protected: info.is_protected,
+                reads: done.reads,
+                writes: done.writes,
+                repeated: done.repeated,
+                damaged: done.damaged,
+                slowest_read_us: done.slowest_read_us,
+                slowest_write_us: done.slowest_write_us,
+            })
+        })
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.0.lock(|card| card.take_event()).map(|event| match event {
+            Event::Inserted => CardEvent::Inserted,
+            Event::Removed(_, loses) => CardEvent::Removed { loses },
+            Event::WriteFailed(error) => CardEvent::WriteFailed(Self::reason(&error)),
+            Event::Slower(hz) => CardEvent::Slower(hz / 1_000),
+        })
+    }
+
+    fn follow(&mut self, run: Run) -> bool {
+        let now = time::now().0;
+        self.0.lock(|card| {
+            let is_taken = card.follow(run);
+            card.advance(now);
+            is_taken
+        })
+    }
+
+    fn unfollow(&mut self) {
+        self.0.lock(|card| card.unfollow());
+    }
+
+    fn reason(error: &SdError) -> StorageError {
+        match error {
+            SdError::NoCard => StorageError::NoCard,
+            SdError::NotResponding(_) | SdError::StaysBusy(_) => StorageError::NotResponding,
+            SdError::Unsupported(drivers::sd::Unsupported::Locked) => StorageError::Locked,
+            SdError::Unsupported(_) => StorageError::WrongCard,
+            SdError::Protected => StorageError::Protected,
+            SdError::NotKept => StorageError::NotKept,
+            SdError::Unreadable => StorageError::Unreadable,
+            SdError::WriteFailed => StorageError::WriteFailed,
+            SdError::Lent => StorageError::Lent,
+            SdError::Damaged(_) | SdError::Refused(..) | SdError::Host | SdError::OutOfRange => StorageError::Device,
+        }
+    }
+}
 /// Files are dated by the clock, once somebody has set it.
 #[derive(Clone, Copy)]
 pub struct Dated;

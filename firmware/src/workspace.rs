@@ -8,6 +8,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use machine::ports::Workspace;
 use motion::{BlockRing, Motion, Store};
+use storage::Gathered;
 
 /// All zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
@@ -29,4 +30,15 @@ pub fn take() -> Option<&'static mut Workspace> {
     // SAFETY: this comes here once, so these are the only references there ever are. The board is up, so the
     // section has been zeroed, which is what its statics are at first.
     unsafe { Some((*workspace).write(Workspace::new(Motion::new(&mut *blocks, &mut *store)))) }
+}
+
+#[unsafe(link_section = ".d2ram")]
+static mut GATHERED: MaybeUninit<Gathered> = MaybeUninit::uninit();
+
+/// Where bytes of files that are written gather. Once, with the card's file system.
+pub fn gathered() -> &'static mut Gathered {
+    let gathered = &raw mut GATHERED;
+    // SAFETY: the file system is made once, by `idle`, so this is the only reference there ever is; the
+    // board is up, so the memory is there.
+    unsafe { (*gathered).write(Gathered::new()) }
 }

@@ -35,8 +35,8 @@ pub use io::{
     heater_bit, switch_bit,
 };
 pub use storage::{
-    DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage,
-    StorageError,
+    CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
+    OpenMode, PATH_BYTES, Storage, StorageError,
 };
 pub use workspace::Workspace;
 

@@ -50,6 +50,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("cp", "from to", "copy a file"),
     command("truncate", "file bytes", "keep the beginning of a file"),
     command("md5sum", "file ...", "MD5 sums of files"),
+    command("card", "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free"),
     command("ed", "from to", "edit a file line by line into another one: %h lists commands, %c ends it"),
     command("ry", "[silent]", "receive files by YModem; silent: say nothing beside"),
     command("upload", "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels"),

@@ -1,9 +1,11 @@
-//! Files that are read beside whoever else has them open. `embedded-sdmmc` opens a file once, and goes along
-//! its clusters from the beginning wherever it is asked to go back; here each reader has its own way.
+//! Readers of files. Those that read beside whoever else has a file open are many, each with its own way
+//! along its clusters.
 
-use drivers::fat::{Place, Reader};
+use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;
 use machine::ports::{FileHandle, StorageError};
+
+use crate::mounted::{FileReader, Mounted};
 
 /// Files read beside at once: one, and those that wait for their subroutines.
 pub const MAX_BESIDE: usize = 4;
@@ -12,8 +14,22 @@ pub const MAX_BESIDE: usize = 4;
 pub(crate) struct Beside {
     pub handle: FileHandle,
     pub place: Place,
-    pub reader: Reader,
+    pub reader: FileReader,
     pub offset: u32,
+}
+
+impl Beside {
+    /// Reads on, to the end of a block at most.
+    pub fn read<B: Blocks>(
+        &mut self,
+        volume: &mut Mounted,
+        device: &mut B,
+        buffer: &mut [u8],
+    ) -> Result<usize, Error<B::Error>> {
+        let count = self.reader.read(volume, device, self.offset, buffer)?;
+        self.offset += count as u32;
+        Ok(count)
+    }
 }
 
 /// All of them.

@@ -1,39 +1,56 @@
 //! The storage port over both: names here, contents there.
 
-use drivers::fat::{
-    Attributes, Entry, Error as NameError, Listing, Name, Place, Reader, Stamp, Volume, first_partition,
-};
-use embedded_sdmmc::{
-    Block, BlockIdx, Error, Mode, RawDirectory, RawFile, RawVolume, ShortFileName, TimeSource, VolumeIdx, VolumeManager,
-};
+use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
+use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
 use heapless::{String, Vec};
-use machine::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, PATH_BYTES, Storage, StorageError};
+use machine::ports::{
+    CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
+    StorageError,
+};
 
 use crate::Card;
+use crate::ahead::Ahead;
 use crate::beside::{Beside, Readers};
 use crate::errors::{of_content, of_name};
-use crate::lens::{Device, Lens};
+use crate::finding::find_volume;
+use crate::lens::{Device, Lens, NotRead};
 use crate::listing::listed;
+use crate::mounted::{Listing, Mounted};
+use crate::written::{Gathered, Written};
+
+mod opening;
+mod writing;
 
 /// Files open at once.
 pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
+/// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
+const READY_ROOM: usize = 24;
+/// Blocks of the allocation table that are counted in one go.
+const COUNTED_BLOCKS: u32 = 16;
 /// Where the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
 type Manager<C, T> = VolumeManager<Lens<C>, T, MAX_DIRECTORIES, MAX_FILES, 1>;
 
 /// An open file.
-#[derive(Clone, Copy)]
 struct Open {
     handle: FileHandle,
-    raw: RawFile,
     place: Place,
-    /// It may be written to.
-    writes: bool,
-    /// A write went wrong: the file may have more clusters than it says.
-    failed: bool,
+    content: Content,
+}
+
+/// What it is open for.
+enum Content {
+    Read(Beside),
+    Written(Written),
+}
+
+impl Open {
+    const fn is_written(&self) -> bool {
+        matches!(self.content, Content::Written(_))
+    }
 }
 
 /// A directory that is being listed, so that its next entries are found without reading it from its
@@ -45,7 +62,7 @@ struct Listed {
 }
 
 /// The card with its file system. `T` dates files.
-pub struct CardStorage<C: Card, T: TimeSource> {
+pub struct CardStorage<'g, C: Card, T: TimeSource> {
     manager: Manager<C, T>,
     clock: T,
     raw_volume: Option<RawVolume>,
@@ -53,11 +70,14 @@ pub struct CardStorage<C: Card, T: TimeSource> {
     readers: Readers,
     next_handle: u8,
     listed: Option<Listed>,
+    /// The file that is played, and what is read ahead of it.
+    ahead: Option<Ahead>,
+    gathered: &'g mut Gathered,
 }
 
-impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
+impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     /// Not mounted.
-    pub fn new(card: C, clock: T) -> Self {
+    pub fn new(card: C, clock: T, gathered: &'g mut Gathered) -> Self {
         let manager = Manager::new_with_limits(Lens::new(card), clock.clone(), 1);
         Self {
             manager,
@@ -67,7 +87,26 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
             readers: Readers::default(),
             next_handle: 0,
             listed: None,
+            ahead: None,
+            gathered,
         }
+    }
+
+    /// Gives the volume back, so that somebody else may have the card: until it is mounted again there is
+    /// none.
+    ///
+    /// # Errors
+    /// [`StorageError::Busy`] while files are open.
+    pub fn unmount(&mut self) -> Result<(), StorageError> {
+        if !self.open.is_empty() {
+            return Err(StorageError::Busy);
+        }
+        self.listed = None;
+        self.ahead = None;
+        self.readers.clear();
+        self.card(C::unfollow);
+        self.manager.device(|lens| lens.volume = None);
+        Ok(())
     }
 
     /// The card itself.
@@ -86,7 +125,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
         self.manager.device(|lens| {
-            let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
+            let (volume, mut device) = lens.names()?;
             action(volume, &mut device).map_err(of_name::<C>)
         })
     }
@@ -100,114 +139,83 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
         self.names(action)
     }
 
-    /// The entry of a path, which no open file may have.
-    fn find_closed(&self, path: &str) -> Result<Entry, StorageError> {
-        let entry = self.names(|volume, device| volume.find(device, path))?;
-        if self.open.iter().any(|open| open.place == entry.place()) { Err(StorageError::Busy) } else { Ok(entry) }
+    /// Lets `action` read on a volume of either kind.
+    fn reading<R>(
+        &self,
+        action: impl FnOnce(&mut Mounted, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
+    ) -> Result<R, StorageError> {
+        self.manager.device(|lens| {
+            let (volume, mut device) = lens.reading()?;
+            action(volume, &mut device).map_err(of_name::<C>)
+        })
     }
 
-    /// The file of this path as `mode` wants it: there, and empty if it is to be written anew.
-    fn prepare(&mut self, path: &str, mode: OpenMode) -> Result<Entry, StorageError> {
-        let now = self.now();
-        let entry = match (self.find_closed(path), mode) {
-            (Err(StorageError::NotFound), OpenMode::Write | OpenMode::Append) => {
-                return self.change(|volume, device| volume.create(device, path, now));
-            }
-            (found, _) => found?,
-        };
-        match (entry.is_directory(), mode) {
-            (true, _) => return Err(StorageError::WrongKind),
-            (_, OpenMode::Read | OpenMode::Beside) => {}
-            _ if entry.attributes().has(Attributes::READ_ONLY) => return Err(StorageError::ReadOnly),
-            (_, OpenMode::Append) => self.names(|volume, device| volume.forget_free_count(device))?,
-            (_, OpenMode::Write) => {
-                self.change(|volume, device| volume.empty(device, &entry, now))?;
-                return Ok(entry);
-            }
-        }
-        self.names(|volume, device| volume.check(device, &entry))?;
-        Ok(entry)
+    /// A file that is only read, beside or not.
+    fn reader(&mut self, file: FileHandle) -> Option<&mut Beside> {
+        reader_of(&mut self.open, &mut self.readers, file)
     }
 
-    /// Opens a file beside whoever reads it.
-    fn open_beside(&mut self, path: &str) -> Result<FileHandle, StorageError> {
-        let entry = self.names(|volume, device| volume.find(device, path))?;
-        if entry.is_directory() {
-            return Err(StorageError::WrongKind);
-        }
-        if self.open.iter().any(|open| open.writes && open.place == entry.place()) {
-            return Err(StorageError::Busy);
-        }
-        let handle = self.new_handle();
-        self.readers.push(Beside { handle, place: entry.place(), reader: Reader::new(&entry), offset: 0 })?;
-        Ok(handle)
-    }
-
-    /// Reads on beside.
-    fn read_beside(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        let Self { manager, readers, .. } = self;
-        let Some(beside) = readers.get(file) else { return Err(StorageError::NotFound) };
+    /// Reads on in a file that is only read.
+    fn read_on(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        let Self { manager, readers, open, ahead, .. } = self;
+        let Some(reader) = reader_of(open, readers, file) else { return Err(StorageError::NotFound) };
         let count = manager.device(|lens| {
-            let (volume, mut device) = lens.names().ok_or(StorageError::NoCard)?;
-            beside.reader.read(volume, &mut device, beside.offset, buffer).map_err(of_name::<C>)
+            let (volume, mut device) = lens.reading()?;
+            let count = reader.read(volume, &mut device, buffer).map_err(of_name::<C>)?;
+            if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
+                ahead.go_on(reader.offset, lens);
+            }
+            Ok(count)
         })?;
-        beside.offset += count as u32;
         Ok(count)
     }
 
-    /// Opens what a file contains, found by the short names along its path.
-    fn open_content(&self, path: &str, file: &Entry, mode: OpenMode) -> Result<RawFile, StorageError> {
-        let volume = self.raw_volume.ok_or(StorageError::NoCard)?;
-        let mut directory = self.manager.open_root_dir(volume).map_err(of_content::<C>)?;
-        let opened = self.enter(&mut directory, path).and_then(|()| {
-            let name = self.short_name(directory, file)?;
-            let mode = if mode == OpenMode::Read { Mode::ReadOnly } else { Mode::ReadWriteAppend };
-            self.manager.open_file_in_dir(directory, name, mode).map_err(of_content::<C>)
-        });
-        self.close_directory(directory);
-        opened
-    }
-
-    /// Goes from the root to the directory of a path.
-    fn enter(&self, directory: &mut RawDirectory, path: &str) -> Result<(), StorageError> {
-        for (end, _) in path.trim_end_matches('/').match_indices('/') {
-            let parents = path.get(..end).unwrap_or("");
-            if parents.is_empty() || parents.ends_with('/') {
-                continue;
+    /// Whether reading on takes no waiting. What is missing is asked for.
+    fn can_read_on(&mut self, file: FileHandle) -> bool {
+        let Self { manager, readers, open, ahead, .. } = self;
+        let Some(reader) = reader_of(open, readers, file) else { return true };
+        manager.device(|lens| {
+            if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
+                if !ahead.leads_from(reader.offset) {
+                    lens.card().unfollow();
+                    *ahead = Ahead::new(file, reader.reader, reader.offset);
+                }
+                ahead.go_on(reader.offset, lens);
             }
-            let entry = self.names(|volume, device| volume.find(device, parents))?;
-            let name = self.short_name(*directory, &entry)?;
-            let inner = self.manager.open_dir(*directory, name).map_err(of_content::<C>)?;
-            self.close_directory(core::mem::replace(directory, inner));
+            let Some((volume, mut device)) = lens.names_at_hand() else { return true };
+            let read = reader.reader.read(volume, &mut device, reader.offset, &mut [0]);
+            !matches!(read, Err(NameError::Device(NotRead::Yet)))
+        })
+    }
+
+    /// Keeps the card at rest while something reads and writes by turns. What was written before and has
+    /// failed is known by now: who wrote it was told, or everybody.
+    fn at_rest<R>(&mut self, action: impl FnOnce(&mut Self) -> Result<R, StorageError>) -> Result<R, StorageError> {
+        self.card(|card| card.hold());
+        self.mend().and_then(|()| action(self))
+    }
+
+    /// After a write that has failed the volume is as after a power cut: what is half done is completed, once
+    /// nobody writes any more who counts on what came after.
+    fn mend(&mut self) -> Result<(), StorageError> {
+        if self.card(|card| card.is_kept().is_ok()) || self.open.iter().any(Open::is_written) {
+            return Ok(());
         }
-        Ok(())
+        self.card(C::forgive);
+        self.listed = None;
+        self.manager.device(|lens| lens.mend()).map_err(of_name::<C>)
     }
 
-    fn close_directory(&self, directory: RawDirectory) {
-        // It was opened by the caller; closing an open directory touches no card and cannot fail.
-        let _closed = self.manager.close_dir(directory);
+    fn written_or_none(&mut self, file: FileHandle) -> Result<RawFile, StorageError> {
+        self.written(file).map(|written| written.raw)
     }
 
-    /// An entry's short name as `embedded-sdmmc` wants it, when that finds this entry by it. It does not
-    /// where a damaged directory has the name twice, or as its label, nor for names with blanks inside, which
-    /// only very old systems made.
-    fn short_name(&self, directory: RawDirectory, entry: &Entry) -> Result<ShortFileName, StorageError> {
-        let short_name = entry.short_name();
-        let (stem, extension) = short_name.split_at(8);
-        let mut text = String::<24>::new();
-        for (point, part) in [("", stem), (".", extension)] {
-            // Bytes above 7F stand for the characters of Latin 1 there: 22 bytes and a point fit.
-            let _fits = text.push_str(if part.trim_ascii_end().is_empty() { "" } else { point });
-            part.trim_ascii_end().iter().for_each(|byte| drop(text.push(char::from(*byte))));
+    fn written(&mut self, file: FileHandle) -> Result<&mut Written, StorageError> {
+        let open = self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)?;
+        match &mut open.content {
+            Content::Written(written) => Ok(written),
+            Content::Read(_) => Err(StorageError::ReadOnly),
         }
-        let name = ShortFileName::create_from_str(&text).map_err(|_| StorageError::Unsupported)?;
-        let found = self.manager.find_directory_entry(directory, name).map_err(of_content::<C>)?;
-        let place = Place { block: found.entry_block.0, slot: (found.entry_offset / 32) as u8 };
-        if place == entry.place() { Ok(name) } else { Err(StorageError::Damaged) }
-    }
-
-    fn opened(&mut self, file: FileHandle) -> Result<&mut Open, StorageError> {
-        self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)
     }
 
     /// A handle that no open file has; one that was closed is not soon given again.
@@ -220,37 +228,19 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<C, T> {
             }
         }
     }
-
-    fn close_content(&mut self, open: Open) -> Result<(), StorageError> {
-        let closed = self.manager.close_file(open.raw).map_err(of_content::<C>);
-        self.manager.device(|lens| lens.release(open.place));
-        if open.failed {
-            // As much as was written stays; the clusters that were taken for the rest are given back.
-            self.names(|volume, device| volume.trim(device, open.place))?;
-        }
-        closed
-    }
-
-    /// `embedded-sdmmc` does not say why it found no room.
-    fn why_full(&self) -> StorageError {
-        match self.names(|volume, device| volume.has_free(device, 1)) {
-            Ok(true) => StorageError::Device,
-            Ok(false) => StorageError::Full,
-            Err(error) => error,
-        }
-    }
 }
 
-impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
+impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
     /// Finds the card and its first partition, and completes what a power cut has interrupted. What was open
     /// is closed, as it may be another card.
     fn mount(&mut self) -> Result<(), StorageError> {
         self.listed = None;
+        self.ahead = None;
         self.readers.clear();
         while let Some(open) = self.open.pop() {
             // The old card may be gone: that its files cannot be closed properly is no reason not to look for
             // a new one.
-            let _gone = self.close_content(open);
+            let _gone = self.close_content(&open);
         }
         self.manager.device(|lens| lens.volume = None);
         if let Some(volume) = self.raw_volume.take() {
@@ -258,16 +248,14 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
             let _refused = self.manager.close_volume(volume);
         }
         self.manager.device(|lens| {
-            let reason = |error| C::reason(&error);
-            lens.card().identify().map_err(reason)?;
-            let mut table = [Block::new()];
-            lens.card().read(&mut table, BlockIdx(0)).map_err(reason)?;
-            let (first, blocks) = first_partition(&table[0]).map_err(|_| StorageError::NoFileSystem)?;
-            let mut volume = Volume::open(&mut Device(lens.card()), first, blocks).map_err(of_name::<C>)?;
-            volume.settle(&mut Device(lens.card())).map_err(of_name::<C>)?;
-            lens.volume = Some(volume);
+            let card = lens.card();
+            card.identify().map_err(|error| C::reason(&error))?;
+            lens.volume = Some(find_volume(card)?);
             Ok(())
         })?;
+        if self.manager.device(|lens| matches!(lens.volume, Some(Mounted::Exfat(_)))) {
+            return Ok(());
+        }
         let opened = self.manager.open_raw_volume(VolumeIdx(0)).map_err(of_content::<C>);
         if opened.is_err() {
             self.manager.device(|lens| lens.volume = None);
@@ -284,78 +272,127 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
         if self.open.is_full() {
             return Err(StorageError::TooManyOpen);
         }
-        let entry = self.prepare(path, mode)?;
-        let writes = mode != OpenMode::Read;
-        if writes {
-            self.readers.forget(entry.place());
-        }
-        let raw = self.open_content(path, &entry, mode)?;
-        self.manager.device(|lens| lens.keep(&entry));
-        let handle = self.new_handle();
-        // There is room, as was seen above.
-        let _pushed = self.open.push(Open { handle, raw, place: entry.place(), writes, failed: false });
-        Ok(handle)
+        self.at_rest(|storage| {
+            let handle = storage.new_handle();
+            let open = if mode == OpenMode::Read {
+                let reader = storage.open_reader(path, handle)?;
+                Open { handle, place: reader.place, content: Content::Read(reader) }
+            } else {
+                let entry = storage.prepare(path, mode)?;
+                storage.readers.forget(entry.place());
+                let raw = storage.open_content(path, &entry)?;
+                storage.manager.device(|lens| lens.keep(&entry));
+                Open { handle, place: entry.place(), content: Content::Written(Written { raw, has_failed: false }) }
+            };
+            // There is room, as was seen above.
+            let _pushed = storage.open.push(open);
+            Ok(handle)
+        })
     }
 
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        if self.readers.has(file) {
-            return self.read_beside(file, buffer);
+        if self.reader(file).is_none() {
+            return self.at_rest(|storage| {
+                storage.settle_gathered()?;
+                let raw = storage.written_or_none(file)?;
+                storage.manager.read(raw, buffer).map_err(of_content::<C>)
+            });
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.read(raw, buffer).map_err(of_content::<C>)
+        let mut count = 0;
+        while let Some(rest) = buffer.get_mut(count..).filter(|rest| !rest.is_empty()) {
+            match self.read_on(file, rest)? {
+                0 => break,
+                read => count += read,
+            }
+        }
+        Ok(count)
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        if self.readers.has(file) {
+        if self.reader(file).is_some() {
             return if bytes.is_empty() { Ok(()) } else { Err(StorageError::ReadOnly) };
         }
-        let raw = self.opened(file)?.raw;
+        self.written(file)?;
         // Writing nothing would take a cluster for it.
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
-        // an error there.
-        let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
-        if is_empty && !self.names(|volume, device| volume.has_free(device, 2))? {
-            return Err(StorageError::Full);
-        }
-        let written = self.manager.write(raw, bytes);
-        if written.is_err() {
-            self.opened(file)?.failed = true;
-        }
-        match written {
-            Err(Error::DiskFull | Error::NotEnoughSpace) => Err(self.why_full()),
-            written => written.map_err(of_content::<C>),
-        }
+        if bytes.is_empty() { Ok(()) } else { self.at_rest(|storage| storage.write_on(file, bytes)) }
     }
 
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        if let Some(beside) = self.readers.get(file) {
-            beside.offset = offset_bytes;
-            return if offset_bytes <= beside.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
+        if let Some(reader) = self.reader(file) {
+            reader.offset = offset_bytes;
+            return if offset_bytes <= reader.reader.size_bytes() { Ok(()) } else { Err(StorageError::BadPath) };
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
+        self.at_rest(|storage| {
+            storage.settle_gathered()?;
+            let raw = storage.written_or_none(file)?;
+            storage.manager.file_seek_from_start(raw, offset_bytes).map_err(of_content::<C>)
+        })
     }
 
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        if let Some(beside) = self.readers.get(file) {
-            return Ok(beside.reader.size_bytes());
+        if let Some(reader) = self.reader(file) {
+            return Ok(reader.reader.size_bytes());
         }
-        let raw = self.opened(file)?.raw;
-        self.manager.file_length(raw).map_err(of_content::<C>)
+        let raw = self.written_or_none(file)?;
+        let (length, offset) = (self.manager.file_length(raw), self.manager.file_offset(raw));
+        let gathered = self.gathered.of(file).len() as u32;
+        Ok(length.map_err(of_content::<C>)?.max(offset.map_err(of_content::<C>)? + gathered))
     }
 
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        if self.ahead.as_ref().is_some_and(|ahead| ahead.file == file) {
+            self.ahead = None;
+            self.card(C::unfollow);
+        }
         if self.readers.close(file) {
             return Ok(());
         }
         let place = self.open.iter().position(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         let open = self.open.swap_remove(place);
-        // Its size in the directory has changed.
-        self.listed = None;
-        self.close_content(open)
+        if open.is_written() {
+            // Its size in the directory has changed.
+            self.listed = None;
+        }
+        self.card(|card| card.hold());
+        self.close_content(&open)
+    }
+
+    fn read_ahead(&mut self, file: FileHandle) {
+        let Some(reader) = self.reader(file) else { return };
+        let ahead = Ahead::new(file, reader.reader, reader.offset);
+        self.ahead = Some(ahead);
+        self.card(C::unfollow);
+    }
+
+    fn is_at_hand(&mut self, file: FileHandle) -> bool {
+        self.can_read_on(file)
+    }
+
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        self.card(C::facts)
+    }
+
+    fn count_free(&mut self, free: &mut FreeSpace) -> Result<bool, StorageError> {
+        self.names(|volume, device| {
+            let cluster_bytes = u64::from(volume.cluster_bytes());
+            free.total_bytes = u64::from(volume.clusters()) * cluster_bytes;
+            let (count, next) = volume.count_free(device, free.next, COUNTED_BLOCKS)?;
+            free.bytes += u64::from(count) * cluster_bytes;
+            free.next = next.unwrap_or(0);
+            Ok(next.is_none())
+        })
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.card(C::take_event)
+    }
+
+    fn is_ready(&mut self) -> bool {
+        self.card(|card| card.is_ready(READY_ROOM))
+    }
+
+    fn is_kept(&mut self) -> Result<bool, StorageError> {
+        self.card(|card| card.is_kept()).map_err(|error| C::reason(&error))
     }
 
     fn list(
@@ -369,11 +406,11 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
         let last = self.listed.take().filter(|last| last.path == path && last.entries == skip);
         let (mut to_skip, mut next) = match last {
             Some(last) => (0, last.next),
-            None => (skip, self.names(|volume, device| volume.list(device, inner))?),
+            None => (skip, self.reading(|volume, device| Listing::start(volume, device, inner))?),
         };
         let mut name = Name::new();
         while !entries.is_full() {
-            let Some(entry) = self.names(|volume, device| next.next(volume, device, &mut name))? else { break };
+            let Some(entry) = self.reading(|volume, device| next.next(volume, device, &mut name))? else { break };
             if to_skip > 0 {
                 to_skip -= 1;
             } else {
@@ -387,21 +424,40 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<C, T> {
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        let entry = self.find_closed(inside(path)?)?;
-        self.readers.forget(entry.place());
-        self.change(|volume, device| volume.remove(device, &entry))
+        let path = inside(path)?;
+        self.at_rest(|storage| {
+            let entry = storage.find_closed(path)?;
+            storage.readers.forget(entry.place());
+            storage.change(|volume, device| volume.remove(device, &entry))
+        })
     }
 
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
         let (path, now) = (inside(path)?, self.now());
-        self.change(|volume, device| volume.make_directory(device, path, now)).map(drop)
+        self.at_rest(|storage| storage.change(|volume, device| volume.make_directory(device, path, now)).map(drop))
     }
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        let entry = self.find_closed(inside(from)?)?;
-        self.readers.forget(entry.place());
-        let to = inside(to)?;
-        self.change(|volume, device| volume.rename(device, &entry, to))
+        let (from, to) = (inside(from)?, inside(to));
+        self.at_rest(|storage| {
+            let entry = storage.find_closed(from)?;
+            storage.readers.forget(entry.place());
+            let to = to?;
+            storage.change(|volume, device| volume.rename(device, &entry, to))
+        })
+    }
+}
+
+/// A file that is only read, beside or not.
+fn reader_of<'a>(
+    open: &'a mut Vec<Open, MAX_FILES>,
+    readers: &'a mut Readers,
+    file: FileHandle,
+) -> Option<&'a mut Beside> {
+    match open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content) {
+        Some(Content::Read(reader)) => Some(reader),
+        Some(Content::Written(_)) => None,
+        None => readers.get(file),
     }
 }
 

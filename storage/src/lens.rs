@@ -12,18 +12,27 @@
 //! - it sets the case of a short name to capitals when it writes an entry. So the case bits of open files are
 //!   put back.
 
-use core::error::Error;
+use core::cell::RefCell;
+use core::error::Error as CoreError;
 use core::fmt;
 
-use drivers::fat::{Block as FatBlock, Blocks, Entry, Place, Volume};
+use drivers::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
-use crate::MAX_FILES;
+use machine::ports::StorageError;
+
+use crate::mounted::Mounted;
+use crate::{Card, MAX_FILES};
 
 /// Where an entry has its case bits.
 const CASE_BITS: u32 = 12;
 /// Where the block of free clusters has its count.
 const FREE_COUNT: core::ops::Range<usize> = 488..492;
+
+/// Blocks have numbers that are so much higher here than on the card: the first one is a partition table,
+/// made up, with the one volume. So a card whose partitions are many, described by a GPT, or none looks like
+/// any other.
+pub(crate) const SHIFT: u32 = 1;
 
 /// What goes wrong with a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,29 +52,65 @@ impl<E: fmt::Display> fmt::Display for Fault<E> {
     }
 }
 
-impl<E: Error> Error for Fault<E> {}
+impl<E: CoreError> CoreError for Fault<E> {}
 
 /// The card, its volume, and the entries of open files.
 pub(crate) struct Lens<C> {
-    card: C,
-    pub(crate) volume: Option<Volume>,
+    /// In a cell, as `embedded-sdmmc` reads and writes through a shared reference.
+    card: RefCell<C>,
+    pub(crate) volume: Option<Mounted>,
     /// Entries of open files with their case bits.
     kept: [Option<(Place, u8)>; MAX_FILES],
 }
 
 impl<C> Lens<C> {
     pub(crate) const fn new(card: C) -> Self {
-        Self { card, volume: None, kept: [None; MAX_FILES] }
+        Self { card: RefCell::new(card), volume: None, kept: [None; MAX_FILES] }
     }
 
     /// The card itself.
-    pub(crate) const fn card(&mut self) -> &mut C {
-        &mut self.card
+    pub(crate) fn card(&mut self) -> &mut C {
+        self.card.get_mut()
     }
 
-    /// The volume, and the device that [`drivers::fat`] changes it on. `None` before there is one.
-    pub(crate) fn names(&mut self) -> Option<(&mut Volume, Device<'_, C>)> {
-        Some((self.volume.as_mut()?, Device(&mut self.card)))
+    /// The volume, and the device that [`drivers::fat`] changes it on.
+    ///
+    /// # Errors
+    /// Before there is one, and when it is of the kind that is only read.
+    pub(crate) fn names(&mut self) -> Result<(&mut Volume, Device<'_, C>), StorageError> {
+        match self.volume.as_mut().ok_or(StorageError::NoCard)? {
+            Mounted::Fat(volume) => Ok((volume, Device(self.card.get_mut()))),
+            Mounted::Exfat(_) => Err(StorageError::Exfat),
+        }
+    }
+
+    /// The volume of either kind, to read from.
+    pub(crate) fn reading(&mut self) -> Result<(&mut Mounted, Device<'_, C>), StorageError> {
+        Ok((self.volume.as_mut().ok_or(StorageError::NoCard)?, Device(self.card.get_mut())))
+    }
+
+    /// After writes were lost: the volume as it is on the card, with what was half done completed.
+    pub(crate) fn mend(&mut self) -> Result<(), Error<C::Error>>
+    where
+        C: Card,
+    {
+        let Ok((volume, mut device)) = self.names() else { return Ok(()) };
+        *volume = volume.again(&mut device)?;
+        volume.settle(&mut device)
+    }
+
+    /// Does something with a device that does not wait; what comes of it.
+    pub(crate) fn at_hand<R>(
+        &mut self,
+        action: impl FnOnce(&mut Mounted, &mut AtHand<'_, C>) -> Option<R>,
+    ) -> Option<R> {
+        let (volume, mut device) = self.names_at_hand()?;
+        action(volume, &mut device)
+    }
+
+    /// The same with a device that does not wait.
+    pub(crate) fn names_at_hand(&mut self) -> Option<(&mut Mounted, AtHand<'_, C>)> {
+        Some((self.volume.as_mut()?, AtHand(self.card.get_mut())))
     }
 
     /// Keeps the case bits of an entry from now on.
@@ -80,22 +125,32 @@ impl<C> Lens<C> {
         self.kept.iter_mut().filter(|kept| kept.is_some_and(|(kept, _)| kept == place)).for_each(|kept| *kept = None);
     }
 
+    fn fat(&self) -> Option<&Volume> {
+        match &self.volume {
+            Some(Mounted::Fat(volume)) => Some(volume),
+            _ => None,
+        }
+    }
+
     fn is_inside(&self, number: u32) -> bool {
-        self.volume.as_ref().is_some_and(|volume| volume.contains_block(number))
+        self.fat().is_some_and(|volume| volume.contains_block(number))
     }
 }
 
-impl<C: BlockDevice> BlockDevice for Lens<C> {
+impl<C: Card> BlockDevice for Lens<C> {
     type Error = Fault<C::Error>;
 
     fn read(&self, blocks: &mut [Block], start: BlockIdx) -> Result<(), Self::Error> {
-        let volume = self.volume.as_ref().ok_or(Fault::Outside)?;
+        let volume = self.fat().ok_or(Fault::Outside)?;
         for (number, block) in (start.0..).zip(blocks) {
-            // The first block is the partition table.
-            if number > 0 && !volume.contains_block(number) {
+            let Some(number) = number.checked_sub(SHIFT) else {
+                block.contents = table(volume);
+                continue;
+            };
+            if !volume.contains_block(number) {
                 return Err(Fault::Outside);
             }
-            self.card.read(core::slice::from_mut(block), BlockIdx(number)).map_err(Fault::Card)?;
+            self.card.borrow_mut().read(number, &mut block.contents).map_err(Fault::Card)?;
             let hidden = match volume.unused_table_bytes_from(number) {
                 Some(from) => from..Block::LEN,
                 None if volume.info_block() == Some(number) => FREE_COUNT,
@@ -108,38 +163,75 @@ impl<C: BlockDevice> BlockDevice for Lens<C> {
 
     fn write(&self, blocks: &[Block], start: BlockIdx) -> Result<(), Self::Error> {
         for (number, block) in (start.0..).zip(blocks) {
-            if !self.is_inside(number) {
+            let Some(number) = number.checked_sub(SHIFT).filter(|number| self.is_inside(*number)) else {
                 return Err(Fault::Outside);
-            }
+            };
             let mut block = block.clone();
             for (place, case_bits) in self.kept.iter().flatten().filter(|(place, _)| place.block == number) {
                 let at = (place.offset_bytes() + CASE_BITS) as usize;
                 block.contents.iter_mut().skip(at).take(1).for_each(|byte| *byte = *case_bits);
             }
-            self.card.write(core::slice::from_ref(&block), BlockIdx(number)).map_err(Fault::Card)?;
+            self.card.borrow_mut().write(number, &block.contents).map_err(Fault::Card)?;
         }
         Ok(())
     }
 
     fn num_blocks(&self) -> Result<BlockCount, Self::Error> {
-        self.card.num_blocks().map_err(Fault::Card)
+        self.card.borrow_mut().blocks().map(|blocks| BlockCount(blocks.saturating_add(SHIFT))).map_err(Fault::Card)
     }
+}
+
+/// A partition table with this volume.
+fn table(volume: &Volume) -> FatBlock {
+    let mut block = [0; 512];
+    // FAT16 and FAT32, both with block addresses.
+    let kind = if volume.kind() == Kind::Fat16 { 0x0E } else { 0x0C };
+    let (first, blocks) = volume.extent();
+    let ([a, b, c, d], [e, f, g, h]) = (first.saturating_add(SHIFT).to_le_bytes(), blocks.to_le_bytes());
+    let entry = [0, 0, 0, 0, kind, 0, 0, 0, a, b, c, d, e, f, g, h];
+    block.iter_mut().skip(446).zip(entry).for_each(|(to, from)| *to = from);
+    block.iter_mut().skip(510).zip([0x55, 0xAA]).for_each(|(to, from)| *to = from);
+    block
 }
 
 /// The card as [`drivers::fat`] sees it.
 pub(crate) struct Device<'a, C>(pub &'a mut C);
 
-impl<C: BlockDevice> Blocks for Device<'_, C> {
+impl<C: Card> Blocks for Device<'_, C> {
     type Error = C::Error;
 
     fn read(&mut self, number: u32, block: &mut FatBlock) -> Result<(), C::Error> {
-        let mut read = [Block::new()];
-        self.0.read(&mut read, BlockIdx(number))?;
-        *block = read[0].contents;
-        Ok(())
+        self.0.read(number, block)
     }
 
     fn write(&mut self, number: u32, block: &FatBlock) -> Result<(), C::Error> {
-        self.0.write(&[Block { contents: *block }], BlockIdx(number))
+        self.0.write(number, block)
+    }
+}
+
+/// The same for who does not wait: what is not at hand is asked for.
+pub(crate) struct AtHand<'a, C>(pub &'a mut C);
+
+/// Why a block was not read.
+pub(crate) enum NotRead<E> {
+    /// It has been asked for.
+    Yet,
+    /// The card's own error.
+    AtAll(E),
+}
+
+impl<C: Card> Blocks for AtHand<'_, C> {
+    type Error = NotRead<C::Error>;
+
+    fn read(&mut self, number: u32, block: &mut FatBlock) -> Result<(), Self::Error> {
+        match self.0.read_at_hand(number, block) {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(NotRead::Yet),
+            Err(error) => Err(NotRead::AtAll(error)),
+        }
+    }
+
+    fn write(&mut self, number: u32, block: &FatBlock) -> Result<(), Self::Error> {
+        self.0.write(number, block).map_err(NotRead::AtAll)
     }
 }

@@ -8,13 +8,17 @@
 //! Generic over the card, so that the desk tests what the board runs.
 #![cfg_attr(not(any(test, feature = "ram")), no_std)]
 
+mod ahead;
 mod beside;
 mod errors;
 mod files;
+mod finding;
 mod lens;
 mod listing;
+mod mounted;
 #[cfg(any(test, feature = "ram"))]
 pub mod ram;
+mod written;
 
 #[cfg(test)]
 mod tests;
@@ -22,17 +26,87 @@ mod tests;
 pub use beside::MAX_BESIDE;
 pub use files::{CardStorage, MAX_FILES};
 use lens::Fault;
+pub use written::Gathered;
 
-use embedded_sdmmc::BlockDevice;
-use machine::ports::StorageError;
+use drivers::fat::Block;
+use drivers::sd::Run;
+use machine::ports::{CardEvent, CardFacts, StorageError};
 
-/// A card, or what stands in for one. Its first block is a partition table.
-pub trait Card: BlockDevice {
+/// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting.
+/// Whoever has no queue and reads nothing ahead leaves the questions at their answers.
+pub trait Card {
+    /// Why a block could not be moved.
+    type Error: core::error::Error + 'static;
+
     /// Finds the card; again after a change of cards.
     ///
     /// # Errors
     /// The card's own.
     fn identify(&mut self) -> Result<(), Self::Error>;
+
+    /// Reads a block, and waits for it.
+    ///
+    /// # Errors
+    /// The card's own.
+    fn read(&mut self, number: u32, block: &mut Block) -> Result<(), Self::Error>;
+
+    /// Reads a block if that takes no waiting. False: it was asked for.
+    ///
+    /// # Errors
+    /// The card's own.
+    fn read_at_hand(&mut self, number: u32, block: &mut Block) -> Result<bool, Self::Error> {
+        self.read(number, block).map(|()| true)
+    }
+
+    /// Writes a block, behind all that were written before; waits only for room among them.
+    ///
+    /// # Errors
+    /// The card's own: of this block, or of one before it.
+    fn write(&mut self, number: u32, block: &Block) -> Result<(), Self::Error>;
+
+    /// How many blocks it has.
+    ///
+    /// # Errors
+    /// The card's own.
+    fn blocks(&mut self) -> Result<u32, Self::Error>;
+
+    /// Keeps writes back, so that reads between them find the card at rest. Whoever owns the card lets them
+    /// go when the turn of whoever works on files is over: a change is often several calls.
+    fn hold(&mut self) {}
+
+    /// Whether it is at rest, with room for so many writes. It is kept so for who asks again soon.
+    fn is_ready(&mut self, _room: usize) -> bool {
+        true
+    }
+
+    /// Whether everything that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not.
+    fn is_kept(&mut self) -> Result<bool, Self::Error> {
+        Ok(true)
+    }
+
+    /// A write that has failed is known: writes are taken again.
+    fn forgive(&mut self) {}
+
+    /// What it is.
+    fn facts(&mut self) -> Option<CardFacts> {
+        None
+    }
+
+    /// What nobody has heard of.
+    fn take_event(&mut self) -> Option<CardEvent> {
+        None
+    }
+
+    /// Reads these blocks ahead, behind those it was told before. False while there is no room for more.
+    fn follow(&mut self, _run: Run) -> bool {
+        false
+    }
+
+    /// Nothing is read ahead any more.
+    fn unfollow(&mut self) {}
 
     /// What the machine is told of an error.
     fn reason(error: &Self::Error) -> StorageError;

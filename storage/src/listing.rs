@@ -1,21 +1,24 @@
 //! A directory's entries as the machine wants them.
 
-use drivers::fat::{Attributes, Entry, Name};
+use drivers::fat::{Attributes, Name};
 use heapless::String;
 use machine::ports::{DirectoryEntry, FileAttributes, FileTime};
 
+use crate::mounted::Facts;
+
 /// The entry with this name.
-pub(crate) fn listed(entry: &Entry, name: &Name) -> DirectoryEntry {
+pub(crate) fn listed(entry: &Facts, name: &Name) -> DirectoryEntry {
     let mut text = String::new();
     for letter in name.chars() {
         // The longest name fits.
         let _fits = text.push(letter);
     }
-    let (attributes, written) = (entry.attributes(), entry.written());
+    let Facts { size_bytes, attributes, written } = *entry;
+    let is_directory = attributes.has(Attributes::DIRECTORY);
     DirectoryEntry {
         name: text,
-        size_bytes: if entry.is_directory() { 0 } else { entry.size_bytes() },
-        is_directory: entry.is_directory(),
+        size_bytes: if is_directory { 0 } else { size_bytes },
+        is_directory,
         attributes: FileAttributes {
             read_only: attributes.has(Attributes::READ_ONLY),
             hidden: attributes.has(Attributes::HIDDEN),

@@ -6,7 +6,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::vec::Vec;
 
-use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
+use drivers::fat::Block;
 use machine::ports::StorageError;
 
 use crate::Card;
@@ -128,41 +128,35 @@ impl RamCard {
     }
 }
 
-impl BlockDevice for RamCard {
+impl Card for RamCard {
     type Error = RamError;
 
-    fn read(&self, blocks: &mut [Block], start: BlockIdx) -> Result<(), RamError> {
-        for (number, block) in (start.0..).zip(blocks) {
-            block.contents = if number == 0 { self.partition_table() } else { self.volume_block(self.inside(number)?) };
-            let state = &mut *self.state.borrow_mut();
-            state.counts.reads += 1;
-            assert!(state.most_reads.is_none_or(|most| state.counts.reads <= most), "it reads for ever");
-        }
-        Ok(())
-    }
-
-    fn write(&self, blocks: &[Block], start: BlockIdx) -> Result<(), RamError> {
-        for (number, block) in (start.0..).zip(blocks) {
-            let number = self.inside(number)?;
-            let state = &mut *self.state.borrow_mut();
-            if state.writes_left == Some(0) {
-                return Err(RamError::Off);
-            }
-            state.writes_left = state.writes_left.map(|left| left - 1);
-            state.counts.writes += 1;
-            state.written.insert(number, block.contents);
-        }
-        Ok(())
-    }
-
-    fn num_blocks(&self) -> Result<BlockCount, RamError> {
-        Ok(BlockCount(FIRST_BLOCK + self.volume_blocks()))
-    }
-}
-
-impl Card for RamCard {
     fn identify(&mut self) -> Result<(), RamError> {
         Ok(())
+    }
+
+    fn read(&mut self, number: u32, block: &mut Block) -> Result<(), RamError> {
+        *block = if number == 0 { self.partition_table() } else { self.volume_block(self.inside(number)?) };
+        let state = &mut *self.state.borrow_mut();
+        state.counts.reads += 1;
+        assert!(state.most_reads.is_none_or(|most| state.counts.reads <= most), "it reads for ever");
+        Ok(())
+    }
+
+    fn write(&mut self, number: u32, block: &Block) -> Result<(), RamError> {
+        let number = self.inside(number)?;
+        let state = &mut *self.state.borrow_mut();
+        if state.writes_left == Some(0) {
+            return Err(RamError::Off);
+        }
+        state.writes_left = state.writes_left.map(|left| left - 1);
+        state.counts.writes += 1;
+        state.written.insert(number, *block);
+        Ok(())
+    }
+
+    fn blocks(&mut self) -> Result<u32, RamError> {
+        Ok(FIRST_BLOCK + self.volume_blocks())
     }
 
     fn reason(error: &RamError) -> StorageError {

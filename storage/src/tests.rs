@@ -9,5 +9,8 @@ mod contents;
 mod costs;
 mod cuts;
 mod damaged;
+mod exfat;
 mod full;
+#[path = "../../drivers/src/exfat/tests/maker.rs"]
+mod maker;
 mod sequences;

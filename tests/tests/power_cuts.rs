@@ -15,7 +15,7 @@ const VOLUME_BYTES: usize = 64 << 20;
 const PATH: &str = "/sd/config-override";
 const PREVIOUS: &str = "/sd/previous-config-override";
 
-type Card = CardStorage<RamCard, Standing>;
+type Card = CardStorage<'static, RamCard, Standing>;
 
 fn formatted() -> RamCard {
     let mut image = Cursor::new(vec![0; VOLUME_BYTES]);
@@ -24,7 +24,7 @@ fn formatted() -> RamCard {
 }
 
 fn insert(disk: RamCard) -> Card {
-    let mut card = CardStorage::new(disk, Standing);
+    let mut card = CardStorage::new(disk, Standing, Box::leak(Box::default()));
     card.mount().unwrap();
     card
 }

@@ -2,6 +2,8 @@
 //! --release TOPIC::` runs one.
 
 mod card;
+mod card_faults;
+mod card_service;
 mod common;
 mod conventions;
 mod faults;

@@ -32,8 +32,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("storage", &["machine", "drivers"]),
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
-    // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
-    ("bsp-prime", &["units", "events", "motion"]),
+    // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
+    // controller is driven by `drivers::sd`.
+    ("bsp-prime", &["units", "events", "motion", "drivers"]),
     (
         "firmware",
         &[

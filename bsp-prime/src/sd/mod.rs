@@ -1,56 +1,66 @@
-//! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2): identification, and blocks by the controller's own
-//! DMA.
+//! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2).
 //!
-//! Cards of the standard (byte-addressed, up to 2 GB) and high-capacity kinds. Every command and transfer has
-//! a bound and ends in an error rather than a hang. While the hardware works the core sleeps: the interrupt
-//! only clears the controller's mask, its wake-up is the message, so whoever reads a file (the dispatcher in
-//! idle) neither spins nor holds anything up. Transfers go through a buffer in the DMA arena, the only memory
-//! both sides reach without cache care; a sequential reader gets [`WINDOW_BLOCKS`] blocks per command.
+//! What a card is told is the business of [`drivers::sd`]; here is the host controller that does it
+//! ([`Controller`]), moved on by its interrupt: nothing spins, and the core sleeps while the hardware works.
+//! Data move by the controller's own DMA between the card and the DMA arena, the only memory that both sides
+//! reach without cache care.
+//!
+//! There are two faces:
+//!
+//! - [`CardService`], for images with tasks. It is a resource shared between the controller's interrupt
+//!   ([`on_interrupt`] and `advance`) and its users, each of which locks it for microseconds. The file
+//!   system's way to it is `firmware/src/storage.rs`.
+//! - [`SdCard`], for a boot stage and for tests: calls that wait.
+//!
+//! # Mass storage over USB
+//!
+//! ```text
+//! card.lock(|card| card.lend())           Ok(true): all is written, and the card is this user's
+//! card.lock(|card| card.begin(direction, Run { first, count }, address))
+//!                                         `address` in the DMA arena: `dma_buffer!`, or `lent_buffer()`
+//! card.lock(|card| card.lent())           Lent::Busy until Lent::Done or Lent::Failed(why), told once
+//! card.lock(|card| card.take_back())
+//! ```
+//!
+//! `begin` is carried out by the next `advance`: call that under the same lock. The end of a transfer comes
+//! with the controller's interrupt: the task of SDMMC1 wakes the user behind `advance`. A card that is pulled
+//! out ends the transfer with an error; `state()` says when there is one again. While it is lent, the
+//! service's own blocks are free: [`lent_buffer`] has 73 KB. The file system gives its volume back first
+//! (`CardStorage::unmount`, which refuses while files are open) and finds it again with `mount`.
 
-use core::fmt;
+use drivers::sd::{BLOCK_BYTES, SLOTS, Service};
 
-mod card;
+mod blocking;
 mod controller;
-mod window;
 
-pub use card::{CardInfo, CardKind};
-pub use controller::on_interrupt;
-pub use window::{SdCard, WINDOW_BLOCKS};
+use crate::dma_buffer;
+pub use blocking::SdCard;
+pub use controller::{Controller, on_interrupt};
 
-/// What can go wrong with the card.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SdError {
-    /// No card answers to identification.
-    NoCard,
-    /// The card (or the controller) stopped answering; carries the command.
-    NotResponding(u8),
-    /// A response or a block arrived damaged; carries the command.
-    Damaged(u8),
-    /// The card refused a command; carries the command and the error bits of its status.
-    Refused(u8, u32),
-    /// The card works at a voltage or by rules we do not offer.
-    Unsupported,
-    /// The controller could not reach the transfer buffer in time.
-    Transfer,
-    /// A block beyond the card's end.
-    OutOfRange,
-    /// Not identified yet: call [`SdCard::identify`].
-    NotIdentified,
+/// The card for all its users.
+pub type CardService = Service<Controller>;
+
+/// Words of a block.
+const WORDS: usize = BLOCK_BYTES / 4;
+
+dma_buffer! {
+    static BLOCKS: [u32; WORDS * SLOTS]
 }
 
-impl fmt::Display for SdError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoCard => f.write_str("no SD card answers"),
-            Self::NotResponding(command) => write!(f, "the SD card did not answer command {command}"),
-            Self::Damaged(command) => write!(f, "the answer to SD command {command} arrived damaged"),
-            Self::Refused(command, bits) => write!(f, "the SD card refused command {command} with status {bits:#010x}"),
-            Self::Unsupported => f.write_str("the SD card works by rules this board does not offer"),
-            Self::Transfer => f.write_str("the SD controller lost data"),
-            Self::OutOfRange => f.write_str("a block beyond the end of the SD card was asked for"),
-            Self::NotIdentified => f.write_str("the SD card is not identified yet"),
-        }
-    }
+/// The service's blocks in the DMA arena: their address and how many bytes they are. For whoever has the card
+/// lent, and no longer; [`read_lent`] and [`write_lent`] are the processor's way to them.
+#[must_use]
+pub fn lent_buffer() -> Option<(u32, usize)> {
+    // The last one is for registers of a card that is put in meanwhile.
+    BLOCKS.address().map(|address| (address, (SLOTS - 1) * BLOCK_BYTES))
 }
 
-impl core::error::Error for SdError {}
+/// Reads whole words of [`lent_buffer`], from this byte on; false beyond its end.
+pub fn read_lent(offset: usize, bytes: &mut [u8]) -> bool {
+    BLOCKS.load(offset / 4, bytes)
+}
+
+/// Writes whole words of [`lent_buffer`], from this byte on; false beyond its end.
+pub fn write_lent(offset: usize, bytes: &[u8]) -> bool {
+    BLOCKS.store(offset / 4, bytes)
+}

@@ -159,6 +159,20 @@ impl Volume {
         Ok(())
     }
 
+    /// The same volume as it is on the card now, whatever was known of it.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn again<B: Blocks>(&self, device: &mut B) -> Result<Self, Error<B::Error>> {
+        Self::open(device, self.first_block, self.blocks)
+    }
+
+    /// Its first block on the card, and how many it has.
+    #[must_use]
+    pub const fn extent(&self) -> (u32, u32) {
+        (self.first_block, self.blocks)
+    }
+
     /// Width of the table's entries.
     #[must_use]
     pub const fn kind(&self) -> Kind {

@@ -38,14 +38,14 @@ impl Name {
 
     /// The name that this text stands for: blanks before it, and blanks and periods after it, do not count
     /// (FAT 1.03, "Name Limits and Character Sets"). `None` when nothing is left or it is too long.
-    pub(super) fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         let (mut name, text) = (Self::new(), stripped(text));
         name.set(text.encode_utf16());
         (name.length > 0 && text.encode_utf16().count() <= MAX_UNITS).then_some(name)
     }
 
     /// Becomes the first [`MAX_UNITS`] of these.
-    pub(super) fn set(&mut self, units: impl Iterator<Item = u16>) {
+    pub(crate) fn set(&mut self, units: impl Iterator<Item = u16>) {
         self.length = 0;
         for (place, unit) in self.units.iter_mut().zip(units.take(MAX_UNITS)) {
             *place = unit;
@@ -70,7 +70,7 @@ impl Name {
     }
 
     /// Whether both are the same name, by [`same_name`]'s rule.
-    pub(super) fn same(&self, other: impl Iterator<Item = u16>) -> bool {
+    pub(crate) fn same(&self, other: impl Iterator<Item = u16>) -> bool {
         self.units().iter().copied().map(fold).eq(other.map(fold))
     }
 

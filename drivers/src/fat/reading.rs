@@ -46,6 +46,40 @@ impl Reader {
         let Some(left) = self.size.checked_sub(offset_bytes).filter(|left| *left > 0) else { return Ok(0) };
         let disk = &mut Disk::new(volume, device);
         let wanted = offset_bytes / disk.volume.cluster_bytes();
+        let chain = self.go_to(disk, wanted)?;
+        let in_cluster = offset_bytes % disk.volume.cluster_bytes();
+        let number = disk.volume.block_of(chain.at) + in_cluster / BLOCK_BYTES as u32;
+        let rest = disk.load(number)?.get(in_cluster as usize % BLOCK_BYTES..).unwrap_or(&[]);
+        let count = rest.len().min(buffer.len()).min(left as usize);
+        for (to, from) in buffer.iter_mut().zip(rest.iter().take(count)) {
+            *to = *from;
+        }
+        Ok(count)
+    }
+
+    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end
+    /// of the file. For whoever reads ahead.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn stretch<B: Blocks>(
+        &mut self,
+        volume: &mut Volume,
+        device: &mut B,
+        offset_bytes: u32,
+    ) -> Result<Option<(u32, u32)>, Error<B::Error>> {
+        let Some(left) = self.size.checked_sub(offset_bytes).filter(|left| *left > 0) else { return Ok(None) };
+        let disk = &mut Disk::new(volume, device);
+        let chain = self.go_to(disk, offset_bytes / disk.volume.cluster_bytes())?;
+        let passed = offset_bytes % disk.volume.cluster_bytes() / BLOCK_BYTES as u32;
+        let left = (left + offset_bytes % BLOCK_BYTES as u32).div_ceil(BLOCK_BYTES as u32);
+        let count = (disk.volume.blocks_per_cluster - passed).min(left);
+        Ok(Some((disk.volume.block_of(chain.at) + passed, count)))
+    }
+
+    /// Goes to one of the file's clusters. However far it gets before the device gives up, it need not go
+    /// there again.
+    fn go_to<B: Blocks>(&mut self, disk: &mut Disk<'_, B>, wanted: u32) -> Result<Chain, Error<B::Error>> {
         let (mut chain, mut index) = match self.chain.filter(|(_, index)| *index <= wanted) {
             Some(chain) => chain,
             None => (Chain::new(disk.volume, self.first)?, 0),
@@ -55,15 +89,9 @@ impl Reader {
                 return Err(Error::Damaged);
             }
             index += 1;
+            self.chain = Some((chain, index));
         }
         self.chain = Some((chain, index));
-        let in_cluster = offset_bytes % disk.volume.cluster_bytes();
-        let number = disk.volume.block_of(chain.at) + in_cluster / BLOCK_BYTES as u32;
-        let rest = disk.load(number)?.get(in_cluster as usize % BLOCK_BYTES..).unwrap_or(&[]);
-        let count = rest.len().min(buffer.len()).min(left as usize);
-        for (to, from) in buffer.iter_mut().zip(rest.iter().take(count)) {
-            *to = *from;
-        }
-        Ok(count)
+        Ok(chain)
     }
 }

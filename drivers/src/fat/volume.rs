@@ -175,6 +175,34 @@ impl Volume {
         Disk::new(self, device).forget_free_count()
     }
 
+    /// How many clusters are.
+    #[must_use]
+    pub const fn clusters(&self) -> u32 {
+        self.clusters
+    }
+
+    /// Counts free clusters in so many blocks of the allocation table, from this one on; and the block to go
+    /// on with, unless that was the last.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn count_free<B: Blocks>(
+        &mut self,
+        device: &mut B,
+        first: u32,
+        blocks: u32,
+    ) -> Result<(u32, Option<u32>), Error<B::Error>> {
+        let per_block = 512 / self.kind.entry_bytes();
+        let (mut cluster, end) = ((first * per_block).max(2), self.clusters + 2);
+        let stop = first.saturating_add(blocks).saturating_mul(per_block).min(end);
+        let (disk, mut free) = (&mut Disk::new(self, device), 0);
+        while cluster < stop {
+            free += u32::from(disk.link(cluster)? == Link::Free);
+            cluster += 1;
+        }
+        Ok((free, (stop < end).then_some(stop / per_block)))
+    }
+
     /// Whether at least so many clusters are free.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, axis_tests, editing, foresee, functions, grbl, home, job_control, log,
+    Hands, Machine, actions, answers, axis_tests, card, editing, foresee, functions, grbl, home, job_control, log,
     long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
@@ -65,6 +65,9 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
     }
     may_run(machine, info)?;
     machine.wait_for_door(info.states).await?;
+    if card::is_used_by_command(word) {
+        card::at_rest(machine).await;
+    }
     if let Some(outcome) = say_or_set(machine, word, arguments, to) {
         return outcome;
     }
@@ -394,6 +397,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             tunes.await
         }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
+        "card" => files::card_facts::card(&mut Hands::new(machine, to)).await,
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();
             let hands = &mut Hands::new(machine, to);

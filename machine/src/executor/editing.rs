@@ -4,7 +4,7 @@
 //! console goes away before the end, the new one is deleted.
 
 use super::answers::answered;
-use super::{Hands, Machine};
+use super::{Hands, Machine, card};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::editing::Editing;
 use crate::files::editor::{Step, shown};
@@ -215,6 +215,7 @@ fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
 async fn end<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Trouble> {
     let mut copied = Ok(true);
     while matches!(copied, Ok(true)) {
+        card::at_rest(machine).await;
         copied = copy_on(machine);
         Hands::new(machine, to).pause_anyway().await;
     }

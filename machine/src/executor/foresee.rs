@@ -251,7 +251,8 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     foresight.allow(may_run);
-    if may_run && let Some(wanted) = foresight.take_wanted() {
+    let is_at_hand = may_run && ports.is_at_hand(foresight.lines(|lines| lines.file()));
+    if is_at_hand && let Some(wanted) = foresight.take_wanted() {
         let answer = bring(&wanted, ahead, foresight, ports).unwrap_or_else(|error| match error {
             StorageError::NotFound => Answer::Failed(CHANGED),
             error => Answer::Failed(error.text()),
@@ -312,7 +313,7 @@ fn look(
     storage: &mut impl Storage,
 ) -> Option<()> {
     let known = match lookup.step(file?, storage) {
-        Ok(Step::Reading) => return None,
+        Ok(Step::Reading | Step::Waiting) => return None,
         Ok(Step::Known(dialect)) => dialect,
         Err(error) => {
             foresight.fail(error.text());

@@ -10,7 +10,7 @@ use units::AxisSet;
 
 use super::frames::Then;
 use super::{
-    Hands, Machine, automatic, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
+    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
@@ -31,6 +31,9 @@ pub(super) async fn run<P: Ports>(
 ) -> Outcome {
     if machine.passed.is_some() {
         return read_over(machine, function, &words);
+    }
+    if card::is_used_by(function) {
+        card::at_rest(machine).await;
     }
     if let Some(outcome) = say_or_set(machine, function, &words, to) {
         return outcome;
@@ -434,8 +437,9 @@ pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: O
         }
         machine.serve();
         crate::wait::yield_once().await;
+        card::at_rest(machine).await;
     }
-    draft.finish(&mut machine.ports).map_err(failed)?;
+    card::finish(machine, draft).await.map_err(failed)?;
     if path == OVERRIDE_PATH && !machine.config.general.config_override {
         machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
     }

@@ -16,10 +16,11 @@ use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Failure, message};
+use crate::files::safe_file::Draft;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::paper::Paper;
-use crate::ports::{InputLevels, Ports};
+use crate::ports::{InputLevels, Ports, StorageError};
 use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::Event;
 use crate::safety::travel::Travel;
@@ -177,6 +178,34 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// [`Failure::Halted`].
     pub async fn pause(&mut self) -> Result<(), Failure> {
         self.machine.pause().await
+    }
+
+    /// Has a file read ahead, unless one is played.
+    pub fn read_ahead(&mut self, file: crate::ports::FileHandle) {
+        if !self.machine.jobs.is_open() {
+            self.machine.ports.read_ahead(file);
+        }
+    }
+
+    /// Waits until the card is at rest: see [`super::card`].
+    pub async fn card_at_rest(&mut self) {
+        super::card::at_rest(self.machine).await;
+    }
+
+    /// A file that was written anew takes the place of the old one, and is on the card.
+    ///
+    /// # Errors
+    /// Those of the card; the file is the old one then.
+    pub async fn put_in_place(&mut self, draft: Draft<P>) -> Result<(), StorageError> {
+        super::card::finish(self.machine, draft).await
+    }
+
+    /// Waits until all that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not.
+    pub async fn card_has_kept(&mut self) -> Result<(), StorageError> {
+        super::card::kept(self.machine).await
     }
 
     /// One turn of a wait that must end well, halt or not.

@@ -5,7 +5,7 @@ use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
-use super::Machine;
+use super::{Machine, card};
 use crate::failure::Failure;
 use crate::grbl::numbers::Alarm;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
@@ -69,19 +69,24 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Everybody is served between its blocks.
 async fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let failed = |error: StorageError| Failure::refused(error.text());
+    card::at_rest(machine).await;
     let Some(mut blank) = Blank::begin(&mut machine.ports).map_err(failed)? else { return Ok(()) };
     machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
     let made = loop {
         if let Err(halted) = machine.pause().await {
             break Err(halted);
         }
+        card::at_rest(machine).await;
         match blank.write(&mut machine.ports) {
             Ok(false) => {}
             Ok(true) => break Ok(()),
             Err(error) => break Err(failed(error)),
         }
     };
-    made.and(blank.close(&mut machine.ports).map_err(failed))
+    card::at_rest(machine).await;
+    let made = made.and(blank.close(&mut machine.ports).map_err(failed));
+    card::at_rest(machine).await;
+    made
 }
 
 /// Whoever plays a file goes on with no other one, whether a journal of this one is kept or not.
@@ -106,6 +111,9 @@ fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_away = |axis: &Axis| libm::fabs(here[*axis] - stood[*axis]) > UNNOTED;
     let strayed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(is_away));
     if machine.journal.strayed.has_all(strayed) {
+        return;
+    }
+    if !machine.ports.is_ready() {
         return;
     }
     machine.journal.strayed = machine.journal.strayed.or(strayed);
@@ -175,7 +183,9 @@ pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     // A suspended job's file does not say where Z goes.
     let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
     let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(apart);
-    if machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere) {
+    // A card that is busy takes it a look later.
+    let is_due = machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere);
+    if is_due && machine.ports.is_ready() {
         machine.journal.due = now.plus(machine.config.player.power_loss.period);
         note(machine, Heights::Planned, false);
     }

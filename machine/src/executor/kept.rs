@@ -1,7 +1,7 @@
 //! What programs keep over a power cycle, read at boot and written when it has changed: see
 //! [`crate::files::kept`].
 
-use super::Machine;
+use super::{Machine, card};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use crate::ports::{Ports, StorageError};
@@ -79,19 +79,27 @@ pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 async fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine).await;
     let mut saving = SavingParameters::begin(&mut machine.ports)?;
-    while saving.step(&mut machine.ports, &machine.program)? == Progress::More {
+    loop {
         machine.serve();
         yield_once().await;
+        card::at_rest(machine).await;
+        if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
+            return card::kept(machine).await;
+        }
     }
-    Ok(())
 }
 
 async fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine).await;
     let mut saving = SavingTools::begin(&mut machine.ports, &machine.program)?;
-    while saving.step(&mut machine.ports, &machine.program)? == Progress::More {
+    loop {
         machine.serve();
         yield_once().await;
+        card::at_rest(machine).await;
+        if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
+            return card::kept(machine).await;
+        }
     }
-    Ok(())
 }

@@ -15,10 +15,11 @@ use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
-    Machine, actions, blocks, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control, journal,
-    kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
+    Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
+    journal, kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
 };
 use crate::failure::{Answer, message};
+use crate::files::NotSaved;
 use crate::grbl::numbers::Error;
 use crate::jobs::{Next, Scripts};
 use crate::ports::Ports;
@@ -58,12 +59,19 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if had_line {
         return true;
     }
-    statistics::save(machine);
+    {
+        let saves: Pin<&mut dyn Future<Output = ()>> = pin!(statistics::save(machine));
+        saves.await;
+    }
     false
 }
 
 async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
     let Some(id) = machine.sessions.next_ready(path_is_full) else { return false };
+    // Whoever sends a file waits for the card, and nobody else does.
+    if machine.files.uploads_from(id) && !machine.ports.is_ready() {
+        return false;
+    }
     if path_is_full && rides(machine, id) {
         if let Some(session) = machine.sessions.get_mut(id) {
             session.wait_for_room();
@@ -109,8 +117,14 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
             answered(machine, id);
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
-            let Machine { files, ports, sessions, .. } = machine;
-            files.upload_line(line, &decoded, ports, &mut Reply::new(sessions, to));
+            if let Some(closed) = machine.files.end_upload(&decoded, &mut machine.ports) {
+                let kept = card::kept(machine).await.map_err(NotSaved::Card);
+                let Machine { files, sessions, .. } = machine;
+                files.upload_ended(closed.and(kept), &mut Reply::new(sessions, to));
+            } else {
+                let Machine { files, ports, sessions, .. } = machine;
+                files.upload_line(line, ports, &mut Reply::new(sessions, to));
+            }
             answered(machine, id);
         }
         Ok(Line::Code(_)) if grbl::jogs(machine, to) => {
@@ -170,6 +184,10 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             JobStart::Never => return true,
         }
     }
+    // A log that fills its block goes to the card.
+    if machine.logs.are_nearly_full() && !machine.ports.is_ready() {
+        return false;
+    }
     let mut line = LineBytes::new();
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
@@ -192,6 +210,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             }
         }
         Next::Nothing => {}
+        Next::NotYet => return false,
         Next::Dialect(dialect) => {
             machine.announce(format_args!("// NOTE the file is read as {}'s, as it says\n", dialect.name()));
         }
@@ -259,6 +278,10 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
             }
         }
         Next::Nothing | Next::Dialect(_) => {}
+        Next::NotYet => {
+            machine.serve();
+            yield_once().await;
+        }
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End | Next::Failed(_) => fast_forward::end(machine, false),
     }
@@ -287,6 +310,7 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
     kept::save(machine).await;
+    card::at_rest(machine).await;
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
     passed_over::say(machine);
     log::close(machine);

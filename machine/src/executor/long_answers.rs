@@ -2,7 +2,7 @@
 
 use program::Words;
 
-use super::{Machine, foresee, recording};
+use super::{Machine, card, foresee, recording};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::hal;
@@ -37,6 +37,15 @@ pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &W
 /// The next piece of a long answer, when there is one and room for it.
 pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
+    let comes = match &session.listing {
+        Some(Listing::File { file, .. } | Listing::Section { file, .. }) => machine.ports.is_at_hand(*file),
+        Some(listing) if card::is_used_by_answer(listing) => machine.ports.is_ready(),
+        _ => true,
+    };
+    if !comes {
+        return;
+    }
+    let Some(session) = machine.sessions.get_mut(id) else { return };
     let Some(mut listing) = session.listing.take() else { return };
     let to = Recipient::Session(id);
     if matches!(listing, Listing::Transfer) {

@@ -11,6 +11,7 @@ mod automatic;
 mod axis_tests;
 mod blocks;
 mod boot;
+mod card;
 mod commands;
 mod cut;
 mod door;

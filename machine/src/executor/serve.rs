@@ -254,6 +254,7 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_step_times(now);
         self.watch_halt(now);
         self.watch_reset(now);
+        super::card::watch(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {

@@ -7,7 +7,7 @@ use events::Event;
 use program::{State, Words};
 use units::{AxisSet, Micros};
 
-use super::Machine;
+use super::{Machine, card};
 use crate::failure::Answer;
 use crate::files::kept::each_line;
 use crate::files::safe_file::Draft;
@@ -116,18 +116,19 @@ pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to
 }
 
 /// Saves what is new, once nothing else is to be done.
-pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
         return;
     }
-    if let Err(error) = write(machine)
+    if let Err(error) = write(machine).await
         && error != StorageError::NoCard
     {
         machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
     }
 }
 
-fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+async fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine).await;
     let mut text = heapless::String::<512>::new();
     if write!(text, "{}", machine.jobs.statistics.life).is_err() {
         return Err(StorageError::Full);
@@ -141,5 +142,6 @@ fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
         draft.give_up(ports);
         return Err(error);
     }
-    draft.finish(ports)
+    drop(lines);
+    card::finish(machine, draft).await
 }

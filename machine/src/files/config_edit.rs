@@ -101,9 +101,13 @@ pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments
 async fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Result<(), StorageError> {
     let mut rewrite = Rewrite::begin(hands.storage(), edit)?;
     loop {
+        hands.card_at_rest().await;
         match rewrite.go_on(hands.storage()) {
             Ok(true) => hands.pause_anyway().await,
-            Ok(false) => return rewrite.finish(hands.storage()),
+            Ok(false) => {
+                let draft = rewrite.end(hands.storage())?;
+                return hands.put_in_place(draft).await;
+            }
             Err(error) => {
                 rewrite.give_up(hands.storage());
                 return Err(error);
@@ -215,13 +219,13 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         Ok(written)
     }
 
-    /// The new file takes the place of the old one.
-    fn finish(self, storage: &mut S) -> Result<(), StorageError> {
+    /// The new file is complete.
+    fn end(self, storage: &mut S) -> Result<Draft<S>, StorageError> {
         if let Err(error) = storage.close(self.lines.file) {
             self.draft.give_up(storage);
             return Err(error);
         }
-        self.draft.finish(storage)
+        Ok(self.draft)
     }
 
     fn give_up(self, storage: &mut S) {
@@ -240,7 +244,7 @@ mod tests {
         let mut card = Card::with(&[(CONFIG_PATH, config)]);
         let mut rewrite = Rewrite::begin(&mut card, Edit { section, key, value }).unwrap();
         while rewrite.go_on(&mut card).unwrap() {}
-        rewrite.finish(&mut card).unwrap();
+        rewrite.end(&mut card).and_then(|draft| draft.finish(&mut card)).unwrap();
         assert_eq!(card.open_files(), 0);
         assert_eq!(card.text("/sd/previous-config.ini"), config);
         card.text(CONFIG_PATH).to_owned()

@@ -12,26 +12,40 @@ use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
 
+/// So many blocks are only read before others have a turn: a hundred microseconds.
+const BLOCKS_IN_A_ROW: u32 = 8;
+
 /// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
 async fn read_through<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
     most: u32,
+    writes: bool,
     mut take: impl FnMut(&mut P, &[u8]) -> Result<(), StorageError>,
 ) -> Result<bool, StorageError> {
-    let mut left = most;
+    let (mut left, mut turn) = (most, 0_u32);
+    hands.read_ahead(file);
     while left > 0 {
+        while !hands.storage().is_at_hand(file) {
+            hands.pause_anyway().await;
+        }
         let mut block = [0; BLOCK];
         let count = hands.storage().read(file, &mut block)?.min(left as usize);
         if count == 0 {
             break;
         }
         left -= count as u32;
+        if writes {
+            hands.card_at_rest().await;
+        }
         take(hands.storage(), block.get(..count).unwrap_or(&[]))?;
         if hands.stop_requested() {
             return Ok(false);
         }
-        hands.pause_anyway().await;
+        turn = turn.wrapping_add(1);
+        if writes || turn.is_multiple_of(BLOCKS_IN_A_ROW) {
+            hands.pause_anyway().await;
+        }
     }
     Ok(true)
 }
@@ -55,6 +69,8 @@ pub(crate) async fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str
 
 async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
     let source = hands.storage().open(from, OpenMode::Read)?;
+    hands.pause_anyway().await;
+    hands.card_at_rest().await;
     // The file that is copied is open: it is never emptied as its own copy.
     let target = match hands.storage().open(to, OpenMode::Write) {
         Ok(target) => target,
@@ -64,11 +80,14 @@ async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str)
             return Err(if error == StorageError::NotFound { StorageError::BadPath } else { error });
         }
     };
-    let copied = read_through(hands, source, u32::MAX, |storage, bytes| Storage::write(storage, target, bytes)).await;
+    let copied =
+        read_through(hands, source, u32::MAX, true, |storage, bytes| Storage::write(storage, target, bytes)).await;
     let _ = hands.storage().close(source);
+    hands.card_at_rest().await;
     let closed = hands.storage().close(target);
     let whole = copied?;
-    closed.map(|()| whole)
+    closed?;
+    hands.card_has_kept().await.map(|()| whole)
 }
 
 /// `truncate file size`
@@ -96,8 +115,10 @@ async fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, siz
     let file = hands.storage().open(path, OpenMode::Read)?;
     let kept = write_beginning(hands, path, file, size).await;
     let draft = kept?;
-    draft.finish(hands.storage())?;
-    safe_file::forget_previous(hands.storage(), path)
+    hands.put_in_place(draft).await?;
+    hands.card_at_rest().await;
+    safe_file::forget_previous(hands.storage(), path)?;
+    hands.card_has_kept().await
 }
 
 async fn write_beginning<P: Ports>(
@@ -113,7 +134,7 @@ async fn write_beginning<P: Ports>(
             return Err(error);
         }
     };
-    let copied = read_through(hands, file, size, |storage, bytes| draft.write(storage, bytes).map(drop)).await;
+    let copied = read_through(hands, file, size, true, |storage, bytes| draft.write(storage, bytes).map(drop)).await;
     // It was only read.
     let _ = hands.storage().close(file);
     match copied {
@@ -152,7 +173,7 @@ pub(crate) async fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &s
 async fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
     let mut digest = Md5::new();
-    let read = read_through(hands, file, u32::MAX, |_, bytes| {
+    let read = read_through(hands, file, u32::MAX, false, |_, bytes| {
         digest.update(bytes);
         Ok(())
     })

@@ -8,7 +8,7 @@ use gcode::{Gathered, LineBuffer};
 use heapless::{String, Vec};
 use program::{Interpreter, ToolEntry, ToolLineFlaw, ToolTable};
 
-use super::safe_file::{self, Draft};
+use super::safe_file::{self, Draft, Replacing};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
 /// Where the parameters are.
@@ -119,6 +119,7 @@ pub enum Progress {
 pub struct SavingParameters<S> {
     /// None once it has become the file, or was given up.
     draft: Option<Draft<S>>,
+    replacing: Option<Replacing>,
     place: usize,
 }
 
@@ -128,7 +129,7 @@ impl<S: Storage> SavingParameters<S> {
     /// # Errors
     /// Those of the card.
     pub fn begin(storage: &mut S) -> Result<Self, StorageError> {
-        Ok(Self { draft: Some(Draft::begin(storage, PARAMETERS)?), place: 0 })
+        Ok(Self { draft: Some(Draft::begin(storage, PARAMETERS)?), replacing: None, place: 0 })
     }
 
     /// Writes the next one, or puts the file in place.
@@ -138,7 +139,7 @@ impl<S: Storage> SavingParameters<S> {
     pub fn step(&mut self, storage: &mut S, program: &Interpreter) -> Result<Progress, StorageError> {
         let parameter = program.kept_parameter(self.place);
         self.place += 1;
-        step(&mut self.draft, storage, |draft, storage| {
+        step((&mut self.draft, &mut self.replacing), storage, |draft, storage| {
             let Some((number, value)) = parameter else { return Ok(Progress::Done) };
             let mut line = String::<64>::new();
             writeln!(line, "{number}\t{value}").map_err(|_| StorageError::Full)?;
@@ -149,17 +150,23 @@ impl<S: Storage> SavingParameters<S> {
 
 /// Writes more of a draft, and puts it in place when that was all. When something goes wrong it is given up.
 fn step<S: Storage>(
-    draft: &mut Option<Draft<S>>,
+    (draft, replacing): (&mut Option<Draft<S>>, &mut Option<Replacing>),
     storage: &mut S,
     write: impl FnOnce(&mut Draft<S>, &mut S) -> Result<Progress, StorageError>,
 ) -> Result<Progress, StorageError> {
+    if let Some(replacing) = replacing {
+        return replacing.step(storage).map(|is_done| if is_done { Progress::Done } else { Progress::More });
+    }
     let written = draft.as_mut().map_or(Ok(Progress::Done), |draft| write(draft, storage));
     let ended = match written {
         Ok(Progress::More) => return written,
         _ => draft.take(),
     };
     match (ended, written) {
-        (Some(draft), Ok(_)) => draft.finish(storage).map(|()| Progress::Done),
+        (Some(draft), Ok(_)) => {
+            *replacing = Some(draft.close(storage)?);
+            Ok(Progress::More)
+        }
         (Some(draft), Err(error)) => {
             draft.give_up(storage);
             Err(error)
@@ -174,6 +181,7 @@ fn step<S: Storage>(
 pub struct SavingTools<S> {
     /// None once it has become the file, or was given up.
     draft: Option<Draft<S>>,
+    replacing: Option<Replacing>,
     rest: Rest,
 }
 
@@ -205,7 +213,7 @@ impl<S: Storage> SavingTools<S> {
             }
         };
         let left = program.tools().table().unsaved();
-        Ok(Self { draft: Some(draft), rest: Rest { old, line: Vec::new(), copies: false, left } })
+        Ok(Self { draft: Some(draft), replacing: None, rest: Rest { old, line: Vec::new(), copies: false, left } })
     }
 
     /// Writes a block more, or puts the file in place.
@@ -214,7 +222,7 @@ impl<S: Storage> SavingTools<S> {
     /// Those of the card; the file is the old one then.
     pub fn step(&mut self, storage: &mut S, program: &Interpreter) -> Result<Progress, StorageError> {
         let (rest, tools) = (&mut self.rest, program.tools().table());
-        step(&mut self.draft, storage, |draft, storage| {
+        step((&mut self.draft, &mut self.replacing), storage, |draft, storage| {
             let advanced = rest.advance(draft, storage, tools);
             if let Some(file) = rest.old.take_if(|_| advanced.is_err()) {
                 // It was only read.

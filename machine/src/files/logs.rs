@@ -10,6 +10,8 @@ use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
 /// Bytes written at once: a block of the card.
 const BLOCK: usize = 512;
+/// No line is longer.
+const LONGEST_LINE: usize = 257;
 /// A file grows no further than this: a loop that has no end must not fill the card.
 const MOST_BYTES: u32 = 64 << 20;
 /// Files of the machine itself: no program may write them. With what begins their companions' names.
@@ -68,6 +70,11 @@ impl Log {
     #[must_use]
     pub const fn is_open(&self) -> bool {
         self.file.is_some()
+    }
+
+    /// Whether the next line may fill the block.
+    fn is_nearly_full(&self) -> bool {
+        self.is_open() && self.block.len() + LONGEST_LINE > BLOCK
     }
 
     /// Opens a file; it is emptied first unless lines are to be added. The one before is closed.
@@ -138,6 +145,12 @@ pub struct Logs {
 }
 
 impl Logs {
+    /// Whether the next line may go to the card with those before it.
+    #[must_use]
+    pub fn are_nearly_full(&self) -> bool {
+        self.text.is_nearly_full() || self.contacts.is_nearly_full()
+    }
+
     /// The program has ended.
     ///
     /// # Errors

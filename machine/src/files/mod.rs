@@ -1,6 +1,7 @@
 //! Files on the card, for whoever talks to the machine: the current directory, uploads, the file commands,
 //! long listings, and the configuration file.
 
+pub(crate) mod card_facts;
 pub mod commands;
 pub mod config_edit;
 pub(crate) mod copying;
@@ -25,6 +26,7 @@ use crate::ports::{Storage, StorageError};
 use crate::sessions::SessionId;
 pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
 pub(crate) use transfer::Transfers;
+pub use upload::NotSaved;
 use upload::Upload;
 
 /// Where names start from, and what is being uploaded.

@@ -88,14 +88,23 @@ impl<S: Storage> Draft<S> {
     /// The content is complete: it becomes the file's. When that is refused, the file is as it was.
     pub fn finish(self, storage: &mut S) -> Result<(), StorageError> {
         storage.between_steps();
+        let mut replacing = self.close(storage)?;
+        loop {
+            storage.between_steps();
+            if replacing.step(storage)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// The same for whoever lets others have a turn between its steps: the content is complete.
+    pub fn close(self, storage: &mut S) -> Result<Replacing, StorageError> {
         let written = storage.write(self.file, &self.block);
-        let closed = storage.close(self.file);
-        storage.between_steps();
-        let replaced = written.and(closed).and_then(|()| replace(storage, &self.path));
-        if replaced.is_err() {
+        let closed = written.and(storage.close(self.file));
+        if closed.is_err() {
             discard(storage, &self.path);
         }
-        replaced
+        closed.map(|()| Replacing { path: self.path, next: 0 })
     }
 
     /// Something went wrong: nothing has changed and nothing stays behind, if the storage still answers.
@@ -106,18 +115,48 @@ impl<S: Storage> Draft<S> {
     }
 }
 
-/// The closed draft becomes the file. What would refuse that, refuses before the change is decided.
-fn replace<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
-    if can_open(storage, path, OpenMode::Read)? {
-        // Not if it is marked read-only, nor if somebody has it open.
-        can_open(storage, path, OpenMode::Append)?;
-        storage.between_steps();
-        remove_if_there(storage, &beside(path, PREVIOUS)?)?;
-        storage.between_steps();
+/// A draft that is complete, on its way to become the file: in steps of some block writes each.
+#[derive(Debug)]
+pub struct Replacing {
+    path: Path,
+    next: u8,
+}
+
+impl Replacing {
+    /// Goes on; true when the file is in place. What would refuse that, refuses before the change is decided;
+    /// then the file is as it was.
+    pub fn step<S: Storage>(&mut self, storage: &mut S) -> Result<bool, StorageError> {
+        let done = self.take_step(storage);
+        if done.is_err() {
+            discard(storage, &self.path);
+        }
+        self.next += 1;
+        done
     }
-    storage.rename(&beside(path, DRAFT)?, &beside(path, NEW)?)?;
-    storage.between_steps();
-    settle(storage, path)
+
+    fn take_step<S: Storage>(&self, storage: &mut S) -> Result<bool, StorageError> {
+        let path = &self.path;
+        match self.next {
+            0 => {
+                if can_open(storage, path, OpenMode::Read)? {
+                    // Not if it is marked read-only, nor if somebody has it open.
+                    can_open(storage, path, OpenMode::Append)?;
+                    remove_if_there(storage, &beside(path, PREVIOUS)?)?;
+                }
+            }
+            1 => storage.rename(&beside(path, DRAFT)?, &beside(path, NEW)?)?,
+            2 => {
+                if can_open(storage, path, OpenMode::Read)? {
+                    storage.rename(path, &beside(path, PREVIOUS)?)?;
+                }
+            }
+            _ => {
+                storage.rename(&beside(path, NEW)?, path)?;
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
 }
 
 /// Removes what has not become the file, unless the file is not there without it.

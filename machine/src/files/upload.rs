@@ -17,6 +17,21 @@ pub(super) struct Upload {
     file: Option<FileHandle>,
 }
 
+/// Why a file that was uploaded is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotSaved {
+    /// It could not be opened, or was lost to a halt.
+    Nothing,
+    /// The card.
+    Card(StorageError),
+}
+
+impl From<StorageError> for NotSaved {
+    fn from(error: StorageError) -> Self {
+        Self::Card(error)
+    }
+}
+
 impl Files {
     /// M28: what this session sends from now on is stored, up to its M29.
     ///
@@ -71,17 +86,33 @@ impl Files {
         }
     }
 
-    /// A line of the session that uploads: stored as it is, until M29.
-    pub fn upload_line(&mut self, line: &[u8], decoded: &Line<'_>, storage: &mut impl Storage, reply: &mut Reply<'_>) {
-        let Some(Upload { file, .. }) = self.upload else { return };
-        if ends_upload(decoded) {
-            self.upload = None;
-            return match file.map(|file| storage.close(file)) {
-                Some(Ok(())) => reply.say(format_args!("Done saving file.\nok\n")),
-                Some(Err(error)) => reply.say(format_args!("Error:error writing to file: {}\nok\n", error.text())),
-                None => reply.say(format_args!("error:nothing was saved\nok\n")),
-            };
+    /// If this is the end of the upload, its M29: the file is closed, and on its way to the card. What comes
+    /// of it is for [`upload_ended`](Self::upload_ended).
+    pub fn end_upload(&mut self, decoded: &Line<'_>, storage: &mut impl Storage) -> Option<Result<(), NotSaved>> {
+        if !ends_upload(decoded) {
+            return None;
         }
+        let Upload { file, .. } = self.upload.take()?;
+        Some(match file.map(|file| storage.close(file)) {
+            Some(closed) => closed.map_err(NotSaved::Card),
+            None => Err(NotSaved::Nothing),
+        })
+    }
+
+    /// Says what became of an upload.
+    pub fn upload_ended(&self, saved: Result<(), NotSaved>, reply: &mut Reply<'_>) {
+        match saved {
+            Ok(()) => reply.say(format_args!("Done saving file.\nok\n")),
+            Err(NotSaved::Card(error)) => {
+                reply.say(format_args!("Error:error writing to file: {}\nok\n", error.text()));
+            }
+            Err(NotSaved::Nothing) => reply.say(format_args!("error:nothing was saved\nok\n")),
+        }
+    }
+
+    /// A line of the session that uploads: stored as it is.
+    pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) {
+        let Some(Upload { file, .. }) = self.upload else { return };
         let Some(file) = file else { return reply.say(format_args!("ok\n")) };
         match storage.write(file, line).and_then(|()| storage.write(file, b"\n")) {
             Ok(()) => reply.say(format_args!("ok\n")),
@@ -107,7 +138,10 @@ mod tests {
 
     fn send(files: &mut Files, card: &mut Card, desk: &mut Desk, line: &str) -> String {
         let decoded = Decoder::new().decode(line.as_bytes()).unwrap();
-        desk.hears(|reply| files.upload_line(line.as_bytes(), &decoded, card, reply))
+        desk.hears(|reply| match files.end_upload(&decoded, card) {
+            Some(closed) => files.upload_ended(closed, reply),
+            None => files.upload_line(line.as_bytes(), card, reply),
+        })
     }
 
     fn begin(files: &mut Files, card: &mut Card, desk: &mut Desk, name: &str) -> String {

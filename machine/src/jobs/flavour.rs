@@ -23,6 +23,8 @@ const CHUNK: usize = 512;
 pub enum Step {
     /// Nothing yet.
     Reading,
+    /// The card has not brought what comes next.
+    Waiting,
     /// The dialect; `None`: the file does not say.
     Known(Option<Dialect>),
 }
@@ -74,6 +76,9 @@ impl Lookup {
             };
         }
         storage.seek(file, self.at)?;
+        if !storage.is_at_hand(file) {
+            return Ok(Step::Waiting);
+        }
         let mut bytes = [0; CHUNK];
         let count = storage.read(file, &mut bytes)?;
         self.at = if count == 0 { self.end } else { self.at.saturating_add(count as u32) };
@@ -106,6 +111,7 @@ pub(super) fn look(
     let step = lookup.as_mut().map_or(Ok(Step::Known(None)), |lookup| lookup.step(lines.file(), storage));
     let known = match step {
         Ok(Step::Reading) => return Next::Nothing,
+        Ok(Step::Waiting) => return Next::NotYet,
         Ok(Step::Known(known)) => known,
         Err(error) => return Next::Failed(error.text()),
     };

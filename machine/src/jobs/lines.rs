@@ -25,8 +25,10 @@ pub enum Next {
     Line,
     /// A line that is longer than any.
     TooLong,
-    /// Nothing yet: its dialect is looked for.
+    /// Nothing: its dialect is looked for.
     Nothing,
+    /// Nothing: the card has not brought it yet.
+    NotYet,
     /// Its dialect, which it says itself.
     Dialect(Dialect),
     /// Its end.
@@ -59,6 +61,12 @@ impl FileLines {
     pub const fn new(file: FileHandle) -> Self {
         let gathering = LineBuffer::new();
         Self { file, chunk: [0; CHUNK], filled: 0, chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
+    }
+
+    /// The same of a file that is played: it is read ahead.
+    pub fn played(file: FileHandle, storage: &mut impl Storage) -> Self {
+        storage.read_ahead(file);
+        Self::new(file)
     }
 
     pub const fn file(&self) -> FileHandle {
@@ -137,6 +145,9 @@ impl FileLines {
         loop {
             if let Some(next) = self.gather_at_hand(line) {
                 return next;
+            }
+            if !storage.is_at_hand(self.file) {
+                return Next::NotYet;
             }
             match self.fill(storage) {
                 Ok(true) => {}

@@ -247,7 +247,7 @@ impl Jobs {
             path,
             size,
             written,
-            lines: FileLines::new(file),
+            lines: FileLines::played(file, storage),
             started: now,
             listeners,
             paused: false,
@@ -460,9 +460,8 @@ impl Jobs {
             let _ = storage.close(file);
             return Err(Failure::refused(TOO_DEEP));
         }
-        let caller = core::mem::replace(&mut job.lines, FileLines::new(file));
-        // There is room.
-        let _ = job.callers.push(caller);
+        let caller = core::mem::replace(&mut job.lines, FileLines::played(file, storage));
+        let _there_is_room = job.callers.push(caller);
         Ok(true)
     }
 
@@ -470,6 +469,7 @@ impl Jobs {
     pub fn return_from_file(&mut self, storage: &mut impl Storage) -> bool {
         let Some(job) = &mut self.job else { return false };
         let Some(caller) = job.callers.pop() else { return false };
+        storage.read_ahead(caller.file());
         let done = core::mem::replace(&mut job.lines, caller);
         // It was only read: a failing close loses nothing.
         let _ = storage.close(done.file());

@@ -166,6 +166,7 @@ async fn write_grid<P: Ports>(
     while written.is_ok() && done < shape.points() {
         let bytes = heights_from(hands, done);
         done += CHUNK;
+        hands.card_at_rest().await;
         written = draft.write(hands.storage(), &bytes).map(|_| ());
         hands.pause_anyway().await;
     }
@@ -173,7 +174,7 @@ async fn write_grid<P: Ports>(
         draft.give_up(hands.storage());
         return Err(error);
     }
-    draft.finish(hands.storage())
+    hands.put_in_place(draft).await
 }
 
 /// The bytes of the next heights in force.

@@ -65,10 +65,11 @@ async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridS
         };
         if written.as_ref().is_ok_and(|a_block| *a_block) {
             hands.pause_anyway().await;
+            hands.card_at_rest().await;
         }
     }
     match written {
-        Ok(_) => draft.finish(hands.storage()),
+        Ok(_) => hands.put_in_place(draft).await,
         Err(error) => {
             draft.give_up(hands.storage());
             Err(error)

@@ -82,6 +82,7 @@ async fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> O
             // Three factors below 1, of eight decimals, fit.
             let _ = writeln!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}");
             write_file(hands.storage(), &path, text.as_bytes()).map_err(failed)?;
+            hands.card_has_kept().await.map_err(failed)?;
             hands.say(format_args!("skew saved to {path}\n"));
         }
         3 => {

@@ -33,6 +33,28 @@ pub enum StorageError {
     NoCard,
     /// The card has no file system this firmware reads.
     NoFileSystem,
+    /// It has FAT12, as cards of a few megabytes have.
+    Fat12,
+    /// It has NTFS.
+    Ntfs,
+    /// It has exFAT, which is only read.
+    Exfat,
+    /// It has exFAT in a form that is not read.
+    OddExfat,
+    /// It is a MultiMediaCard, or works by rules that the board does not offer.
+    WrongCard,
+    /// It is locked with a password.
+    Locked,
+    /// It takes no writes: its switch, or it itself, has protected it for good.
+    Protected,
+    /// What is written reads back as something else: it claims more than it has, or is worn out.
+    NotKept,
+    /// It cannot read one of its blocks.
+    Unreadable,
+    /// A write has failed, and what was written behind it is lost.
+    WriteFailed,
+    /// A computer has it, over USB.
+    Lent,
     /// The card stopped answering.
     NotResponding,
     /// No such file or directory.
@@ -68,6 +90,23 @@ impl StorageError {
         match self {
             Self::NoCard => "no SD card found: insert a card and reset",
             Self::NoFileSystem => "the SD card has no FAT file system: format it as FAT32",
+            Self::Fat12 => {
+                "the SD card has a FAT12 file system, which is for cards of a few MB: format it as FAT16 or FAT32"
+            }
+            Self::Ntfs => "the SD card has an NTFS file system: format it as FAT32",
+            Self::Exfat => {
+                "the SD card has exFAT, which is only read here: to write to it, format it as FAT32 on a computer"
+            }
+            Self::OddExfat => "the SD card has exFAT in a form that is not read here: format it as FAT32",
+            Self::WrongCard => "this is no SD card that the board can use: use an SDHC card",
+            Self::Locked => "the SD card is locked with a password: unlock it where it was locked, or use another",
+            Self::Protected => "the SD card is write-protected: move its switch, or use another card",
+            Self::NotKept => {
+                "the SD card does not keep what is written to it: it is worn out or a forgery; use another card"
+            }
+            Self::Unreadable => "the SD card cannot read a part of itself any more: save its files and replace it",
+            Self::WriteFailed => "a write to the SD card has failed and what came after it is lost: replace the card",
+            Self::Lent => "a computer uses the SD card over USB: eject it there first",
             Self::NotResponding => "the SD card stopped answering: check that it is seated, or replace it",
             Self::NotFound => "no such file",
             Self::Exists => "the name is already in use",
@@ -85,6 +124,62 @@ impl StorageError {
             Self::Device => "the SD card reports a read or write error",
         }
     }
+}
+
+/// What a card is, and what it has done since power-on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CardFacts {
+    /// SDSC, SDHC or SDXC.
+    pub kind: &'static str,
+    /// Its product name.
+    pub name: [u8; 5],
+    /// Its maker's number.
+    pub maker: u8,
+    /// Blocks of 512 bytes.
+    pub blocks: u32,
+    /// The clock of its bus, kHz.
+    pub bus_khz: u32,
+    /// It takes no writes.
+    pub is_protected: bool,
+    /// Blocks read.
+    pub reads: u32,
+    /// Blocks written.
+    pub writes: u32,
+    /// Transfers that were tried again.
+    pub repeated: u32,
+    /// Of these, because something arrived damaged.
+    pub damaged: u32,
+    /// The longest transfer that was read, us.
+    pub slowest_read_us: u32,
+    /// The longest that was written, us.
+    pub slowest_write_us: u32,
+}
+
+/// What is free, while it is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FreeSpace {
+    /// Where the count goes on.
+    pub next: u32,
+    /// Bytes that are free, as far as it was counted.
+    pub bytes: u64,
+    /// Bytes that files can have altogether.
+    pub total_bytes: u64,
+}
+
+/// What has happened to the card by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CardEvent {
+    /// One was put in, and is not mounted.
+    Inserted,
+    /// It was taken out, or has failed altogether.
+    Removed {
+        /// With something that was to be written.
+        loses: bool,
+    },
+    /// A write has failed for good, and those behind it are lost.
+    WriteFailed(StorageError),
+    /// Much arrived damaged, so its bus is slower from now on, kHz.
+    Slower(u32),
 }
 
 /// What a file is marked with.
@@ -157,7 +252,7 @@ pub trait Storage {
     /// Size of an open file in bytes.
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError>;
 
-    /// Closes a file; what was written is on the card afterwards.
+    /// Closes a file. What was written is on its way to the card: see [`is_kept`](Self::is_kept).
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError>;
 
     /// Reads up to [`LIST_CHUNK`] entries of a directory, skipping the first `skip`; an empty answer is the
@@ -178,6 +273,44 @@ pub trait Storage {
     /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power
     /// cut, once mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
+
+    /// This file is played from where it is: it is read ahead, so that a card that stalls holds nobody up.
+    /// One at a time; another one instead of the one before.
+    fn read_ahead(&mut self, _file: FileHandle) {}
+
+    /// Whether reading on in a file takes no waiting for the card. What is missing is asked for.
+    fn is_at_hand(&mut self, _file: FileHandle) -> bool {
+        true
+    }
+
+    /// Whether the card is at rest, and takes as many blocks as most changes write without making anybody
+    /// wait. It is kept so for a moment: who asks goes ahead, or asks again.
+    fn is_ready(&mut self) -> bool {
+        true
+    }
+
+    /// Whether all that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not; until the next change begins.
+    fn is_kept(&mut self) -> Result<bool, StorageError> {
+        Ok(true)
+    }
+
+    /// What the card is; none without one, or where nothing is known of it.
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        None
+    }
+
+    /// Counts on what is free, for some milliseconds at most; true when all of it is counted.
+    fn count_free(&mut self, _free: &mut FreeSpace) -> Result<bool, StorageError> {
+        Err(StorageError::Unsupported)
+    }
+
+    /// What has happened to the card and nobody has heard of.
+    fn take_event(&mut self) -> Option<CardEvent> {
+        None
+    }
 
     /// Between the steps of a change that takes several, each some block writes of up to a quarter of a
     /// second: whoever makes it is alive. A board tells its watchdog.

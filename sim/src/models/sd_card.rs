@@ -1,20 +1,33 @@
 //! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
 //!
-//! Source: SD Physical Layer Simplified Specification 6.00. A high-capacity card (block addresses), version
-//! 2.00 and later, 3.3 V signalling, high speed (25 MB/s) supported. Left out: protection of groups of
-//! blocks, locking and the SPI mode; a switch to other functions than high speed; erase timing.
+//! Source: SD Physical Layer Simplified Specification 6.00 (PL 6.00). Cards of standard and high capacity,
+//! 3.3 V signalling, with high speed (CMD6) or without; [`Traits`] says how one differs from the usual,
+//! [`Trouble`] what goes wrong with it. Left out: protection of groups of blocks, locking and unlocking (a
+//! card is locked or not) and the SPI mode; a switch to other functions than high speed; erase timing.
+//!
+//! | behaviour | where it is written |
+//! |---|---|
+//! | identification with 400 kHz at most, then 25 MHz, then 50 MHz with high speed set | 6.6.6, 6.6.7 |
+//! | access times and their limits | 4.6.2, 4.16.2; between them what usual cards take |
+//! | a locked card takes commands of classes 0 and 7 alone | 4.3.7 |
+//! | a block whose error correction fails is not sent, and the status tells | 4.10.1, CARD_ECC_FAILED |
+//! | a protected card takes data and drops them, and the status tells | 4.3.4 |
+
+mod data;
+mod registers;
+mod traits;
+
+pub use traits::{Fake, Make, Traits, Trouble};
 
 /// Bytes of a block.
 pub const BLOCK: usize = 512;
 /// The address the card proposes for itself.
 const ADDRESS: u16 = 0x5A51;
-/// Time the card programs after a block was written, and after each further one. Cards differ; 300 us is
-/// usual.
-const PROGRAMMING_NS: u64 = 300_000;
 /// ACMD41 shows the card busy for this long after the first one.
 const POWER_UP_NS: u64 = 2_000_000;
 /// Operating conditions, section 5.1: 2.7 to 3.6 V, high capacity.
-const OCR: u32 = 0x40FF_8000;
+const OCR: u32 = 0x00FF_8000;
+const OCR_CAPACITY: u32 = 1 << 30;
 const OCR_POWER_UP_DONE: u32 = 1 << 31;
 
 /// What a card answers a command with (section 4.9), as far as the host tells the formats apart.
@@ -28,6 +41,8 @@ pub enum Reply {
     Unchecked(u32),
     /// R2: 128 bits, first word first.
     Long([u32; 4]),
+    /// One that arrives damaged.
+    Damaged,
 }
 
 /// What follows a command on the data lines.
@@ -71,7 +86,10 @@ enum Stream {
 const OUT_OF_RANGE: u32 = 1 << 31;
 /// The card is write-protected; cleared by the status that tells it (type E R X, clear condition C).
 const WP_VIOLATION: u32 = 1 << 26;
+const CARD_IS_LOCKED: u32 = 1 << 25;
 const ILLEGAL_COMMAND: u32 = 1 << 22;
+/// The card's error correction has failed; cleared by the status that tells it.
+const CARD_ECC_FAILED: u32 = 1 << 21;
 const READY_FOR_DATA: u32 = 1 << 8;
 const APP_CMD: u32 = 1 << 5;
 
@@ -86,30 +104,18 @@ pub struct BlockWrite {
     pub bytes: Vec<u8>,
 }
 
-/// How a card differs from others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Traits {
-    /// Time it programs after a block was written.
-    pub programming_ns: u64,
-    /// TMP_WRITE_PROTECT of the CSD is set: it takes no writes.
-    pub is_protected: bool,
-}
-
-impl Default for Traits {
-    fn default() -> Self {
-        Self { programming_ns: PROGRAMMING_NS, is_protected: false }
-    }
-}
-
 /// A card in its slot.
 #[derive(Clone, Debug)]
 pub struct SdCard {
     content: Vec<u8>,
     traits: Traits,
+    trouble: Trouble,
     /// What was written, once somebody has asked for it.
     log: Option<Vec<BlockWrite>>,
     /// A write was refused, and the host has not been told yet.
     has_refused: bool,
+    /// A block could not be read, and the host has not been told yet.
+    has_failed: bool,
     state: State,
     application: bool,
     illegal: bool,
@@ -131,8 +137,10 @@ impl SdCard {
         Self {
             content,
             traits: Traits::default(),
+            trouble: Trouble::default(),
             log: None,
             has_refused: false,
+            has_failed: false,
             state: State::Idle,
             application: false,
             illegal: false,
@@ -151,6 +159,11 @@ impl SdCard {
     pub const fn with(mut self, traits: Traits) -> Self {
         self.traits = traits;
         self
+    }
+
+    /// What goes wrong from now on.
+    pub const fn trouble(&mut self) -> &mut Trouble {
+        &mut self.trouble
     }
 
     /// Keeps what is written from now on.
@@ -187,13 +200,41 @@ impl SdCard {
         let ready = if self.state == State::Program { 0 } else { READY_FOR_DATA };
         let illegal = if std::mem::take(&mut self.illegal) { ILLEGAL_COMMAND } else { 0 };
         let refused = if std::mem::take(&mut self.has_refused) { WP_VIOLATION } else { 0 };
+        let failed = if std::mem::take(&mut self.has_failed) { CARD_ECC_FAILED } else { 0 };
+        let locked = if self.traits.is_locked { CARD_IS_LOCKED } else { 0 };
         let application = if self.application { APP_CMD } else { 0 };
-        (self.state as u32) << 9 | ready | illegal | refused | application
+        (self.state as u32) << 9 | ready | illegal | refused | failed | locked | application
     }
 
     /// Takes a command: the reply, and what then happens on the data lines.
     pub fn command(&mut self, now_ns: u64, index: u8, argument: u32) -> (Reply, Transfer) {
+        let (reply, transfer) = self.carry_out(now_ns, index, argument);
+        if reply != Reply::None && Trouble::take(&mut self.trouble.damaged_answers) {
+            return (Reply::Damaged, transfer);
+        }
+        (reply, transfer)
+    }
+
+    /// Whether a card of its kind, and in its condition, knows this command.
+    const fn knows(&self, index: u8) -> bool {
+        match self.traits.make {
+            Make::Mmc => matches!(index, 0 | 1),
+            _ if self.traits.is_locked && matches!(self.state, State::Transfer) => {
+                matches!(index, 0 | 7 | 13 | 16 | 42 | 55)
+            }
+            _ => index != 6 || self.traits.is_fast,
+        }
+    }
+
+    fn carry_out(&mut self, now_ns: u64, index: u8, argument: u32) -> (Reply, Transfer) {
         self.settle(now_ns);
+        if !self.knows(index) && !self.application {
+            self.illegal = true;
+            return (Reply::None, Transfer::None);
+        }
+        if self.traits.make == Make::Mmc && index == 1 {
+            return (Reply::Unchecked(OCR | OCR_POWER_UP_DONE), Transfer::None);
+        }
         if std::mem::take(&mut self.application)
             && let Some(answer) = self.application_command(now_ns, index, argument)
         {
@@ -204,12 +245,13 @@ impl SdCard {
         match (index, self.state) {
             (0, _) => {
                 let log = self.log.take();
-                *self = Self { log, ..Self::new(std::mem::take(&mut self.content)).with(self.traits) };
+                let trouble = std::mem::take(&mut self.trouble);
+                *self = Self { log, trouble, ..Self::new(std::mem::take(&mut self.content)).with(self.traits) };
                 nothing
             }
             (2, State::Ready) => {
                 self.state = State::Identification;
-                (Reply::Long(CID), Transfer::None)
+                (Reply::Long(registers::CID), Transfer::None)
             }
             (3, State::Identification | State::Standby) => {
                 self.state = State::Standby;
@@ -227,7 +269,7 @@ impl SdCard {
             // R7: voltage accepted and check pattern echoed.
             (8, State::Idle) => (Reply::Short(argument & 0xFFF), Transfer::None),
             (9, State::Standby) if addressed => (Reply::Long(self.csd()), Transfer::None),
-            (10, State::Standby) if addressed => (Reply::Long(CID), Transfer::None),
+            (10, State::Standby) if addressed => (Reply::Long(registers::CID), Transfer::None),
             (12, State::Data | State::Receive) => self.stop(now_ns),
             // A card has no address, and no status to give, before it is identified (table 4-35).
             (13, State::Standby | State::Transfer | State::Data | State::Receive | State::Program) if addressed => {
@@ -274,9 +316,17 @@ impl SdCard {
         (Reply::Short(status), Transfer::None)
     }
 
-    fn begin(&mut self, now_ns: u64, block: u32, endless: bool, state: State, transfer: Transfer) -> (Reply, Transfer) {
+    fn begin(
+        &mut self,
+        now_ns: u64,
+        argument: u32,
+        endless: bool,
+        state: State,
+        transfer: Transfer,
+    ) -> (Reply, Transfer) {
         let status = self.status(now_ns);
-        if block as usize >= self.content.len() / BLOCK {
+        let block = if self.traits.make == Make::Standard { argument / BLOCK as u32 } else { argument };
+        if block as usize >= self.claimed() / BLOCK {
             return (Reply::Short(status | OUT_OF_RANGE), Transfer::None);
         }
         self.state = state;
@@ -320,26 +370,22 @@ impl SdCard {
         if argument >> 31 == 1 && selected != 0xF {
             self.high_speed = selected == 1;
         }
-        let mut bytes = vec![0; 64];
-        bytes[1] = 100; // 100 mA at most
-        bytes[3..14].copy_from_slice(&[0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x01, 0x80, 0x03]);
-        bytes[2] = 0x80;
-        bytes[16] = selected;
-        self.register(now_ns, bytes)
+        self.register(now_ns, registers::switch_status(selected))
     }
 
     fn application_command(&mut self, now_ns: u64, index: u8, argument: u32) -> Option<(Reply, Transfer)> {
         Some(match (index, self.state) {
             (41, State::Idle) => {
+                let capacity = if self.traits.make == Make::High { OCR_CAPACITY } else { 0 };
                 if argument & 0x00FF_8000 == 0 {
-                    return Some((Reply::Unchecked(OCR), Transfer::None));
+                    return Some((Reply::Unchecked(OCR | capacity), Transfer::None));
                 }
                 let until = *self.powering_up_until_ns.get_or_insert(now_ns + POWER_UP_NS);
                 if now_ns < until {
-                    return Some((Reply::Unchecked(OCR & 0x00FF_8000), Transfer::None));
+                    return Some((Reply::Unchecked(OCR), Transfer::None));
                 }
                 self.state = State::Ready;
-                (Reply::Unchecked(OCR | OCR_POWER_UP_DONE), Transfer::None)
+                (Reply::Unchecked(OCR | capacity | OCR_POWER_UP_DONE), Transfer::None)
             }
             (6, State::Transfer) => {
                 self.wide = argument & 3 == 2;
@@ -351,82 +397,16 @@ impl SdCard {
                 bytes[8] = 0x04; // class 10
                 self.register(now_ns, bytes)
             }
-            // SCR, section 5.6: version 3.0x, 1 and 4 bit bus, CMD23 not supported.
-            (51, State::Transfer) => self.register(now_ns, vec![0x02, 0x35, 0x80, 0, 0, 0, 0, 0]),
+            (51, State::Transfer) => self.register(now_ns, registers::scr(&self.traits)),
             (23 | 42, State::Transfer) => (Reply::Short(self.status(now_ns) | APP_CMD), Transfer::None),
             _ => return None,
         })
     }
 
-    /// CSD version 2.0 (section 5.3.3): size in units of 512 KiB, 25 MHz, 512-byte blocks.
     fn csd(&self) -> [u32; 4] {
-        let size = (self.content.len() / (512 * 1024)) as u32 - 1;
-        let protect = u32::from(self.traits.is_protected) << 12;
-        [0x400E_0032, 0x5B59_0000 | size >> 16, (size & 0xFFFF) << 16 | 0x7F80, 0x0A40_0001 | protect]
-    }
-
-    /// The next block of a transfer to the host, `length` bytes. `None` when the card has nothing to send.
-    pub fn read(&mut self, length: usize) -> Option<Vec<u8>> {
-        if self.state != State::Data {
-            return None;
-        }
-        match &mut self.stream {
-            Stream::Idle => None,
-            Stream::Register(bytes) => {
-                let mut bytes = bytes.clone();
-                bytes.resize(length, 0);
-                Some(bytes)
-            }
-            Stream::Memory { block, .. } => {
-                let start = *block as usize * BLOCK;
-                Some(self.content.get(start..start + length)?.to_vec())
-            }
-        }
-    }
-
-    /// The block that [`Self::read`] gave is on the bus with its checksum. Until then the card is in its data
-    /// state, and a transfer can be stopped.
-    pub fn block_sent(&mut self) {
-        if self.state != State::Data {
-            return;
-        }
-        if let Stream::Memory { block, endless: true } = &mut self.stream {
-            *block += 1;
-        } else {
-            self.stream = Stream::Idle;
-            self.state = State::Transfer;
-        }
-    }
-
-    /// Takes the next block from the host. False when the card expects none or it would not fit.
-    pub fn write(&mut self, now_ns: u64, bytes: &[u8]) -> bool {
-        let Stream::Memory { block, endless } = &mut self.stream else { return false };
-        if self.state != State::Receive {
-            return false;
-        }
-        let start = *block as usize * BLOCK;
-        let Some(place) = self.content.get_mut(start..start + bytes.len()) else { return false };
-        if self.traits.is_protected {
-            // Section 4.3.4: it takes the data and drops them.
-            self.has_refused = true;
-        } else {
-            place.copy_from_slice(bytes);
-            if let Some(log) = &mut self.log {
-                log.push(BlockWrite { at_ns: now_ns, block: *block, bytes: bytes.to_vec() });
-            }
-        }
-        *block += 1;
-        self.busy_until_ns = now_ns + self.traits.programming_ns;
-        if !*endless {
-            self.stream = Stream::Idle;
-            self.state = State::Program;
-        }
-        true
+        registers::csd(&self.traits, self.claimed(), self.high_speed)
     }
 }
-
-/// Card identification (section 5.2): an invented maker.
-const CID: [u32; 4] = [0x7656_4C56, 0x454C_5654, 0x1000_0001, 0x0101_8A01];
 
 #[cfg(test)]
 mod tests;

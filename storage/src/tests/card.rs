@@ -10,7 +10,7 @@ use crate::CardStorage;
 use crate::ram::{RamCard, Standing};
 use machine::ports::Storage as _;
 
-pub type Mounted = CardStorage<RamCard, Standing>;
+pub type Mounted = CardStorage<'static, RamCard, Standing>;
 
 /// A card as the checker wants it.
 pub struct Card(pub RamCard);
@@ -39,7 +39,7 @@ pub fn fat32() -> RamCard {
 }
 
 pub fn mounted(card: &RamCard) -> Mounted {
-    let mut storage = CardStorage::new(card.clone(), Standing);
+    let mut storage = CardStorage::new(card.clone(), Standing, Box::leak(Box::default()));
     storage.mount().unwrap();
     storage
 }

@@ -96,7 +96,7 @@ fn run(card: RamCard, damage: &[Damage], calls: &[(usize, usize, u8)]) {
     }
     let card = card.powered_for(None);
     card.expect_no_more_reads_than(2_000_000);
-    let mut storage = crate::CardStorage::new(card, Standing);
+    let mut storage = crate::CardStorage::new(card, Standing, Box::leak(Box::default()));
     if storage.mount().is_ok() {
         exercise(&mut storage, calls);
         let _may_fail = storage.mount();
@@ -134,7 +134,7 @@ fn a_damaged_boot_sector_ends_in_an_error_or_a_volume() {
                 boot[at] = byte;
                 card.set_volume_block(0, boot);
                 card.expect_no_more_reads_than(2_000_000);
-                let mut storage = crate::CardStorage::new(card, Standing);
+                let mut storage = crate::CardStorage::new(card, Standing, Box::leak(Box::default()));
                 let mounted = storage.mount();
                 let text: String = format!("{at} {byte} {mounted:?}");
                 assert!(mounted.is_err() || storage.list("/sd", 0, &mut heapless::Vec::new()).is_ok(), "{text}");

@@ -14,6 +14,7 @@
 //! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; drivers of other projects for this block |
 //! | a command goes out while DTEN is set, and is a complaint | drivers of others, against 58.10.4 |
 //! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
+//! | a bus faster than the card may have it damages all data, and is a complaint | SD PL 6.00, 6.6.6 and 6.6.7 |
 //! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |
 //!
 //! Left out: boot mode, SDIO (interrupts, read wait, suspend), voltage switching, and the data transfer modes
@@ -144,6 +145,11 @@ impl Sdmmc {
         self.card.as_ref()
     }
 
+    /// The same, for what is to go wrong with it.
+    pub const fn card_mut(&mut self) -> Option<&mut SdCard> {
+        self.card.as_mut()
+    }
+
     /// Puts a card into the slot, or takes it out, at any time: a block under way arrives damaged.
     pub fn insert(&mut self, card: Option<SdCard>) {
         self.card = card;
@@ -152,11 +158,15 @@ impl Sdmmc {
         }
     }
 
+    /// The clock of the bus: the kernel's over twice CLKDIV, or the kernel's (58.10.2).
+    fn hz(&self, file: &RegisterFile) -> u64 {
+        let divider = (file.get(Register::Clkcr) & 0x3FF) * 2;
+        (self.kernel_hz.max(1) / divider.max(1)).max(1)
+    }
+
     /// Time of this many clocks of the bus, nanoseconds.
     fn clocks(&self, count: u64, file: &RegisterFile) -> u64 {
-        let divider = (file.get(Register::Clkcr) & 0x3FF) * 2;
-        let hz = (self.kernel_hz.max(1) / divider.max(1)).max(1);
-        u64::try_from(u128::from(count) * 1_000_000_000 / u128::from(hz)).unwrap_or(u64::MAX)
+        u64::try_from(u128::from(count) * 1_000_000_000 / u128::from(self.hz(file))).unwrap_or(u64::MAX)
     }
 
     fn schedule_clocks(&self, count: u64, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
@@ -181,6 +191,11 @@ impl Sdmmc {
     /// Card and controller use the same data lines: otherwise no checksum is ever right.
     fn lines_agree(&self, file: &RegisterFile) -> bool {
         self.card.as_ref().is_some_and(|card| Self::lines(file) == if card.is_wide() { 4 } else { 1 })
+    }
+
+    /// What goes over the data lines arrives as it was sent.
+    fn arrives_intact(&self, file: &RegisterFile) -> bool {
+        self.lines_agree(file) && self.card.as_ref().is_some_and(|card| card.is_clean_at(self.hz(file)))
     }
 
     fn block_bytes(file: &RegisterFile) -> u64 {

@@ -10,7 +10,7 @@ use storage::ram::{RamCard, Standing};
 
 use super::*;
 
-type Board = CardStorage<RamCard, Standing>;
+type Board = CardStorage<'static, RamCard, Standing>;
 
 #[derive(Clone, Debug)]
 enum Call {
@@ -92,7 +92,7 @@ fn board() -> Board {
     let mut image = Cursor::new(vec![0; 4_400 * 512]);
     let options = fatfs::FormatVolumeOptions::new().fat_type(fatfs::FatType::Fat16).bytes_per_cluster(512);
     fatfs::format_volume(&mut image, options).unwrap();
-    let mut board = CardStorage::new(RamCard::new(image.into_inner()), Standing);
+    let mut board = CardStorage::new(RamCard::new(image.into_inner()), Standing, Box::leak(Box::default()));
     Storage::mount(&mut board).unwrap();
     board
 }

@@ -65,6 +65,17 @@ impl Sdmmc {
         if now_ns < self.powered_ns {
             context.tell("CMDR", "RM0399 SDMMC: a command in the first 74 clocks after power-on");
         }
+        let most_hz = self.card.as_ref().map_or(u64::MAX, SdCard::highest_hz);
+        if self.hz(file) > most_hz {
+            context.tell(
+                "CLKCR",
+                match most_hz {
+                    400_000 => "SD PL 6.00 section 6.6.6: the card is identified with more than 400 kHz",
+                    25_000_000 => "SD PL 6.00 section 6.6.6: more than 25 MHz, and high speed was not set",
+                    _ => "SD PL 6.00 section 6.6.7: more than 50 MHz",
+                },
+            );
+        }
         let sent_ns = now_ns.max(self.powered_ns) + self.clocks(SHORT_BITS, file);
         let event = context.schedule(VirtualNanos(sent_ns));
         let argument = file.get(Register::Argr) as u32;
@@ -128,6 +139,7 @@ impl Sdmmc {
                 self.status |= flag::CTIMEOUT;
                 return;
             }
+            Reply::Damaged => ([0; 4], false),
             Reply::Short(word) => ([word, 0, 0, 0], true),
             // R3 has no checksum: an error for a controller asked to check one.
             Reply::Unchecked(word) => ([word, 0, 0, 0], command.awaits() == 2),

@@ -5,14 +5,10 @@ use std::collections::VecDeque;
 use rigless::device::{DeviceContext, RegisterFile};
 use rigless::soc::Width;
 use rigless::time::{EventId, VirtualNanos};
-use sim::models::sd_card::Transfer;
+use sim::models::sd_card::{SdCard, Transfer};
 
 use super::{Data, FIFO_WORDS, Sdmmc, flag, idma};
 
-/// Access time of the card before the first and between further blocks, in nanoseconds: SD cards allow up to
-/// 100 ms, good ones take some hundred microseconds for the first.
-const FIRST_BLOCK_NS: u64 = 200_000;
-const NEXT_BLOCK_NS: u64 = 5_000;
 /// Clocks of a block beside its data: a start bit before them, the checksum and an end bit after them.
 const START_CLOCKS: u64 = 1;
 const END_CLOCKS: u64 = 17;
@@ -55,8 +51,9 @@ impl Sdmmc {
     pub(super) fn follow_receive(&mut self, _file: &RegisterFile, context: &mut DeviceContext<'_>) {
         if self.transfer == Transfer::Read
             && let Data::WaitReceive { start, .. } = &mut self.data
+            && let Some(card) = &mut self.card
         {
-            *start = Some(context.schedule(VirtualNanos(context.now().0 + FIRST_BLOCK_NS)));
+            *start = Some(context.schedule(VirtualNanos(context.now().0 + card.access_ns())));
         }
     }
 
@@ -80,7 +77,7 @@ impl Sdmmc {
     /// The card's start bit, if it still has something to send.
     fn begin_block(&mut self, file: &RegisterFile, context: &mut DeviceContext<'_>) {
         let bytes = Self::block_bytes(file);
-        let intact = self.lines_agree(file);
+        let intact = self.arrives_intact(file) && !self.card.as_mut().is_some_and(SdCard::damages_block);
         let Some(block) = self.card.as_mut().and_then(|card| card.read(bytes as usize)) else { return };
         let words = block.chunks(4).map(|chunk| {
             let mut word = [0; 4];
@@ -200,7 +197,8 @@ impl Sdmmc {
         if !intact {
             self.fail(flag::DCRCFAIL);
         } else if self.remaining > 0 {
-            self.wait_receive(Some(NEXT_BLOCK_NS), file, context);
+            let next_ns = self.card.as_ref().map(SdCard::next_ns);
+            self.wait_receive(next_ns, file, context);
         } else if self.fifo.is_empty() {
             self.complete(file);
         } else {

@@ -117,7 +117,7 @@ impl Sdmmc {
 
     fn end_of_sending(&mut self, mut outgoing: Outgoing, file: &RegisterFile, context: &mut DeviceContext<'_>) {
         outgoing.bytes.truncate(outgoing.length as usize);
-        let whole = outgoing.bytes.len() as u64 == outgoing.length && self.lines_agree(file);
+        let whole = outgoing.bytes.len() as u64 == outgoing.length && self.arrives_intact(file);
         let now_ns = context.now().0;
         let taken = whole && self.card.as_mut().is_some_and(|card| card.write(now_ns, &outgoing.bytes));
         if !taken {

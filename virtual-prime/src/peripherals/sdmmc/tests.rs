@@ -358,3 +358,72 @@ fn the_fifo_is_closed_while_the_data_path_is_idle() {
     assert_eq!(bench.read(Register::Fifor), 0);
     assert_eq!(bench.status() & (flag::RXFIFOE | flag::TXFIFOE | flag::TXFIFOHE), 0);
 }
+
+/// CLKDIV 2: 50 MHz.
+const FAST: u64 = 2 | 1 << 14;
+
+/// CMD6: high speed.
+fn switch(bench: &mut Bench) {
+    bench.write(Register::Dlenr, 64);
+    bench.write(Register::Dctrl, 6 << 4 | DTDIR);
+    bench.start(6, 0x80FF_FFF1, SHORT | CMDTRANS);
+    for _ in 0..16 {
+        while bench.status() & flag::RXFIFOE != 0 {
+            bench.run(1);
+        }
+        bench.read(Register::Fifor);
+    }
+    bench.run_until(flag::DATAEND | ERRORS);
+}
+
+/// A block through the FIFO at this clock: how long the words take, ns, and how it ends.
+fn timed_block(bench: &mut Bench, clock: u64) -> (u64, u64) {
+    bench.write(Register::Clkcr, clock | HWFC_EN);
+    bench.transfer(17, 0, 1, DTDIR);
+    while bench.status() & flag::RXFIFOE != 0 {
+        bench.run_ns(20);
+    }
+    let began_ns = bench.now_ns;
+    for _ in 0..128 {
+        while bench.status() & flag::RXFIFOE != 0 {
+            bench.run_ns(20);
+        }
+        bench.read(Register::Fifor);
+    }
+    let took_ns = bench.now_ns - began_ns;
+    bench.run_until(ERRORS | flag::DATAEND);
+    (took_ns, bench.status() & (ERRORS | flag::DATAEND))
+}
+
+#[test]
+fn a_faster_bus_takes_less_time_once_the_card_is_set_to_high_speed() {
+    let mut bench = Bench::new(FOUR_LINES);
+    assert_eq!(timed_block(&mut bench, FOUR_LINES), (127 * 8 * 40, flag::DATAEND));
+    // Before, everything arrives damaged.
+    assert_eq!(timed_block(&mut bench, FAST).1, flag::DCRCFAIL);
+    bench.command(12, 0, SHORT | CMDSTOP);
+    bench.write(Register::Clkcr, FOUR_LINES | HWFC_EN);
+    switch(&mut bench);
+    assert_eq!(timed_block(&mut bench, FAST), (127 * 8 * 20, flag::DATAEND));
+}
+
+#[test]
+fn an_answer_that_arrives_damaged_is_told() {
+    let mut bench = Bench::new(FOUR_LINES);
+    bench.slot.model.card_mut().expect("a card").trouble().damaged_answers = 1;
+    bench.start(13, 0x5A51_0000, SHORT);
+    assert_eq!(bench.run_until(flag::CMDREND | flag::CCRCFAIL | flag::CTIMEOUT), 48 + 8 + 48);
+    assert_eq!(bench.status() & (flag::CMDREND | flag::CCRCFAIL), flag::CCRCFAIL);
+}
+
+/// PL 6.00 section 4.6.2.1: a card may take 100 ms to its first block.
+#[test]
+fn a_card_that_takes_its_time_is_waited_for_as_long_as_the_timer_says() {
+    let mut bench = Bench::new(FOUR_LINES | HWFC_EN);
+    bench.slot.model.card_mut().expect("a card").trouble().slow_reads = (20_000_000, 1);
+    bench.transfer(17, 0, 1, DTDIR);
+    bench.run_ns(20_000_000);
+    assert_eq!(bench.status() & (flag::RXFIFOE | ERRORS), flag::RXFIFOE);
+    bench.run_ns(300_000);
+    assert_eq!(bench.status() & (flag::RXFIFOE | ERRORS), 0);
+}

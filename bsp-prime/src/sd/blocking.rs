@@ -1,0 +1,106 @@
+//! The card by calls that wait.
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
+use drivers::fat::Blocks;
+use drivers::sd::{Block, CardInfo, Read, SdError, State};
+use stm32h7xx_hal::pac;
+
+use super::{CardService, Controller};
+use crate::time;
+
+/// Where the service lives: DTCM is for what steps wait for.
+struct Home(UnsafeCell<MaybeUninit<CardService>>);
+
+// SAFETY: it is reached through the one reference that `into_service` gives.
+unsafe impl Sync for Home {}
+
+#[unsafe(link_section = ".axisram")]
+static HOME: Home = Home(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// A card, waited for. Each call ends within some seconds at worst, as every command has its bound.
+pub struct SdCard(CardService);
+
+impl SdCard {
+    pub(crate) fn new(registers: pac::SDMMC1) -> Self {
+        Self(CardService::new(Controller::new(registers)))
+    }
+
+    /// The same as a service, moved on by the controller's interrupt.
+    #[must_use]
+    pub fn into_service(self) -> &'static mut CardService {
+        // SAFETY: there is one controller, so one card, and this takes it: nobody else has a reference.
+        unsafe { (*HOME.0.get()).write(self.0) }
+    }
+
+    /// Finds the card; again after a change of cards. Some milliseconds, with a card that is slow to start
+    /// up to a second.
+    ///
+    /// # Errors
+    /// [`SdError`].
+    pub fn identify(&mut self) -> Result<CardInfo, SdError> {
+        self.0.identify();
+        loop {
+            self.0.advance(time::now().0);
+            match self.0.state() {
+                State::Ready(card) => return Ok(card),
+                State::Absent(error) => return Err(error),
+                State::Identifying => {}
+            }
+        }
+    }
+
+    /// Reads a block.
+    ///
+    /// # Errors
+    /// [`SdError`].
+    pub fn read(&mut self, number: u32, block: &mut Block) -> Result<(), SdError> {
+        while self.0.read(number, block)? == Read::NotYet {
+            self.0.advance(time::now().0);
+        }
+        Ok(())
+    }
+
+    /// Writes a block, and waits until it is on the card.
+    ///
+    /// # Errors
+    /// [`SdError`].
+    pub fn write(&mut self, number: u32, block: &Block) -> Result<(), SdError> {
+        while !self.0.write(number, block)? {
+            self.0.advance(time::now().0);
+        }
+        loop {
+            self.0.advance(time::now().0);
+            match self.0.is_kept() {
+                Ok(true) => return Ok(()),
+                Ok(false) => {}
+                Err(error) => {
+                    self.0.forgive();
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    /// How many blocks the card says it has.
+    #[must_use]
+    pub const fn blocks(&self) -> Option<u32> {
+        match self.0.state() {
+            State::Ready(card) => Some(card.blocks),
+            _ => None,
+        }
+    }
+}
+
+impl Blocks for SdCard {
+    type Error = SdError;
+
+    fn read(&mut self, number: u32, block: &mut Block) -> Result<(), SdError> {
+        Self::read(self, number, block)
+    }
+
+    fn write(&mut self, number: u32, block: &Block) -> Result<(), SdError> {
+        Self::write(self, number, block)
+    }
+}

@@ -1,0 +1,175 @@
+//! What is read ahead for one reader, in the order in which he wants it.
+
+use super::{AHEAD_BLOCKS, AHEAD_SLOT};
+
+/// Consecutive blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The first one's number.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// Runs that can wait.
+const RUNS: usize = 8;
+
+/// Blocks at hand, and runs that come next.
+#[derive(Clone, Debug)]
+pub(super) struct Ahead {
+    numbers: [u32; AHEAD_BLOCKS],
+    /// The oldest block at hand; so many follow, of which the last `coming` are still on the bus.
+    first: usize,
+    count: usize,
+    coming: usize,
+    runs: [Run; RUNS],
+    waiting: usize,
+    /// Blocks that are on the bus are nobody's any more.
+    is_stale: bool,
+    /// The next one cannot be read; who wants it hears why.
+    has_failed: bool,
+}
+
+impl Ahead {
+    pub const fn new() -> Self {
+        Self {
+            numbers: [0; AHEAD_BLOCKS],
+            first: 0,
+            count: 0,
+            coming: 0,
+            runs: [Run { first: 0, count: 0 }; RUNS],
+            waiting: 0,
+            is_stale: false,
+            has_failed: false,
+        }
+    }
+
+    fn number(&self, nth: usize) -> u32 {
+        self.numbers.get((self.first + nth) % AHEAD_BLOCKS).copied().unwrap_or(0)
+    }
+
+    const fn slot(&self, nth: usize) -> usize {
+        AHEAD_SLOT + (self.first + nth) % AHEAD_BLOCKS
+    }
+
+    const fn at_hand(&self) -> usize {
+        self.count - self.coming
+    }
+
+    /// Blocks that could be read on.
+    pub const fn room(&self) -> usize {
+        AHEAD_BLOCKS - self.count
+    }
+
+    /// Whether somebody is followed.
+    pub const fn is_used(&self) -> bool {
+        self.count > 0 || self.waiting > 0
+    }
+
+    /// Whether there is room for another run.
+    pub const fn takes_run(&self) -> bool {
+        self.waiting < RUNS
+    }
+
+    /// Takes a run that comes next; false without room.
+    pub fn follow(&mut self, run: Run) -> bool {
+        if run.count == 0 {
+            return true;
+        }
+        if let Some(last) = self.waiting.checked_sub(1).and_then(|last| self.runs.get_mut(last))
+            && last.first.checked_add(last.count) == Some(run.first)
+        {
+            last.count = last.count.saturating_add(run.count);
+            return true;
+        }
+        let Some(free) = self.runs.get_mut(self.waiting) else { return false };
+        *free = run;
+        self.waiting += 1;
+        true
+    }
+
+    /// Nobody is followed any more.
+    pub const fn forget(&mut self) {
+        self.is_stale = self.coming > 0;
+        (self.first, self.count, self.waiting, self.has_failed) = (0, self.coming, 0, false);
+        // Blocks on the bus keep their slots until they have come.
+    }
+
+    /// The slot of a block at hand. What comes before it is not wanted any more.
+    pub fn take(&mut self, number: u32) -> Option<usize> {
+        let nth = self.position(number)?;
+        self.first = (self.first + nth) % AHEAD_BLOCKS;
+        self.count -= nth;
+        Some(self.slot(0))
+    }
+
+    fn position(&self, number: u32) -> Option<usize> {
+        if self.is_stale {
+            return None;
+        }
+        (0..self.at_hand()).find(|nth| self.number(*nth) == number)
+    }
+
+    /// The slot of a block at hand, which stays.
+    pub fn find(&self, number: u32) -> Option<usize> {
+        self.position(number).map(|nth| self.slot(nth))
+    }
+
+    /// Whether a block is on its way.
+    pub fn brings(&self, number: u32) -> bool {
+        let within = |run: &Run| number.checked_sub(run.first).is_some_and(|offset| offset < run.count);
+        let comes = !self.is_stale && (self.at_hand()..self.count).any(|nth| self.number(nth) == number);
+        comes || !self.has_failed && self.runs.iter().take(self.waiting).any(within)
+    }
+
+    /// The next blocks to read, at most so many, in consecutive slots; and the first slot.
+    pub fn next(&self, most: usize) -> Option<(Run, usize)> {
+        if self.waiting == 0 || self.coming > 0 || self.has_failed {
+            return None;
+        }
+        let run = self.runs.first()?;
+        let behind = (self.first + self.count) % AHEAD_BLOCKS;
+        let room = (AHEAD_BLOCKS - self.count).min(AHEAD_BLOCKS - behind).min(most);
+        let count = run.count.min(room as u32);
+        (count > 0).then_some((Run { first: run.first, count }, AHEAD_SLOT + behind))
+    }
+
+    /// Whether more is to come where this run ends: with some patience it is a longer one.
+    pub fn has_longer(&self, run: Run) -> bool {
+        self.runs.first().is_some_and(|first| first.count > run.count)
+    }
+
+    /// They are on the bus from now on.
+    pub fn begin(&mut self, run: Run) {
+        for number in run.first..run.first + run.count {
+            let place = (self.first + self.count) % AHEAD_BLOCKS;
+            if let Some(free) = self.numbers.get_mut(place) {
+                *free = number;
+            }
+            self.count += 1;
+        }
+        self.coming = run.count as usize;
+        let Some(next) = self.runs.first_mut() else { return };
+        *next = Run { first: next.first + run.count, count: next.count - run.count };
+        if next.count == 0 {
+            self.runs.rotate_left(1);
+            self.waiting -= 1;
+        }
+    }
+
+    /// They have come, or never will.
+    pub const fn finish(&mut self, has_come: bool) {
+        if self.is_stale {
+            (self.is_stale, self.first, self.count) = (false, 0, 0);
+        } else if !has_come {
+            self.count -= self.coming;
+            self.has_failed = true;
+        }
+        self.coming = 0;
+    }
+
+    /// The slot of a block at hand or on the bus.
+    pub fn slot_of_any(&self, number: u32) -> Option<usize> {
+        (0..self.count).find(|nth| self.number(*nth) == number).map(|nth| self.slot(nth))
+    }
+}

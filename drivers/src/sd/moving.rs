@@ -1,0 +1,206 @@
+//! One transfer of blocks with the commands around it, tried again where it errs.
+
+use super::error::SdError;
+use super::host::{Command, Direction, Fault, Host, Place, Progress, Transfer};
+use super::registers::{CardInfo, refusal, status};
+
+/// A transfer is tried so often.
+pub(super) const ATTEMPTS: u8 = 4;
+/// A card is given a second after its 250 ms or 500 ms (PL 6.00 section 4.6.2): more is no card any more.
+const LIMIT_US: u64 = 1_200_000;
+/// A card that answers one of so many commands in a row has not gone.
+const ALIVE_TRIES: u8 = 3;
+
+/// What is moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Move {
+    pub direction: Direction,
+    pub first: u32,
+    pub count: u32,
+    pub place: Place,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The command, and the data.
+    Data,
+    /// CMD12 behind several blocks.
+    Stop,
+    /// The card programs.
+    Busy,
+    /// CMD13: how it went.
+    Status,
+    /// After an error: CMD12, whose answer does not matter,
+    Cut,
+    /// the end of what the card does,
+    Settle,
+    /// and CMD13: whether it is there, and waits for commands.
+    Alive,
+}
+
+/// A transfer under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moving {
+    pub what: Move,
+    stage: Stage,
+    since_us: u64,
+    pub attempt: u8,
+    tries: u8,
+    /// Error bits of the answers since something went wrong.
+    told: u32,
+    error: SdError,
+    has_begun: bool,
+    /// Something arrived damaged: the bus may be too fast.
+    pub is_damaged: bool,
+}
+
+/// What has become of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Moved {
+    /// It goes on.
+    Not,
+    /// All of it.
+    Yes,
+    /// It begins anew.
+    Again,
+    /// The last attempt has failed; the card is there.
+    Failed(SdError),
+    /// The card is gone.
+    Gone(SdError),
+}
+
+impl Moving {
+    pub const fn new(what: Move) -> Self {
+        Self {
+            what,
+            stage: Stage::Data,
+            since_us: 0,
+            attempt: 1,
+            tries: 0,
+            told: 0,
+            error: SdError::Host,
+            has_begun: false,
+            is_damaged: false,
+        }
+    }
+
+    const fn index(&self) -> u8 {
+        match (self.what.direction, self.what.count) {
+            (Direction::FromCard, 1) => 17,
+            (Direction::FromCard, _) => 18,
+            (Direction::ToCard, 1) => 24,
+            (Direction::ToCard, _) => 25,
+        }
+    }
+
+    fn enter(&mut self, stage: Stage, card: &CardInfo, host: &mut impl Host, now_us: u64) {
+        (self.stage, self.since_us) = (stage, now_us);
+        match stage {
+            Stage::Data => {
+                let Move { direction, first, count, place } = self.what;
+                let data = Transfer { direction, blocks: count, block_bytes: super::BLOCK_BYTES as u16, place };
+                host.begin(Command::new(self.index(), card.address_of(first)), Some(data));
+            }
+            Stage::Stop | Stage::Cut => host.begin(Command::new(12, 0), None),
+            Stage::Status | Stage::Alive => host.begin(Command::new(13, card.relative_address), None),
+            Stage::Busy | Stage::Settle => {}
+        }
+    }
+
+    /// Goes on as far as it can without waiting.
+    pub fn advance(&mut self, card: &CardInfo, host: &mut impl Host, now_us: u64) -> Moved {
+        if !core::mem::replace(&mut self.has_begun, true) {
+            self.enter(Stage::Data, card, host, now_us);
+        }
+        loop {
+            let is_late = now_us.saturating_sub(self.since_us) > LIMIT_US;
+            let next = match self.stage {
+                Stage::Busy if host.is_held_busy() && !is_late => return Moved::Not,
+                Stage::Busy if is_late => self.fail(SdError::StaysBusy(self.index())),
+                Stage::Busy if self.what.direction == Direction::FromCard => return Moved::Yes,
+                Stage::Busy => Stage::Status,
+                Stage::Settle if host.is_held_busy() => {
+                    if is_late {
+                        return Moved::Gone(self.error);
+                    }
+                    return Moved::Not;
+                }
+                Stage::Settle => Stage::Alive,
+                _ => match host.progress() {
+                    Progress::Busy if !is_late => return Moved::Not,
+                    Progress::Busy => match self.after(Err(Fault::TooLate), host) {
+                        Ok(next) => next,
+                        Err(ended) => return ended,
+                    },
+                    Progress::Done => match self.after(Ok(()), host) {
+                        Ok(next) => next,
+                        Err(ended) => return ended,
+                    },
+                    Progress::Failed(fault) => match self.after(Err(fault), host) {
+                        Ok(next) => next,
+                        Err(ended) => return ended,
+                    },
+                },
+            };
+            self.enter(next, card, host, now_us);
+        }
+    }
+
+    const fn fail(&mut self, error: SdError) -> Stage {
+        self.error = error;
+        (self.tries, self.told) = (0, 0);
+        Stage::Cut
+    }
+
+    /// What follows a command that has ended: another stage, or the end.
+    fn after(&mut self, done: Result<(), Fault>, host: &mut impl Host) -> Result<Stage, Moved> {
+        self.is_damaged |= matches!(done, Err(Fault::AnswerDamaged | Fault::DataDamaged));
+        let [answer, ..] = host.answer();
+        let bits = answer & status::ERRORS;
+        match (self.stage, done) {
+            (Stage::Cut, done) => {
+                self.told = if done.is_ok() { bits } else { 0 };
+                Ok(Stage::Settle)
+            }
+            (Stage::Alive, Ok(())) => Err(self.again(self.told | bits)),
+            (Stage::Alive, Err(Fault::NoAnswer)) => {
+                self.tries += 1;
+                if self.tries < ALIVE_TRIES { Ok(Stage::Alive) } else { Err(Moved::Gone(self.error)) }
+            }
+            // Something answers, and the bus may be too fast for it.
+            (Stage::Alive, Err(_)) => Err(self.again(self.told)),
+            (Stage::Stop, Err(fault)) => Ok(self.fail(SdError::of(fault, 12))),
+            (_, Err(fault)) => Ok(self.fail(SdError::of(fault, self.index()))),
+            // The answer of CMD12 tells of a read that ran on to the card's last block, which is none of
+            // ours.
+            (Stage::Stop, Ok(())) if bits & !status::OUT_OF_RANGE != 0 => {
+                Ok(self.fail(refusal(self.index(), bits & !status::OUT_OF_RANGE)))
+            }
+            (Stage::Data | Stage::Status, Ok(())) if bits != 0 => Ok(self.fail(refusal(self.index(), bits))),
+            (Stage::Data, Ok(())) if self.what.count > 1 => Ok(Stage::Stop),
+            (Stage::Data | Stage::Stop, Ok(())) => Ok(Stage::Busy),
+            _ => Err(Moved::Yes),
+        }
+    }
+
+    /// The card is there. What it refuses for good is not tried again.
+    fn again(&mut self, told: u32) -> Moved {
+        let error = match self.error {
+            // The status tells why.
+            SdError::Damaged(_) | SdError::StaysBusy(_) if told != 0 => refusal(self.index(), told),
+            error => error,
+        };
+        // What takes as long as that is not waited for so often.
+        let most = match error {
+            SdError::Protected | SdError::OutOfRange | SdError::Unreadable => 1,
+            SdError::StaysBusy(_) => ATTEMPTS / 2,
+            _ => ATTEMPTS,
+        };
+        if self.attempt >= most {
+            return Moved::Failed(error);
+        }
+        self.attempt += 1;
+        self.has_begun = false;
+        Moved::Again
+    }
+}

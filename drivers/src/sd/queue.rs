@@ -1,0 +1,97 @@
+//! Blocks on their way to the card, in the order in which they were written.
+
+use super::{QUEUE_BLOCKS, QUEUE_SLOT};
+
+/// A ring of block numbers; what is in the blocks lies in slots of the same places.
+#[derive(Clone, Debug)]
+pub(super) struct Queue {
+    numbers: [u32; QUEUE_BLOCKS],
+    /// The oldest.
+    first: usize,
+    count: usize,
+    /// Of the oldest, so many are on the bus.
+    sending: usize,
+}
+
+const fn slot(place: usize) -> usize {
+    QUEUE_SLOT + place % QUEUE_BLOCKS
+}
+
+impl Queue {
+    pub const fn new() -> Self {
+        Self { numbers: [0; QUEUE_BLOCKS], first: 0, count: 0, sending: 0 }
+    }
+
+    pub const fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub const fn room(&self) -> usize {
+        QUEUE_BLOCKS - self.count
+    }
+
+    fn number(&self, nth: usize) -> u32 {
+        self.numbers.get((self.first + nth) % QUEUE_BLOCKS).copied().unwrap_or(0)
+    }
+
+    /// The slot to write a block into, which is queued with that; `None` while there is no room. A block that
+    /// is the last one already is replaced.
+    pub fn push(&mut self, number: u32) -> Option<usize> {
+        if self.count > self.sending && self.number(self.count - 1) == number {
+            return Some(slot(self.first + self.count - 1));
+        }
+        if self.count == QUEUE_BLOCKS {
+            return None;
+        }
+        let place = (self.first + self.count) % QUEUE_BLOCKS;
+        if let Some(free) = self.numbers.get_mut(place) {
+            *free = number;
+        }
+        self.count += 1;
+        Some(slot(place))
+    }
+
+    /// Where a block is that waits: as it was written last.
+    pub fn find(&self, number: u32) -> Option<usize> {
+        (0..self.count).rev().find(|nth| self.number(*nth) == number).map(|nth| slot(self.first + nth))
+    }
+
+    /// The oldest blocks, of consecutive numbers and in consecutive slots, at most so many: the first one's
+    /// number, its slot, and how many there are. They are on the bus from now on.
+    pub fn begin(&mut self, most: usize) -> Option<(u32, usize, usize)> {
+        if self.count == 0 {
+            return None;
+        }
+        let number = self.number(0);
+        let most = most.min(self.count).min(QUEUE_BLOCKS - self.first);
+        let count = (1..most).take_while(|nth| number.checked_add(*nth as u32) == Some(self.number(*nth))).count() + 1;
+        self.sending = count;
+        Some((number, slot(self.first), count))
+    }
+
+    /// Those on the bus have arrived. The last one's number and slot: what is in it stays there until the
+    /// queue has come round.
+    pub fn finish(&mut self) -> (u32, usize) {
+        let last = self.sending.saturating_sub(1);
+        let arrived = (self.number(last), slot(self.first + last));
+        self.first = (self.first + self.sending) % QUEUE_BLOCKS;
+        self.count -= self.sending;
+        self.sending = 0;
+        arrived
+    }
+
+    /// Nothing of it is written any more.
+    pub const fn clear(&mut self) {
+        (self.count, self.sending) = (0, 0);
+    }
+
+    /// Gives each block within `first..first + count`, oldest first: how far it is from `first`, and its
+    /// slot.
+    pub fn each_within(&self, first: u32, count: u32, mut take: impl FnMut(u32, usize)) {
+        for nth in 0..self.count {
+            if let Some(offset) = self.number(nth).checked_sub(first).filter(|offset| *offset < count) {
+                take(offset, slot(self.first + nth));
+            }
+        }
+    }
+}

@@ -1,0 +1,434 @@
+//! The card for all its users: who may use it next, and what is known of it.
+
+use super::ahead::{Ahead, Run};
+use super::error::SdError;
+use super::groups::Groups;
+use super::host::{Block, Direction, Host, Place};
+use super::identify::Identify;
+use super::moving::{Move, Moving};
+use super::queue::Queue;
+use super::registers::CardInfo;
+
+mod going_on;
+
+/// Who asks for a quiet card asks again within this time; until then no write begins.
+const ASKED_US: u64 = 2_000;
+
+/// Whether there is a card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// None that can be used, and why.
+    Absent(SdError),
+    /// It is being found out.
+    Identifying,
+    /// This one.
+    Ready(CardInfo),
+}
+
+/// What became of a read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Read {
+    /// The block is there.
+    Done,
+    /// It has been asked for: ask again.
+    NotYet,
+}
+
+/// What somebody should hear of, once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A card was put in.
+    Inserted,
+    /// It has gone; whether what was to be written is lost with it.
+    Removed(SdError, bool),
+    /// A write has failed for good; what was written behind it is dropped.
+    WriteFailed(SdError),
+    /// Too much arrived damaged: the bus is slower from now on, Hz.
+    Slower(u32),
+}
+
+/// A transfer of the user that has the card for himself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lent {
+    /// None was begun.
+    Idle,
+    /// It goes on.
+    Busy,
+    /// All of it is done.
+    Done,
+    /// It has failed.
+    Failed(SdError),
+}
+
+/// What the card has done since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Blocks read.
+    pub reads: u32,
+    /// Blocks written.
+    pub writes: u32,
+    /// Transfers that were tried again.
+    pub repeated: u32,
+    /// Of these, because something arrived damaged.
+    pub damaged: u32,
+    /// The longest transfer that was read, us.
+    pub slowest_read_us: u32,
+    /// The longest that was written, us.
+    pub slowest_write_us: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    /// Into this group.
+    Group(usize),
+    Ahead,
+    Write,
+    /// What was written last, to be compared with this slot.
+    ReadBack(usize),
+    Lent,
+}
+
+#[derive(Clone, Debug)]
+enum Active {
+    Nothing,
+    Identify(Identify),
+    Move(Moving, Purpose, u64),
+    /// CMD13, so often.
+    Look(u8),
+}
+
+/// A card with its users.
+#[derive(Debug)]
+pub struct Service<H> {
+    host: H,
+    state: State,
+    active: Active,
+    queue: Queue,
+    ahead: Ahead,
+    groups: Groups,
+    /// A block that somebody wants to read.
+    wanted: Option<u32>,
+    /// One that could not be read.
+    unread: Option<(u32, SdError)>,
+    /// These could not be read together: each is read alone.
+    alone: Option<Run>,
+    /// Writes are kept back.
+    is_held: bool,
+    asked_until_us: u64,
+    /// Commands of reading ahead since the last write.
+    turns: u8,
+    /// What was written last: its number and its slot.
+    last_written: Option<(u32, usize)>,
+    write_failure: Option<SdError>,
+    untold: Untold,
+    now_us: u64,
+    /// When the card, or the slot, was looked at last.
+    looked_us: u64,
+    looks_by_itself: bool,
+    is_lent: bool,
+    lent: Option<Move>,
+    lent_is: Lent,
+    bus_hz: u32,
+    damaged: u32,
+    /// The card is to be identified as soon as nothing else goes on.
+    begins_anew: bool,
+    /// Nobody has asked for that.
+    is_found_by_itself: bool,
+    counters: Counters,
+}
+
+/// Events that nobody has heard of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Untold {
+    is_inserted: bool,
+    removed: Option<(SdError, bool)>,
+    write_failed: Option<SdError>,
+    slower: Option<u32>,
+}
+
+impl<H: Host> Service<H> {
+    /// Of no card yet: see [`identify`](Self::identify).
+    pub const fn new(host: H) -> Self {
+        Self {
+            host,
+            state: State::Absent(SdError::NoCard),
+            active: Active::Nothing,
+            queue: Queue::new(),
+            ahead: Ahead::new(),
+            groups: Groups::new(),
+            wanted: None,
+            unread: None,
+            alone: None,
+            is_held: false,
+            asked_until_us: 0,
+            turns: 0,
+            last_written: None,
+            write_failure: None,
+            untold: Untold { is_inserted: false, removed: None, write_failed: None, slower: None },
+            now_us: 0,
+            looked_us: 0,
+            looks_by_itself: false,
+            is_lent: false,
+            lent: None,
+            lent_is: Lent::Idle,
+            bus_hz: 0,
+            damaged: 0,
+            begins_anew: false,
+            is_found_by_itself: false,
+            counters: Counters {
+                reads: 0,
+                writes: 0,
+                repeated: 0,
+                damaged: 0,
+                slowest_read_us: 0,
+                slowest_write_us: 0,
+            },
+        }
+    }
+
+    /// The host.
+    pub const fn host(&mut self) -> &mut H {
+        &mut self.host
+    }
+
+    // --- the card ---
+
+    /// Whether there is a card.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// What it has done.
+    pub const fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// The clock of its bus, Hz.
+    pub const fn bus_hz(&self) -> u32 {
+        self.bus_hz
+    }
+
+    /// Looks for a card anew. What was queued is lost: see [`is_kept`](Self::is_kept).
+    pub fn identify(&mut self) {
+        self.forget_all();
+        self.write_failure = None;
+        self.state = State::Identifying;
+        (self.begins_anew, self.is_found_by_itself) = (true, false);
+        self.damaged = 0;
+    }
+
+    /// From now on it looks for cards that are put in, and whether the one that is in is still there.
+    pub const fn look_by_itself(&mut self) {
+        self.looks_by_itself = true;
+    }
+
+    /// What nobody has heard of.
+    pub fn take_event(&mut self) -> Option<Event> {
+        let untold = &mut self.untold;
+        if let Some((error, loses)) = untold.removed.take() {
+            return Some(Event::Removed(error, loses));
+        }
+        if let Some(error) = untold.write_failed.take() {
+            return Some(Event::WriteFailed(error));
+        }
+        if core::mem::take(&mut untold.is_inserted) {
+            return Some(Event::Inserted);
+        }
+        untold.slower.take().map(Event::Slower)
+    }
+
+    // --- reading ---
+
+    /// Reads a block, or asks for it.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub fn read(&mut self, number: u32, block: &mut Block) -> Result<Read, SdError> {
+        self.check(number)?;
+        match self.unread {
+            // As often as it is asked for in a row.
+            Some((unread, error)) if unread == number => return Err(error),
+            _ => self.unread = None,
+        }
+        let at_hand = self.queue.find(number).or_else(|| self.ahead.find(number)).or_else(|| self.groups.find(number));
+        // Who reads on does not want what came before.
+        let _passed = self.ahead.take(number);
+        match at_hand {
+            Some(slot) => {
+                self.host.load(slot, block);
+                Ok(Read::Done)
+            }
+            None => {
+                if !self.ahead.brings(number) {
+                    self.wanted = Some(number);
+                }
+                Ok(Read::NotYet)
+            }
+        }
+    }
+
+    /// Whether a block can be read at once, or cannot be read at all. Asks for nothing.
+    pub fn is_at_hand(&mut self, number: u32) -> bool {
+        self.check(number).is_err()
+            || self.unread.is_some_and(|(unread, _)| unread == number)
+            || self.queue.find(number).is_some()
+            || self.ahead.find(number).is_some()
+            || self.groups.find(number).is_some()
+    }
+
+    /// Blocks that the reader who is followed wants next, behind those he was said to want before. False
+    /// while there is no room for another stretch.
+    pub fn follow(&mut self, run: Run) -> bool {
+        self.ahead.follow(run)
+    }
+
+    /// Whether [`follow`](Self::follow) has room.
+    pub const fn follows_more(&self) -> bool {
+        self.ahead.takes_run()
+    }
+
+    /// Nobody is followed any more, or somebody else.
+    pub const fn unfollow(&mut self) {
+        self.ahead.forget();
+    }
+
+    // --- writing ---
+
+    /// Queues a block to be written. False while there is no room.
+    ///
+    /// # Errors
+    /// Why it cannot be written, or that one before it could not.
+    pub fn write(&mut self, number: u32, block: &Block) -> Result<bool, SdError> {
+        let card = self.check(number)?;
+        if card.is_protected {
+            return Err(SdError::Protected);
+        }
+        if self.write_failure.is_some() {
+            return Err(SdError::WriteFailed);
+        }
+        let Some(slot) = self.queue.push(number) else { return Ok(false) };
+        self.host.store(slot, block);
+        // What is at hand is as it is going to be on the card.
+        for copy in [self.groups.find(number), self.ahead.slot_of_any(number)].into_iter().flatten() {
+            self.host.store(copy, block);
+        }
+        Ok(true)
+    }
+
+    /// Blocks that can be queued.
+    pub const fn room(&self) -> usize {
+        self.queue.room()
+    }
+
+    /// Keeps writes back, or lets them go.
+    pub const fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
+    /// Whether the card would answer a read at once, and there is room for so many blocks. Who asks has the
+    /// card kept free for him for two milliseconds.
+    pub fn is_ready(&mut self, room: usize) -> bool {
+        if !matches!(self.state, State::Ready(_)) || self.is_lent {
+            return self.state != State::Identifying;
+        }
+        if self.queue.room() < room {
+            return false;
+        }
+        let is_writing = self.is_writing();
+        // Once he has it, his own writes are not to wait.
+        self.asked_until_us = if is_writing { self.now_us + ASKED_US } else { 0 };
+        !is_writing
+    }
+
+    fn is_writing(&self) -> bool {
+        matches!(&self.active, Active::Move(moving, ..) if moving.what.direction == Direction::ToCard)
+    }
+
+    /// Whether everything that was written is on the card.
+    ///
+    /// # Errors
+    /// Why something is not.
+    pub const fn is_kept(&self) -> Result<bool, SdError> {
+        match self.write_failure {
+            Some(error) => Err(error),
+            None => Ok(self.queue.is_empty() && self.last_written.is_none()),
+        }
+    }
+
+    /// What was written and failed is known to who wrote it: writes are taken again.
+    pub const fn forgive(&mut self) {
+        self.write_failure = None;
+    }
+
+    // --- a user of its own ---
+
+    /// Gives the card to one user alone, until it is [taken back](Self::take_back). False while something
+    /// waits to be written.
+    ///
+    /// # Errors
+    /// Without a card, or when something could not be written.
+    pub fn lend(&mut self) -> Result<bool, SdError> {
+        if let State::Absent(error) = self.state {
+            return Err(error);
+        }
+        if !self.is_kept()? || self.state == State::Identifying {
+            return Ok(false);
+        }
+        (self.is_lent, self.lent, self.lent_is) = (true, None, Lent::Idle);
+        self.forget_all();
+        Ok(true)
+    }
+
+    /// The user has done: the card is everybody's again. What is under way is still carried out.
+    pub fn take_back(&mut self) {
+        self.is_lent = false;
+        self.lent = None;
+        self.lent_is = Lent::Idle;
+        self.forget_all();
+    }
+
+    /// Whether somebody has it for himself.
+    pub const fn is_lent(&self) -> bool {
+        self.is_lent
+    }
+
+    /// Begins to move blocks between the card and memory at this address, which the host's DMA must reach and
+    /// which stays the transfer's until it has ended.
+    ///
+    /// # Errors
+    /// When another one is under way, the card is not lent or not there, or has no such blocks.
+    pub fn begin(&mut self, direction: Direction, run: Run, address: u32) -> Result<(), SdError> {
+        let State::Ready(card) = self.state else { return Err(SdError::NoCard) };
+        if !self.is_lent || self.lent_is == Lent::Busy {
+            return Err(SdError::Lent);
+        }
+        if run.count == 0 || run.first.checked_add(run.count).is_none_or(|end| end > card.blocks) {
+            return Err(SdError::OutOfRange);
+        }
+        if direction == Direction::ToCard && card.is_protected {
+            return Err(SdError::Protected);
+        }
+        self.lent = Some(Move { direction, first: run.first, count: run.count, place: Place::Address(address) });
+        self.lent_is = Lent::Busy;
+        Ok(())
+    }
+
+    /// How far it is. Its end is told once.
+    pub fn lent(&mut self) -> Lent {
+        let is = self.lent_is;
+        if is != Lent::Busy {
+            self.lent_is = Lent::Idle;
+        }
+        is
+    }
+
+    fn check(&self, number: u32) -> Result<CardInfo, SdError> {
+        match self.state {
+            _ if self.is_lent => Err(SdError::Lent),
+            State::Ready(card) if number < card.blocks => Ok(card),
+            State::Ready(_) => Err(SdError::OutOfRange),
+            State::Absent(error) => Err(error),
+            State::Identifying => Err(SdError::NoCard),
+        }
+    }
+}

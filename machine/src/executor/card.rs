@@ -1,0 +1,130 @@
+//! Waiting for the card without keeping anybody waiting: everybody is served meanwhile.
+//!
+//! A card that writes may take a quarter of a second for a block. Whatever changes files comes here first;
+//! once the card is at rest its own reads are short, and its writes go into a queue.
+
+use program::Function;
+
+use super::Machine;
+use crate::files::safe_file::Draft;
+use crate::ports::{CardEvent, Ports, StorageError};
+use crate::sessions::Listing;
+use crate::wait::yield_once;
+
+/// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
+/// anybody: the change itself is told why.
+pub(super) async fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
+    while !machine.ports.is_ready() {
+        machine.serve();
+        yield_once().await;
+    }
+}
+
+/// Waits until all that was written is on the card.
+///
+/// # Errors
+/// Why something is not.
+pub(super) async fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    while !machine.ports.is_kept()? {
+        machine.serve();
+        yield_once().await;
+    }
+    Ok(())
+}
+
+/// A file that was written anew takes the place of the old one, and is on the card.
+///
+/// # Errors
+/// Those of the card; the file is the old one then.
+pub(super) async fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
+    at_rest(machine).await;
+    let mut replacing = draft.close(&mut machine.ports)?;
+    loop {
+        machine.serve();
+        yield_once().await;
+        at_rest(machine).await;
+        if replacing.step(&mut machine.ports)? {
+            return kept(machine).await;
+        }
+    }
+}
+
+/// Says what has happened to the card by itself, and finds the volume of one that was put in.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Some(event) = machine.ports.take_event() else { return };
+    match event {
+        CardEvent::Inserted => match machine.ports.mount() {
+            Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
+            // It is none of the machine's as long as a computer has it.
+            Err(StorageError::Lent) => {}
+            Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+        },
+        CardEvent::Removed { loses: false } => machine.announce(format_args!("// NOTICE the SD card was taken out\n")),
+        CardEvent::Removed { loses: true } => machine.announce(format_args!(
+            "WARNING: the SD card was taken out, or has failed, before all was written: the last changes are lost\n"
+        )),
+        CardEvent::WriteFailed(error) => machine.announce(format_args!(
+            "WARNING: the SD card could not be written, the last changes are lost: {}\n",
+            error.text()
+        )),
+        CardEvent::Slower(khz) => machine.announce(format_args!(
+            "// NOTICE much from the SD card arrives damaged, its bus is set to {}.{} MHz: clean its contacts\n",
+            khz / 1_000,
+            khz % 1_000 / 100
+        )),
+    }
+}
+
+/// Whether this function reads or changes files.
+pub(super) const fn is_used_by(function: Function) -> bool {
+    matches!(
+        function,
+        Function::SelectFile
+            | Function::StartFile
+            | Function::StartJob
+            | Function::Upload
+            | Function::RemoveFile
+            | Function::SaveSettings
+            | Function::LoadSettings
+            | Function::ForgetSettings
+            | Function::SaveGrid
+            | Function::LoadGrid
+            | Function::DeleteGrid
+            | Function::ListMeshes
+            | Function::UseGrid
+            | Function::Skew
+            | Function::GoOnWithJob
+    )
+}
+
+/// The same of a command of the console.
+pub(super) fn is_used_by_command(word: &str) -> bool {
+    matches!(
+        word,
+        "cat"
+            | "card"
+            | "rm"
+            | "mv"
+            | "mkdir"
+            | "cd"
+            | "ed"
+            | "upload"
+            | "play"
+            | "queue"
+            | "load"
+            | "config-load"
+            | "config-get"
+            | "config-set"
+            | "cp"
+            | "truncate"
+            | "md5sum"
+            | "abort"
+            | "check"
+    )
+}
+
+/// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is
+/// written.
+pub(super) const fn is_used_by_answer(listing: &Listing) -> bool {
+    matches!(listing, Listing::Directory { .. } | Listing::Transfer)
+}

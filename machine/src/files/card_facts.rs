@@ -1,0 +1,53 @@
+//! `card`: what the card is, how fast its bus is, what it has done, and how much of it is free.
+
+use core::fmt::Write as _;
+
+use heapless::String;
+
+use crate::executor::Hands;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::{CardFacts, FreeSpace, Ports};
+
+/// Bytes of a megabyte, as cards are sold.
+const MB: u64 = 1_000_000;
+
+/// `card`
+pub(crate) async fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused("no SD card")) };
+    let CardFacts { kind, name, maker, blocks, bus_khz, is_protected, .. } = facts;
+    let name = core::str::from_utf8(&name).unwrap_or("?");
+    let mut size = String::<16>::new();
+    // Seven digits fit.
+    let _ = write!(size, "{}", u64::from(blocks) * 512 / MB);
+    hands.say(format_args!(
+        "{kind} {name} of maker {maker}: {size} MB, {}.{} MHz, 4 bits",
+        bus_khz / 1_000,
+        bus_khz % 1_000 / 100
+    ));
+    hands.say(format_args!("{}\n", if is_protected { ", write-protected" } else { "" }));
+    let CardFacts { reads, writes, repeated, damaged, slowest_read_us, slowest_write_us, .. } = facts;
+    hands.say(format_args!(
+        "blocks read {reads}, written {writes}; transfers repeated {repeated}, damaged {damaged}; the slowest read {} ms, \
+         write {} ms\n",
+        slowest_read_us / 1_000,
+        slowest_write_us / 1_000
+    ));
+    let mut free = FreeSpace::default();
+    loop {
+        hands.card_at_rest().await;
+        match hands.storage().count_free(&mut free) {
+            Ok(true) => break,
+            Ok(false) => hands.pause_anyway().await,
+            Err(error) => {
+                hands.say(format_args!("how much is free is not known: {}\n", error.text()));
+                return Ok(Answer::Ok);
+            }
+        }
+        if hands.stop_requested() {
+            return Ok(Answer::Ok);
+        }
+    }
+    let (left, all) = (free.bytes / MB, free.total_bytes / MB);
+    hands.say(format_args!("{left} MB free of {all} MB\n"));
+    Ok(Answer::Ok)
+}

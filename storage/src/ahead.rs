@@ -1,0 +1,56 @@
+//! What is read ahead: along the clusters of the file that is played, as far as the card has memory for it.
+
+use drivers::fat::Error;
+use drivers::sd::{AHEAD_BLOCKS, Run};
+use machine::ports::FileHandle;
+
+use crate::Card;
+use crate::lens::Lens;
+use crate::mounted::FileReader;
+
+/// The way ahead of a file's reader.
+pub(crate) struct Ahead {
+    pub file: FileHandle,
+    reader: FileReader,
+    /// The first byte that nobody was told of.
+    next: u32,
+}
+
+/// Looked up in one go at most: then the reader goes on first.
+const CLUSTERS: u32 = 16;
+
+impl Ahead {
+    /// From this offset on.
+    pub fn new(file: FileHandle, reader: FileReader, offset: u32) -> Self {
+        Self { file, reader, next: offset / 512 * 512 }
+    }
+
+    /// Whether it leads on from here, where the reader is.
+    pub fn leads_from(&self, offset: u32) -> bool {
+        offset <= self.next && self.next - offset <= 2 * FAR
+    }
+
+    /// Looks where the file goes on, and has that read, as far as it takes no waiting.
+    pub fn go_on<C: Card>(&mut self, offset: u32, lens: &mut Lens<C>) {
+        for _ in 0..CLUSTERS {
+            if self.next.saturating_sub(offset) > FAR {
+                return;
+            }
+            let Some(stretch) = lens.at_hand(|volume, device| match self.reader.stretch(volume, device, self.next) {
+                // What is damaged the reader finds out himself.
+                Err(Error::Device(_)) | Err(_) => None,
+                Ok(stretch) => stretch,
+            }) else {
+                return;
+            };
+            let (first, count) = stretch;
+            if !lens.card().follow(Run { first, count }) {
+                return;
+            }
+            self.next = self.next.saturating_add(count * 512);
+        }
+    }
+}
+
+/// So far ahead of its reader nothing more is looked for, in bytes: more than there is memory for.
+const FAR: u32 = 2 * AHEAD_BLOCKS as u32 * 512;

@@ -1,0 +1,90 @@
+//! Writing and closing files: what gathers, and what goes wrong.
+
+use embedded_sdmmc::{Error, TimeSource};
+use machine::ports::{FileHandle, Storage as _, StorageError};
+
+use super::{CardStorage, Content, Open};
+use crate::Card;
+use crate::errors::of_content;
+
+impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
+    /// Writes what has been gathered, of whatever file.
+    pub(super) fn settle_gathered(&mut self) -> Result<(), StorageError> {
+        let Some(file) = self.gathered.file() else { return Ok(()) };
+        let Ok(raw) = self.written_or_none(file) else { return Ok(()) };
+        let done = self.manager.write(raw, self.gathered.of(file));
+        self.gathered.forget();
+        self.wrote(file, done)
+    }
+
+    /// What became of a write of whole or last blocks.
+    pub(super) fn wrote(
+        &mut self,
+        file: FileHandle,
+        done: Result<(), Error<crate::Fault<C::Error>>>,
+    ) -> Result<(), StorageError> {
+        let Err(error) = done else { return Ok(()) };
+        if let Ok(written) = self.written(file) {
+            written.has_failed = true;
+        }
+        // A write that failed behind everybody's back is why.
+        self.is_kept()?;
+        match error {
+            Error::DiskFull | Error::NotEnoughSpace => Err(self.why_full()),
+            error => Err(of_content::<C>(error)),
+        }
+    }
+
+    pub(super) fn write_on(&mut self, file: FileHandle, mut bytes: &[u8]) -> Result<(), StorageError> {
+        let raw = self.written(file)?.raw;
+        if self.gathered.file().is_some_and(|other| other != file) {
+            // Its own error is told when it is written again, or closed.
+            let _other = self.settle_gathered();
+        }
+        // The last free cluster would be taken for an empty file and then lost, as finding no further one is
+        // an error there.
+        let is_empty = self.manager.file_length(raw).map_err(of_content::<C>)? == 0;
+        if is_empty && self.gathered.of(file).is_empty() && !self.names(|volume, device| volume.has_free(device, 2))? {
+            return Err(StorageError::Full);
+        }
+        while !bytes.is_empty() {
+            let offset = self.manager.file_offset(raw).map_err(of_content::<C>)?;
+            let Self { manager, gathered, .. } = self;
+            let (whole, taken) = gathered.take(file, offset, bytes);
+            if let Some(block) = whole {
+                let done = manager.write(raw, block);
+                gathered.forget();
+                self.wrote(file, done)?;
+            }
+            bytes = bytes.get(taken..).unwrap_or(&[]);
+        }
+        Ok(())
+    }
+
+    pub(super) fn close_content(&mut self, open: &Open) -> Result<(), StorageError> {
+        let Content::Written(written) = &open.content else { return Ok(()) };
+        let rest = self.gathered.of(open.handle);
+        let done = if rest.is_empty() { Ok(()) } else { self.manager.write(written.raw, rest) };
+        if !rest.is_empty() {
+            self.gathered.forget();
+        }
+        let has_failed = written.has_failed || done.is_err();
+        let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
+        let closed = if closed.is_err() { self.is_kept().map(drop).and(closed) } else { closed };
+        self.manager.device(|lens| lens.release(open.place));
+        if has_failed {
+            // As much as was written stays; the clusters that were taken for the rest are given back.
+            self.names(|volume, device| volume.trim(device, open.place))?;
+        }
+        closed
+    }
+
+    /// `embedded-sdmmc` does not say why it found no room.
+    pub(super) fn why_full(&self) -> StorageError {
+        match self.names(|volume, device| volume.has_free(device, 1)) {
+            Ok(true) => StorageError::Device,
+            Ok(false) => StorageError::Full,
+            Err(error) => error,
+        }
+    }
+}
