@@ -30,8 +30,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("storage", &["machine", "drivers"]),
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
-    // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
-    ("bsp-prime", &["units", "motion"]),
+    // The step interrupt plays `motion::queue`, the one structure solver and interrupt share. The flash is
+    // what `update` writes to.
+    ("bsp-prime", &["units", "motion", "update"]),
+    // It knows no machine.
+    ("boot", &["bsp-prime", "update"]),
     (
         "firmware",
         &[
@@ -44,6 +47,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "driver-bank",
             "sensor-bank",
             "storage",
+            "update",
             "bsp-prime",
         ],
     ),
@@ -53,12 +57,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
     ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine"]),
-    ("xtask", &[]),
+    ("xtask", &["update"]),
 ];
 
 /// Crates from outside that only the board's crates may name.
 const HARDWARE: &[&str] = &["stm32h7xx-hal", "stm32h7", "cortex-m", "cortex-m-rt", "cortex-m-semihosting"];
-const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "firmware", "on-target"];
+const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "boot", "firmware", "on-target"];
 
 /// The executor. Everything below the firmware is called by it and never knows it.
 const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];
