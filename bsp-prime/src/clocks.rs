@@ -139,7 +139,8 @@ pub(crate) fn release() {
     // RM0399 section 9.7.2, RCC_CR: HSION alone; the PLLs before the crystal that feeds them.
     rcc.cr.modify(|_, w| w.pll1on().off().pll2on().off().pll3on().off());
     let _stopped = wait::until(SWITCH_LIMIT_US, || rcc.cr.read().pll1rdy().is_not_ready());
-    rcc.cr.reset();
+    // SAFETY: HSION alone, the register's value after a reset.
+    rcc.cr.write(|w| unsafe { w.bits(1) });
     rcc.d1cfgr.reset();
     rcc.d2cfgr.reset();
     rcc.d3cfgr.reset();
