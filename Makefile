@@ -12,6 +12,7 @@ export PROPTEST_RNG_SEED ?= 1
 
 TRIPLE := thumbv7em-none-eabihf
 IMAGE := target/$(TRIPLE)/release/firmware
+BOOT_STAGE := target/$(TRIPLE)/release/boot
 VELVET := target/native/velvet
 VPRIME := virtual-prime/target/release/virtual-prime
 
@@ -24,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-builds test-image test-virtual
 
 help:
@@ -45,11 +46,18 @@ test: target/toolchain.mk
 	@$(MAKE) test-image test-virtual
 	@echo "all tests passed"
 
-## make firmware                 the image: target/thumbv7em-none-eabihf/release/firmware and .bin
+## make firmware                 boot stage and image: target/thumbv7em-none-eabihf/release/firmware, all of it as plain bytes in
+##                               firmware.bin beside it, and for a card flashme.bin
 firmware: target/toolchain.mk
-	@$(FW_CARGO) build -q --locked -p firmware --release --target $(TRIPLE) $(FW_FLAGS)
+	@$(FW_CARGO) build -q --locked -p firmware -p boot --release --target $(TRIPLE) $(FW_FLAGS)
 	@$(CARGO) run -q --locked -p xtask -- itcm $(IMAGE)
-	@$(CARGO) run -q --locked -p xtask -- image $(IMAGE) $(IMAGE).bin
+	@$(CARGO) run -q --locked -p xtask -- itcm $(BOOT_STAGE)
+	@$(CARGO) run -q --locked -p xtask -- seal $(IMAGE) $(BOOT_STAGE)
+
+# What cargo has linked made fit to be flashed; scripts/on-board.sh calls it.
+seal: target/toolchain.mk
+	@$(FW_CARGO) build -q --locked -p boot --release --target $(TRIPLE) $(FW_FLAGS)
+	@$(CARGO) run -q --locked -p xtask -- seal "$(ELF)" $(BOOT_STAGE)
 
 velvet: target/toolchain.mk
 	@$(CARGO) build -q --locked -p host --profile native
@@ -132,7 +140,7 @@ test-lint: target/toolchain.mk
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi
 	@if $(CARGO) clippy --version >/dev/null 2>&1; then \
 	    $(CARGO) clippy -q --locked --all-targets -- -D warnings && \
-	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p firmware --release --target $(TRIPLE) -- -D warnings; fi; \
+	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p boot -p firmware --release --target $(TRIPLE) -- -D warnings; fi; \
 	else echo "clippy is not installed: skipped"; fi
 
 test-host: target/toolchain.mk

@@ -10,8 +10,12 @@ fn git(arguments: &[&str]) -> Option<String> {
 
 fn main() {
     // Here rather than in `.cargo/config.toml`, so that a caller's RUSTFLAGS cannot lose them.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "-Timage.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
+    }
+    println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
+    for script in ["flash.x", "image.x"] {
+        println!("cargo:rerun-if-changed={script}");
     }
     // Version and date of the commit, not of the build: the same source gives the same image.
     let date = git(&["log", "-1", "--format=%cs"]).unwrap_or_else(|| "unknown".to_owned());

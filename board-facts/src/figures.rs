@@ -68,13 +68,13 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "memory protection",
-        value: "flash read-only, data never executed, the DMA arena never cached, a guard below each stack",
+        value: "flash read-only but for the log of updates, data never executed, the DMA arena never cached, a guard below each stack",
         origin: "ARMv7-M ARM B3.5; PM0253 section 4.6",
         proofs: &[Proof { test: "the_mpu_has_the_regions_of_its_table", file: "tests/on-target/tests/board.rs" }],
     },
     Figure {
         name: "watchdog",
-        value: "0.9 s, from the first microseconds on",
+        value: "from the first microseconds on: 10 s in the boot stage, 0.9 s afterwards",
         origin: "RM0399 section 49",
         proofs: &[REGISTERS],
     },

@@ -7,7 +7,7 @@ use crate::clocks::{self, ClockError};
 use crate::identity::{self, Identity};
 use crate::kept;
 use crate::last_words;
-use crate::memory;
+use crate::memory::{self, FlashUse};
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
 use crate::rtc::Rtc;
@@ -23,7 +23,7 @@ use crate::watchdog::Watchdog;
 /// may be on for so long.
 const WATCHDOG_LIMIT_MS: u32 = 900;
 /// Rate of the debug console.
-const DEBUG_BAUD: u32 = 115_200;
+pub(crate) const DEBUG_BAUD: u32 = 115_200;
 
 /// What can keep the board from coming up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,13 +112,14 @@ impl Board {
         cortex_m::peripheral::DWT::unlock();
         core.DWT.enable_cycle_counter();
         silicon::prepare(&device.RCC);
-        memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID);
+        memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID, FlashUse::Application);
         let reset = identity::take_reset(&device.RCC);
         kept::prepare(reset.lost_memory);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
         let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
         let last_words = last_words::take();
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
+        clocks::watch_crystal();
         clocks::enable_peripherals();
         memory::prepare_d2();
         silicon::compensate_outputs();

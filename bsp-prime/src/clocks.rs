@@ -61,7 +61,9 @@ pub fn start_crystal(rcc: &pac::RCC) -> Result<(), ClockError> {
 /// Watches the crystal: when it stops, the core runs on from the 64 MHz oscillator and takes an NMI (RM0399
 /// section 9.5.3). Without, a processor whose clock has stopped would leave every output as it is until the
 /// watchdog, which has a clock of its own, resets it. A reset ends the watch.
-fn watch_crystal() {
+///
+/// Not by the boot stage: the application starts the crystal anew.
+pub(crate) fn watch_crystal() {
     // RM0399 section 9.7.2, RCC_CR: HSECSSON; set by software, cleared by a reset alone.
     // SAFETY: `freeze` consumed the RCC token, and this runs once, before any interrupt is enabled.
     unsafe { (*pac::RCC::ptr()).cr.modify(|_, w| w.hsecsson().on()) };
@@ -99,7 +101,6 @@ pub fn freeze(pwr: pac::PWR, rcc: pac::RCC, syscfg: &pac::SYSCFG) -> Result<Ccdr
         return Err(ClockError::Wrong(core));
     }
     stop_hsi48();
-    watch_crystal();
     slow_flash()?;
     Ok(ccdr)
 }
@@ -120,6 +121,58 @@ fn slow_flash() -> Result<(), ClockError> {
     access.write(|w| unsafe { w.latency().bits(FLASH_WAIT_STATES).wrhighfreq().bits(FLASH_PROGRAMMING_DELAY) });
     let taken = || access.read().latency().bits() == FLASH_WAIT_STATES;
     wait::until(FLASH_LIMIT_US, taken).map_err(|_| ClockError::FlashTiming)
+}
+
+/// The switch of the system clock takes effect within a few of its periods.
+const SWITCH_LIMIT_US: u32 = 1_000;
+
+/// Back to what the clocks are after a reset: the core on the 64 MHz oscillator, the PLL and the crystal off,
+/// every divider one, no peripheral clocked. For the boot stage, so that what it starts finds the chip as
+/// it expects it; supply and voltage scale stay, which a reset leaves alone or the application sets again.
+pub(crate) fn release() {
+    // SAFETY: the boot stage's last act with the clocks, interrupts off; nobody else holds the registers.
+    let rcc = unsafe { &*pac::RCC::ptr() };
+    // RM0399 section 9.7.6, RCC_CFGR: SW = 000 is HSI, which was never switched off; SWS follows.
+    rcc.cfgr.reset();
+    // Without the switch the PLL cannot be stopped, and nothing that follows would run: the watchdog does.
+    let _switched = wait::until(SWITCH_LIMIT_US, || rcc.cfgr.read().sws().is_hsi());
+    // RM0399 section 9.7.2, RCC_CR: HSION alone; the PLLs before the crystal that feeds them.
+    rcc.cr.modify(|_, w| w.pll1on().off().pll2on().off().pll3on().off());
+    let _stopped = wait::until(SWITCH_LIMIT_US, || rcc.cr.read().pll1rdy().is_not_ready());
+    // SAFETY: HSION alone, the register's value after a reset.
+    rcc.cr.write(|w| unsafe { w.bits(1) });
+    rcc.d1cfgr.reset();
+    rcc.d2cfgr.reset();
+    rcc.d3cfgr.reset();
+    rcc.pllckselr.reset();
+    rcc.pllcfgr.reset();
+    rcc.pll1divr.reset();
+    rcc.d1ccipr.reset();
+    rcc.d3ccipr.reset();
+    reset_peripherals(rcc);
+}
+
+/// Resets what the boot stage has used and closes all gates. Not the pins: what guards the outputs stays as
+/// it is, clock or no clock.
+fn reset_peripherals(rcc: &pac::rcc::RegisterBlock) {
+    // RM0399 section 9.7.27 ff., "peripheral reset register".
+    rcc.ahb3rstr.modify(|_, w| w.sdmmc1rst().set_bit());
+    rcc.apb1lrstr.modify(|_, w| {
+        w.tim2rst().set_bit().tim5rst().set_bit().tim6rst().set_bit().tim7rst().set_bit().usart2rst().set_bit()
+    });
+    // The read back makes sure that the pulses have reached the blocks before they end.
+    let _settled = rcc.apb1lrstr.read().bits();
+    rcc.ahb3rstr.reset();
+    rcc.apb1lrstr.reset();
+    let _settled = rcc.apb1lrstr.read().bits();
+    rcc.ahb1enr.reset();
+    rcc.ahb2enr.reset();
+    rcc.ahb3enr.reset();
+    rcc.ahb4enr.reset();
+    rcc.apb1lenr.reset();
+    rcc.apb2enr.reset();
+    rcc.apb4enr.reset();
+    let _settled = rcc.apb4enr.read().bits();
 }
 
 /// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist

@@ -14,10 +14,12 @@
 
 pub mod adc;
 pub mod board;
+pub mod boot_stage;
 pub mod byte_ring;
 pub mod clocks;
 mod copy;
 pub mod dma;
+pub mod flash;
 pub mod fpu;
 pub mod identity;
 pub mod kept;

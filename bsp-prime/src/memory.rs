@@ -40,6 +40,15 @@ const DMA_ARENA_LOWER_BYTES: u32 = 16 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
+/// Who runs, and so what of the flash may be written: never what it runs from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FlashUse {
+    /// The application, which writes the log of updates in the last sector.
+    Application,
+    /// The boot stage in the first sector, which writes all others.
+    BootStage,
+}
+
 /// Zeroes the statics in AXI SRAM, as `cortex-m-rt` does it for those in DTCM and just before it: so no code
 /// has seen them without their first values. Assembly, because no Rust may run before its statics are what
 /// they say.
@@ -65,7 +74,7 @@ extern "C" fn __pre_init() {
 /// and the caches.
 ///
 /// Call once, before any interrupt is enabled and before anything in those regions is used.
-pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
+pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: FlashUse) {
     // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words;
     // nothing has run from or looked at them yet, since this is the first thing the board does and interrupts
     // are off.
@@ -81,7 +90,7 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID) {
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
     paint_stack();
-    protect(mpu);
+    protect(mpu, flash);
     scb.enable_icache();
     scb.enable_dcache(cpuid);
 }
@@ -154,7 +163,7 @@ pub(crate) fn set_vector(interrupt: stm32h7xx_hal::pac::Interrupt, handler: exte
 /// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory,
 /// the strips below the stacks' limits become untouchable, so that an overflow is a fault and not a corrupted
 /// plan.
-fn protect(mpu: &mut MPU) {
+fn protect(mpu: &mut MPU, flash: FlashUse) {
     const ENABLE: u32 = 1;
     const FULL_ACCESS: u32 = 0b011 << 24;
     const NO_ACCESS: u32 = 0;
@@ -166,15 +175,20 @@ fn protect(mpu: &mut MPU) {
     }
     let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
     const READ_ONLY: u32 = 0b111 << 24;
+    const SECTOR_BYTES: u32 = 128 * 1024;
+    let (whole_flash, (sector, of_sector)) = match flash {
+        FlashUse::Application => (READ_ONLY, (0x081E_0000, EXECUTE_NEVER | FULL_ACCESS)),
+        FlashUse::BootStage => (FULL_ACCESS, (0x0800_0000, READ_ONLY)),
+    };
     // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back,
     // write-allocate.
     const WRITE_THROUGH: u32 = 1 << 17;
     const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
     let regions = [
-        // The default map's attributes, with what it does not say: flash is not written, data is not
+        // The default map's attributes, with what it does not say: code is not written, data is not
         // executed.
         (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size_field(64 * 1024)),
-        (0x0800_0000, READ_ONLY | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
+        (0x0800_0000, whole_flash | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
         (0x2000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(128 * 1024)),
         (0x2400_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(512 * 1024)),
         (DMA_ARENA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_LOWER_BYTES)),
@@ -191,6 +205,8 @@ fn protect(mpu: &mut MPU) {
         (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
         // Nothing of it may wait in the cache for a reset.
         (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
+        // One sector of the flash is not as the others.
+        (sector, of_sector | WRITE_THROUGH | size_field(SECTOR_BYTES)),
     ];
     cortex_m::asm::dmb();
     // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the

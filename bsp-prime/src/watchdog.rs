@@ -9,12 +9,13 @@ pub struct Watchdog {
     registers: pac::IWDG1,
 }
 
-/// The LSI runs at 32 kHz; divided by 32, one count is a millisecond (RM0399 section 49.3.1).
+/// The LSI runs at 32 kHz; divided by 32, one count is a millisecond, divided by 256, eight (RM0399 section
+/// 49.3.1).
 const MAX_COUNTS: u32 = 0xFFF;
 
 impl Watchdog {
-    /// Starts it with a limit of up to 4095 ms (the LSI's tolerance is a few percent). It stands still while
-    /// a debugger halts the core.
+    /// Starts it with a limit of up to 32 s (the LSI's tolerance is a few percent), or gives it another one
+    /// when it runs. It stands still while a debugger halts the core.
     ///
     /// The prescaler and reload values travel to the LSI's clock domain over the next milliseconds; nobody
     /// needs to wait for that.
@@ -26,8 +27,10 @@ impl Watchdog {
         // RM0399 section 49.4: start (which starts the LSI), unlock, divide by 32, reload value, reload.
         registers.kr.write(|w| w.key().start());
         registers.kr.write(|w| w.key().enable());
-        registers.pr.write(|w| w.pr().divide_by32());
-        registers.rlr.write(|w| w.rl().bits(limit_ms.clamp(1, MAX_COUNTS) as u16));
+        let is_short = limit_ms <= MAX_COUNTS;
+        registers.pr.write(|w| if is_short { w.pr().divide_by32() } else { w.pr().divide_by256() });
+        let counts = if is_short { limit_ms } else { limit_ms / 8 };
+        registers.rlr.write(|w| w.rl().bits(counts.clamp(1, MAX_COUNTS) as u16));
         registers.kr.write(|w| w.key().reset());
         Self { registers }
     }

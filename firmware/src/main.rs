@@ -29,6 +29,7 @@ mod drivers;
 mod fault;
 mod heat_io;
 mod log;
+mod manifest;
 mod ports;
 mod rtt_console;
 mod slow;

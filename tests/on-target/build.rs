@@ -3,5 +3,7 @@ fn main() {
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-tests={argument}");
     }
+    println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
+    println!("cargo:rerun-if-changed=flash.x");
     println!("cargo:rerun-if-changed=build.rs");
 }

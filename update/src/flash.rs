@@ -30,6 +30,25 @@ pub trait Flash {
     /// It was torn by a power failure.
     fn read(&mut self, at: u32) -> Result<Word, Unreadable>;
 
+    /// Fills `into` from a place on, which need not be a multiple of [`WORD`].
+    ///
+    /// # Errors
+    /// One of the words was torn.
+    fn read_into(&mut self, at: u32, into: &mut [u8]) -> Result<(), Unreadable> {
+        let mut at = at;
+        let mut rest = into;
+        while !rest.is_empty() {
+            let within = at as usize % WORD;
+            let word = self.read(at - within as u32)?;
+            let bytes = word.get(within..).unwrap_or_default();
+            let (now, later) = rest.split_at_mut(bytes.len().min(rest.len()));
+            now.copy_from_slice(bytes.get(..now.len()).unwrap_or_default());
+            at += now.len() as u32;
+            rest = later;
+        }
+        Ok(())
+    }
+
     /// Programs an erased word.
     ///
     /// # Errors
@@ -65,25 +84,25 @@ pub const PRIME: Layout =
 impl Layout {
     /// Where the image begins, from the beginning of the flash.
     #[must_use]
-    pub fn image(&self) -> u32 {
+    pub const fn image(&self) -> u32 {
         self.first.0 * self.sector_bytes
     }
 
     /// The address that an image is linked for.
     #[must_use]
-    pub fn image_address(&self) -> u32 {
+    pub const fn image_address(&self) -> u32 {
         self.address + self.image()
     }
 
     /// The longest image.
     #[must_use]
-    pub fn image_bytes(&self) -> u32 {
+    pub const fn image_bytes(&self) -> u32 {
         self.sectors * self.sector_bytes
     }
 
     /// Where the log begins, from the beginning of the flash.
     #[must_use]
-    pub fn log_at(&self) -> u32 {
+    pub const fn log_at(&self) -> u32 {
         self.log.0 * self.sector_bytes
     }
 

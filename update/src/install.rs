@@ -4,7 +4,7 @@
 use crate::flash::{Failed, Flash, Layout, WORD, Word};
 use crate::manifest::{Flaw, Manifest};
 use crate::policy::Policy;
-use crate::verify::{Bytes, check_flash};
+use crate::verify::{Bytes, check_flash, locate};
 
 /// Why an image could not be put into flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,12 +38,13 @@ pub fn install<F: Flash>(
     file: &mut impl Bytes,
     manifest: &Manifest,
 ) -> Result<(), NotInstalled> {
+    let (begin, _) = locate(file, layout)?;
     let mut download = Download::new();
     let mut chunk = [0; 512];
     let mut at = 0;
     while at < manifest.length {
         let chunk = chunk.get_mut(..(manifest.length - at).min(512) as usize).unwrap_or_default();
-        file.read(at, chunk)?;
+        file.read(begin + at, chunk)?;
         download.take(flash, layout, chunk)?;
         at += chunk.len() as u32;
     }

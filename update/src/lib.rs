@@ -12,6 +12,7 @@ mod install;
 mod log;
 mod manifest;
 mod policy;
+mod seal;
 #[cfg(test)]
 mod tests;
 mod verify;
@@ -20,6 +21,7 @@ pub use boot::{Card, Next, PREVIOUS_FILES, RECOVERY_FILES, REQUESTED_FILE, TRIAL
 pub use flash::{ERASED, Failed, Flash, Layout, PRIME, Sector, Unreadable, WORD, Word};
 pub use install::{Download, NotInstalled};
 pub use log::{Entry, Half, Known, Log, Origin, Pending, Refusal, State};
-pub use manifest::{BOARD_MAGIC, Flaw, MANIFEST_BYTES, Manifest};
+pub use manifest::{BOARD_MAGIC, Flaw, MANIFEST_BYTES, Manifest, VECTOR_TABLE};
 pub use policy::{Policy, signed};
+pub use seal::{seal, trailer};
 pub use verify::{Bytes, Image, check_file, check_flash};

@@ -1,5 +1,5 @@
 //! An image's manifest, its first 256 bytes: what it is, for which board, how long, and what its bytes hash
-//! to. The vector table follows.
+//! to. The vector table follows at byte 1024.
 //!
 //! | bytes | what |
 //! |--:|---|
@@ -11,12 +11,17 @@
 //! | 64 | SHA-256 of bytes 0 to 63 and of all bytes from 256 on |
 //! | 96 | Ed25519 signature of `velvet firmware` and these 32 bytes, or zeros |
 //! | 160 | zeros |
+//! | 256 | nothing, up to the vector table |
 
 use crate::flash::Layout;
 use core::fmt;
 
 /// Bytes of a manifest.
 pub const MANIFEST_BYTES: usize = 256;
+
+/// Where the vector table is in an image. VTOR asks for a multiple of the table's size, rounded up to a power
+/// of two (ARMv7-M ARM B3.2.5): 16 and 150 vectors (RM0399 section 20.1.2) take 664 bytes.
+pub const VECTOR_TABLE: u32 = 1024;
 
 /// The Prime's magic number, as in the images of Smoothieware v2.
 pub const BOARD_MAGIC: u64 = 0x1234_5678_9876_5403;
@@ -25,6 +30,9 @@ pub(crate) const MARK: [u8; 8] = *b"VELVET\x01\x00";
 /// The part of a manifest that is hashed.
 pub(crate) const HASHED: usize = 64;
 const VERSION: core::ops::Range<usize> = 24..64;
+pub(crate) const LENGTH: usize = 16;
+pub(crate) const DIGEST: usize = 64;
+pub(crate) const SIGNATURE: usize = 96;
 
 /// What an image says of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +51,8 @@ pub struct Manifest {
 pub enum Flaw {
     /// It does not begin with a manifest.
     NoManifest,
-    /// A vector table of Smoothieware v2, or of anything else that takes the flash from its beginning.
+    /// Smoothieware v2, or anything else that takes the flash from its beginning and has no image of ours
+    /// behind.
     FromTheBeginning,
     /// The board magic is another one.
     OtherBoard,
@@ -112,19 +121,32 @@ impl Manifest {
         if address != layout.image_address() {
             return Err(Flaw::OtherAddress(address));
         }
-        let digest = part(bytes, 64);
+        let digest = part(bytes, DIGEST);
         if digest == [0xff; 32] {
             return Err(Flaw::Unsealed);
         }
-        let length = number(bytes, 16);
+        let length = number(bytes, LENGTH);
         // A vector table of 16 system exceptions is the least that can run.
-        let least = MANIFEST_BYTES as u32 + 64;
+        let least = VECTOR_TABLE + 64;
         if length < least || length > layout.image_bytes() || !length.is_multiple_of(32) {
             return Err(Flaw::Length(length));
         }
-        let signature = part(bytes, 96);
+        let signature = part(bytes, SIGNATURE);
         let signature = (signature != [0; 64]).then_some(signature);
         Ok(Self { length, digest, signature, version: part(bytes, VERSION.start) })
+    }
+
+    /// A manifest for the linker to place: of this version, its first 40 bytes that is, and not sealed.
+    #[must_use]
+    pub const fn draft(version: &str, layout: &Layout) -> [u8; MANIFEST_BYTES] {
+        let mut bytes = [0; MANIFEST_BYTES];
+        put(&mut bytes, 0, &MARK);
+        put(&mut bytes, 8, &BOARD_MAGIC.to_le_bytes());
+        put(&mut bytes, 20, &layout.image_address().to_le_bytes());
+        let (version, _) = version.as_bytes().split_at(if version.len() < 40 { version.len() } else { 40 });
+        put(&mut bytes, VERSION.start, version);
+        put(&mut bytes, DIGEST, &[0xff; 32]);
+        bytes
     }
 
     /// The version, as `make firmware` has written it.
@@ -142,6 +164,15 @@ fn no_manifest(bytes: &[u8; MANIFEST_BYTES], layout: &Layout) -> Flaw {
     let is_ram = (0x2000_0000..=0x2408_0000).contains(&stack);
     let is_flash = (layout.address..layout.address + 0x20_0000).contains(&reset) && reset % 2 == 1;
     if is_ram && is_flash { Flaw::FromTheBeginning } else { Flaw::NoManifest }
+}
+
+/// Puts a part where it belongs; what has no room is left out.
+pub(crate) const fn put(bytes: &mut [u8; MANIFEST_BYTES], at: usize, part: &[u8]) {
+    let mut index = 0;
+    while index < part.len() && at + index < MANIFEST_BYTES {
+        bytes[at + index] = part[index];
+        index += 1;
+    }
 }
 
 fn number(bytes: &[u8; MANIFEST_BYTES], at: usize) -> u32 {

@@ -1,6 +1,6 @@
 //! Whether an image is what its manifest says, in a file and in flash.
 
-use crate::flash::{Flash, Layout, WORD};
+use crate::flash::{Flash, Layout};
 use crate::manifest::{BOARD_MAGIC, Flaw, HASHED, MANIFEST_BYTES, Manifest};
 use crate::policy::Policy;
 use md5::Md5;
@@ -11,7 +11,7 @@ const CHUNK: usize = 512;
 
 /// Bytes of the trailer of Smoothieware v2: board magic, then MD5 in hexadecimal digits of everything before
 /// them.
-const TRAILER: u32 = 40;
+pub(crate) const TRAILER: u32 = 40;
 
 /// Something with bytes at places: a file, or an image in flash.
 pub trait Bytes {
@@ -44,22 +44,10 @@ impl<F: Flash> Bytes for Image<'_, F> {
     }
 
     fn read(&mut self, at: u32, into: &mut [u8]) -> Result<(), Flaw> {
-        let mut place = at;
-        let mut rest = into;
-        while !rest.is_empty() {
-            let within = place as usize % WORD;
-            if place >= self.layout.image_bytes() {
-                return Err(Flaw::Unreadable);
-            }
-            let start = self.layout.image() + place - within as u32;
-            let word = self.flash.read(start).map_err(|_| Flaw::Unreadable)?;
-            let bytes = word.get(within..).unwrap_or_default();
-            let (now, later) = rest.split_at_mut(bytes.len().min(rest.len()));
-            now.copy_from_slice(&bytes[..now.len()]);
-            place += now.len() as u32;
-            rest = later;
+        if u64::from(at) + into.len() as u64 > u64::from(self.layout.image_bytes()) {
+            return Err(Flaw::Unreadable);
         }
-        Ok(())
+        self.flash.read_into(self.layout.image() + at, into).map_err(|_| Flaw::Unreadable)
     }
 }
 
@@ -69,30 +57,44 @@ impl<F: Flash> Bytes for Image<'_, F> {
 /// Why it may not.
 pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
     let mut image = Image::new(flash, layout);
-    let manifest = read_manifest(&mut image, layout)?;
-    let (digest, _) = hash(&mut image, manifest.length)?;
+    let manifest = read_manifest(&mut image, 0, layout)?;
+    let digest = hash(&mut image, 0, manifest.length, |_| {})?;
     judge(&manifest, &digest, policy)
 }
 
-/// The image in a file, if it may be installed: as `make firmware` makes it, or with the trailer of
-/// Smoothieware v2 behind it.
+/// The image in a file, if it may be installed: alone or behind a boot stage, as `make firmware` makes them;
+/// with the trailer of Smoothieware v2 behind it, or without.
 ///
 /// # Errors
 /// Why it may not.
 pub fn check_file(file: &mut impl Bytes, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
-    let manifest = read_manifest(file, layout)?;
+    let (at, manifest) = locate(file, layout)?;
     let is = file.length();
-    let says = manifest.length;
+    let says = at.saturating_add(manifest.length);
     if is < says {
         return Err(Flaw::Truncated { is, says });
     }
-    let (digest, md5) = hash(file, says)?;
+    let mut md5 = Md5::new();
+    each_chunk(file, 0, at, |chunk| md5.update(chunk))?;
+    let digest = hash(file, at, manifest.length, |chunk| md5.update(chunk))?;
     match is - says {
         0 => {}
         TRAILER => check_trailer(file, says, md5)?,
         _ => return Err(Flaw::Trailer),
     }
     judge(&manifest, &digest, policy)
+}
+
+/// Where in a file the image begins, and its manifest. A file for the whole flash has a boot stage first,
+/// which is passed over: the one that runs is never replaced by what it installs.
+pub(crate) fn locate(file: &mut impl Bytes, layout: &Layout) -> Result<(u32, Manifest), Flaw> {
+    match read_manifest(file, 0, layout) {
+        Err(Flaw::FromTheBeginning) => match read_manifest(file, layout.image(), layout) {
+            Err(Flaw::NoManifest) => Err(Flaw::FromTheBeginning),
+            found => found.map(|manifest| (layout.image(), manifest)),
+        },
+        found => found.map(|manifest| (0, manifest)),
+    }
 }
 
 fn judge(manifest: &Manifest, digest: &[u8; 32], policy: &Policy) -> Result<Manifest, Flaw> {
@@ -103,34 +105,42 @@ fn judge(manifest: &Manifest, digest: &[u8; 32], policy: &Policy) -> Result<Mani
     Ok(*manifest)
 }
 
-fn read_manifest(bytes: &mut impl Bytes, layout: &Layout) -> Result<Manifest, Flaw> {
+fn read_manifest(bytes: &mut impl Bytes, at: u32, layout: &Layout) -> Result<Manifest, Flaw> {
     let mut manifest = [0; MANIFEST_BYTES];
-    if bytes.length() < MANIFEST_BYTES as u32 {
+    if bytes.length() < at + MANIFEST_BYTES as u32 {
         return Err(Flaw::NoManifest);
     }
-    bytes.read(0, &mut manifest)?;
+    bytes.read(at, &mut manifest)?;
     Manifest::parse(&manifest, layout)
 }
 
-/// The digest of an image, and the MD5 of all its bytes as far as it has got.
-fn hash(bytes: &mut impl Bytes, length: u32) -> Result<([u8; 32], Md5), Flaw> {
+/// The digest of the image at a place. Each of its bytes goes to `also` as well.
+fn hash(bytes: &mut impl Bytes, at: u32, length: u32, mut also: impl FnMut(&[u8])) -> Result<[u8; 32], Flaw> {
     let mut sha = Sha256::new();
-    let mut md5 = Md5::new();
-    let mut chunk = [0; CHUNK];
-    let mut at = 0;
-    while at < length {
-        let chunk = chunk.get_mut(..(length - at).min(CHUNK as u32) as usize).unwrap_or_default();
-        bytes.read(at, chunk)?;
-        md5.update(&*chunk);
-        if at == 0 {
+    let mut is_first = true;
+    each_chunk(bytes, at, at + length, |chunk| {
+        also(chunk);
+        if core::mem::take(&mut is_first) {
             sha.update(chunk.get(..HASHED).unwrap_or_default());
             sha.update(chunk.get(MANIFEST_BYTES..).unwrap_or_default());
         } else {
-            sha.update(&*chunk);
+            sha.update(chunk);
         }
+    })?;
+    Ok(sha.finalize().into())
+}
+
+/// Reads from one place up to another.
+fn each_chunk(bytes: &mut impl Bytes, from: u32, to: u32, mut look: impl FnMut(&[u8])) -> Result<(), Flaw> {
+    let mut chunk = [0; CHUNK];
+    let mut at = from;
+    while at < to {
+        let chunk = chunk.get_mut(..(to - at).min(CHUNK as u32) as usize).unwrap_or_default();
+        bytes.read(at, chunk)?;
+        look(chunk);
         at += chunk.len() as u32;
     }
-    Ok((sha.finalize().into(), md5))
+    Ok(())
 }
 
 fn check_trailer(file: &mut impl Bytes, at: u32, mut md5: Md5) -> Result<(), Flaw> {

@@ -63,7 +63,9 @@ fn identify(velvet: &mut Velvet, says: &str) {
 #[test]
 fn every_identification_resets_the_controller_and_powers_the_card_anew() {
     let mut velvet = watched().start();
-    assert_powered_up(&velvet.bench.writes.take());
+    let writes = velvet.bench.writes.take();
+    // The boot stage, which did not look at the card, has reset the controller as well.
+    assert_powered_up(&writes[2..]);
     identify(&mut velvet, "SD card ok");
     assert_powered_up(&velvet.bench.writes.take());
 }

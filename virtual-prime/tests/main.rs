@@ -1,6 +1,7 @@
 //! Every test of the virtual board, as one program: a file or folder beside this one is a topic. `cargo test
 //! --release TOPIC::` runs one.
 
+mod boot;
 mod card;
 mod card_faults;
 mod card_service;

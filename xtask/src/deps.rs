@@ -33,8 +33,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
-    // controller is driven by `drivers::sd`.
-    ("bsp-prime", &["units", "events", "motion", "drivers"]),
+    // controller is driven by `drivers::sd`; the flash is what `update` writes to.
+    ("bsp-prime", &["units", "events", "motion", "drivers", "update"]),
+    // It knows no machine.
+    ("boot", &["bsp-prime", "drivers", "update"]),
     (
         "firmware",
         &[
@@ -48,6 +50,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "driver-bank",
             "sensor-bank",
             "storage",
+            "update",
             "bsp-prime",
         ],
     ),
@@ -71,12 +74,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
     ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine"]),
-    ("xtask", &[]),
+    ("xtask", &["update"]),
 ];
 
 /// Crates from outside that only the board's crates may name.
 const HARDWARE: &[&str] = &["stm32h7xx-hal", "stm32h7", "cortex-m", "cortex-m-rt", "cortex-m-semihosting"];
-const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "firmware", "on-target"];
+const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "boot", "firmware", "on-target"];
 
 /// The executor. Everything below the firmware is called by it and never knows it.
 const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];

@@ -2,10 +2,10 @@
 
 mod deps;
 mod docs;
-mod image;
 mod itcm;
 mod ledger;
 mod memory;
+mod seal;
 mod sizes;
 mod sources;
 mod structure;
@@ -18,10 +18,11 @@ use anyhow::{Result, bail};
 const HELP: &str = "usage: cargo xtask <task>
   deps             every crate uses only what the architecture allows, and no source breaks a house rule
   docs             what the documentation names exists
-  image ELF BIN    the flash image as raw bytes from 0x0800_0000, for dfu-util
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
   ledger ELF VP V  what the image costs, counted by the virtual board VP and verified by the velvet command V, against the
                    committed ledger
+  seal ELF BOOT    puts the boot stage BOOT and the digest into the firmware ELF; the whole flash as raw bytes into ELF.bin,
+                   the image for a card into flashme.bin beside it
   memory ELF       bytes taken in each memory region
   sizes ELF        bytes of flash that each crate takes";
 
@@ -41,7 +42,7 @@ fn run(arguments: &[String]) -> Result<()> {
     match words.as_slice() {
         ["deps"] => deps::check(root()),
         ["docs"] => docs::check(root()),
-        ["image", elf, bin] => image::write(Path::new(elf), Path::new(bin)),
+        ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),
         ["ledger", elf, board, velvet] => ledger::run(root(), Path::new(elf), Path::new(board), Path::new(velvet)),
         ["memory", elf] => memory::report(Path::new(elf)),
         ["sizes", elf] => sizes::report(Path::new(elf)),

@@ -19,14 +19,17 @@ pub const REGIONS: &[(&str, Range<u64>)] = &[
     ("sram4", 0x3800_0000..0x3801_0000),
 ];
 
+/// Where the firmware has room for the boot stage, which is no part of the image.
+const BOOT_STAGE: &str = ".boot";
+
 /// Bytes taken in each of [`REGIONS`]. Flash counts what is stored there, load images of other regions
-/// included.
+/// included, the boot stage not.
 pub fn used(elf_bytes: &[u8]) -> Result<Vec<(&'static str, u64)>> {
     let file = object::File::parse(elf_bytes).context("not an ELF file")?;
     let mut used: Vec<(&str, u64)> = REGIONS.iter().map(|(name, _)| (*name, 0)).collect();
     for section in file.sections() {
         let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
-        if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
+        if sh_flags & u64::from(elf::SHF_ALLOC) == 0 || section.name() == Ok(BOOT_STAGE) {
             continue;
         }
         for (slot, (name, range)) in used.iter_mut().zip(REGIONS) {
@@ -45,7 +48,7 @@ pub fn used(elf_bytes: &[u8]) -> Result<Vec<(&'static str, u64)>> {
 pub fn report(elf: &Path) -> Result<()> {
     let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
     for ((name, taken), (_, range)) in used(&bytes)?.into_iter().zip(REGIONS) {
-        let size = range.end - range.start;
+        let size = if name == "flash" { u64::from(update::PRIME.image_bytes()) } else { range.end - range.start };
         println!("{name:>9} {taken:>8} of {size:>8} bytes  {:>5.1} %", taken as f64 * 100.0 / size as f64);
     }
     Ok(())

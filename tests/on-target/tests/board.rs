@@ -74,7 +74,9 @@ mod tests {
         defmt::assert_eq!(memory::protection(8), d2, "SRAM1 and 2, 256 KiB: write-back, never executed");
         let kept = (0x3800_0000, 0x130C_001F);
         defmt::assert_eq!(memory::protection(9), kept, "SRAM4, 64 KiB: never cached, never executed");
-        for unused in 10..16 {
+        let log = (0x081E_0000, 0x1302_0021);
+        defmt::assert_eq!(memory::protection(10), log, "the log's sector, 128 KiB: full access, never executed");
+        for unused in 11..16 {
             defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
         }
         // PRIVDEFENA and ENABLE; not HFNMIENA: a hard fault's handler may touch everything.

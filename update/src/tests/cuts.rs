@@ -1,7 +1,7 @@
 //! The power fails at every erase and every programmed word of every path: the next start has a working
 //! image.
 
-use super::model::{Chip, Cut, Files, SMALL, image, start};
+use super::model::{Chip, Cut, Files, SMALL, for_the_whole_flash, image, start, with_trailer};
 use crate::flash::Flash;
 use crate::log::{Entry, Known, Log, Origin};
 use crate::verify::{Image, check_flash};
@@ -61,11 +61,13 @@ fn an_install_that_was_asked_for_is_finished() {
     entry(&mut chip, Entry::Requested(Origin::File, known(&new)));
     let card = Files::with(&[("flashme.bin", &new), ("firmware.previous", &old)]);
     always_runs(&chip, &card, &[&new]);
+    let whole = with_trailer(for_the_whole_flash(&new));
+    always_runs(&chip, &Files::with(&[("flashme.bin", &whole), ("firmware.previous", &old)]), &[&new]);
 }
 
 #[test]
 fn an_install_over_a_longer_image_is_finished() {
-    let (old, new) = (image(1, 9984), image(2, 320));
+    let (old, new) = (image(1, 9984), image(2, 1088));
     let mut chip = Chip::with(&old);
     entry(&mut chip, Entry::Requested(Origin::File, known(&new)));
     always_runs(&chip, &Files::with(&[("flashme.bin", &new)]), &[&new]);

@@ -1,6 +1,6 @@
 //! Every flaw that a file can have, and the sentence for it. None of them touches the flash.
 
-use super::model::{Chip, Draft, Files, SMALL, image, owner, sign, start, with_trailer};
+use super::model::{Chip, Files, SMALL, for_the_whole_flash, image, linked, owner, sign, start, with_trailer};
 use crate::policy::Policy;
 use crate::verify::check_file;
 use crate::{Card, Flaw, Next};
@@ -21,24 +21,24 @@ fn spoiled(mut bytes: Vec<u8>, at: usize, value: &[u8]) -> Vec<u8> {
 fn each_flaw_has_its_name() {
     let good = image(1, 2048);
     let open = Policy::default();
-    let smoothie = {
-        let mut bytes = vec![0x55; 4096];
-        bytes[..8].copy_from_slice(&[0x00, 0x00, 0x02, 0x20, 0x91, 0x02, 0x00, 0x08]);
-        with_trailer(bytes)
-    };
+    let smoothie = with_trailer(for_the_whole_flash(&[0x55; 2048]));
+    let whole = for_the_whole_flash(&good);
     let long = (SMALL.image_bytes() + 32).to_le_bytes();
     let mut trailing = good.clone();
     trailing.extend(b"hello");
-    let mut unsealed = Draft::new(1, 2048).bytes;
-    unsealed[64..96].fill(0xff);
-    let cases: [(&str, Vec<u8>, Flaw); 14] = [
+    let unsealed = linked(1, 2048);
+    let cases: [(&str, Vec<u8>, Flaw); 18] = [
         ("empty", Vec::new(), Flaw::NoManifest),
         ("a text", b"G1 X10\n".repeat(100), Flaw::NoManifest),
         ("of Smoothieware", smoothie, Flaw::FromTheBeginning),
+        ("a boot stage alone", for_the_whole_flash(&[]), Flaw::FromTheBeginning),
+        ("whole, for another board", spoiled(whole.clone(), 2048 + 8, &[1]), Flaw::OtherBoard),
+        ("whole, cut off", whole[..4000].to_vec(), Flaw::Truncated { is: 4000, says: 4096 }),
+        ("whole, MD5 wrong", spoiled(with_trailer(whole.clone()), 100, &[0]), Flaw::Md5),
         ("for another board", spoiled(good.clone(), 8, &[1]), Flaw::OtherBoard),
         ("for another address", spoiled(good.clone(), 20, &[0, 0, 0, 8]), Flaw::OtherAddress(0x0800_0000)),
         ("too long", spoiled(good.clone(), 16, &long), Flaw::Length(SMALL.image_bytes() + 32)),
-        ("too short", spoiled(good.clone(), 16, &[0, 1, 0, 0]), Flaw::Length(256)),
+        ("too short", spoiled(good.clone(), 16, &[0, 4, 0, 0]), Flaw::Length(1024)),
         ("no whole words", spoiled(good.clone(), 16, &[1, 8, 0, 0]), Flaw::Length(2049)),
         ("cut off", good[..2000].to_vec(), Flaw::Truncated { is: 2000, says: 2048 }),
         ("with something behind it", trailing, Flaw::Trailer),
@@ -49,7 +49,7 @@ fn each_flaw_has_its_name() {
     ];
     for (name, bytes, flaw) in cases {
         assert_eq!(found(&bytes, &open), Err(flaw), "{name}");
-        let old = image(9, 1024);
+        let old = image(9, 1088);
         let mut chip = Chip::with(&old);
         let next = start(&mut chip, &mut Files::with(&[("flashme.bin", &bytes)]));
         assert!(matches!(next, Some(Next::Start(manifest)) if manifest.digest == old[64..96]), "{name}");
@@ -67,6 +67,9 @@ fn a_good_file_is_taken_as_it_is_and_with_the_trailer_of_v2() {
     let good = image(1, 2048);
     assert_eq!(found(&good, &Policy::default()), Ok(()));
     assert_eq!(found(&with_trailer(good.clone()), &Policy::default()), Ok(()));
+    let whole = for_the_whole_flash(&good);
+    assert_eq!(found(&whole, &Policy::default()), Ok(()));
+    assert_eq!(found(&with_trailer(whole), &Policy::default()), Ok(()));
     let other = spoiled(with_trailer(good), 2048, &[9]);
     assert_eq!(found(&other, &Policy::default()), Err(Flaw::OtherBoard));
 }

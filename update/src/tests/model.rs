@@ -1,13 +1,10 @@
 //! A flash that can lose its power at any operation, a card, and images.
 
 use crate::flash::{ERASED, Failed, Flash, Layout, Sector, Unreadable, WORD, Word};
-use crate::manifest::{BOARD_MAGIC, Flaw, MARK};
-use crate::policy::signed;
+use crate::manifest::{Flaw, MANIFEST_BYTES};
 use crate::verify::Bytes;
-use crate::{Card, Next, settle};
-use ed25519_dalek::{Signer, SigningKey};
-use md5::Md5;
-use sha2::{Digest, Sha256};
+use crate::{Card, Manifest, Next, seal, settle, trailer};
+use ed25519_dalek::SigningKey;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -155,33 +152,17 @@ impl Bytes for File<'_> {
     }
 }
 
-/// An image before it is sealed, for tests to spoil.
-pub struct Draft {
-    pub bytes: Vec<u8>,
-}
-
-impl Draft {
-    /// One of so many bytes, different for each `seed`.
-    pub fn new(seed: u8, length: u32) -> Self {
-        let mut bytes: Vec<u8> = (0..length).map(|place| (place as u8).wrapping_mul(31) ^ seed).collect();
-        bytes[..256].fill(0);
-        bytes[..8].copy_from_slice(&MARK);
-        bytes[8..16].copy_from_slice(&BOARD_MAGIC.to_le_bytes());
-        bytes[16..20].copy_from_slice(&length.to_le_bytes());
-        bytes[20..24].copy_from_slice(&SMALL.image_address().to_le_bytes());
-        bytes[24..29].copy_from_slice(b"0.1.0");
-        Self { bytes }
-    }
-
-    pub fn sealed(mut self) -> Vec<u8> {
-        let digest = Sha256::new().chain_update(&self.bytes[..64]).chain_update(&self.bytes[256..]).finalize();
-        self.bytes[64..96].copy_from_slice(&digest);
-        self.bytes
-    }
+/// An image as the linker leaves it, of so many bytes, different for each `seed`.
+pub fn linked(seed: u8, length: u32) -> Vec<u8> {
+    let mut bytes: Vec<u8> = (0..length).map(|place| (place as u8).wrapping_mul(31) ^ seed).collect();
+    bytes[..MANIFEST_BYTES].copy_from_slice(&Manifest::draft("0.1.0", &SMALL));
+    bytes
 }
 
 pub fn image(seed: u8, length: u32) -> Vec<u8> {
-    Draft::new(seed, length).sealed()
+    let mut bytes = linked(seed, length);
+    seal(&mut bytes, &SMALL, None).expect("an image");
+    bytes
 }
 
 pub fn owner() -> SigningKey {
@@ -189,17 +170,21 @@ pub fn owner() -> SigningKey {
 }
 
 pub fn sign(mut image: Vec<u8>, key: &SigningKey) -> Vec<u8> {
-    let digest: [u8; 32] = image[64..96].try_into().expect("32 bytes");
-    image[96..160].copy_from_slice(&key.sign(&signed(&digest)).to_bytes());
+    seal(&mut image, &SMALL, Some(&key.to_bytes())).expect("an image");
     image
 }
 
-/// As the builder of Smoothieware v2 ends a file.
 pub fn with_trailer(mut image: Vec<u8>) -> Vec<u8> {
-    image.extend(BOARD_MAGIC.to_le_bytes());
-    let sum = Md5::digest(&image);
-    image.extend(sum.iter().flat_map(|byte| format!("{byte:02x}").into_bytes()));
+    image.extend(trailer(&image));
     image
+}
+
+/// A file for the whole flash: something that begins with a vector table, and the image where it is in flash.
+pub fn for_the_whole_flash(image: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0x55; SMALL.image() as usize];
+    bytes[..8].copy_from_slice(&[0x00, 0x00, 0x02, 0x20, 0x91, 0x02, 0x00, 0x08]);
+    bytes.extend(image);
+    bytes
 }
 
 /// A start of the boot stage; `None` when the power failed.

@@ -41,6 +41,7 @@ fn image_with(function: &str, code: &[u16], word: &str) -> PathBuf {
     for (target, halfword) in bytes[place..].chunks_exact_mut(2).zip(code) {
         target.copy_from_slice(&halfword.to_le_bytes());
     }
+    super::seal::seal(&mut bytes);
     let copy = std::env::temp_dir().join(format!("velvet-{word}-in-{function}-{}.elf", std::process::id()));
     fs::write(&copy, bytes).expect("a temporary file");
     copy

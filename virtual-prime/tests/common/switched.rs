@@ -141,6 +141,7 @@ pub fn image(interrupt: Interrupt, failure: Failure) -> PathBuf {
         target.copy_from_slice(&halfword.to_le_bytes());
     }
     bytes[vector_at..vector_at + 4].copy_from_slice(&(place as u32 | 1).to_le_bytes());
+    super::seal::seal(&mut bytes);
     let copy = std::env::temp_dir().join(format!("velvet-{}-{failure:?}-{}.elf", interrupt.name, std::process::id()));
     std::fs::write(&copy, bytes).expect("a temporary file");
     copy

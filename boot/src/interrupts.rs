@@ -1,0 +1,50 @@
+//! The interrupts of the boot stage: a tick for waits to end by, the debug console's bytes, the card.
+
+use core::cell::RefCell;
+
+use bsp_prime::board::enable_interrupt;
+use bsp_prime::pac::{Interrupt, interrupt};
+use bsp_prime::sd;
+use bsp_prime::time::{self, Ticker};
+use bsp_prime::uart::UartInterrupt;
+use critical_section::Mutex;
+
+const TICK_US: u32 = 1_000;
+
+static OWNED: Mutex<RefCell<Option<(Ticker, UartInterrupt)>>> = Mutex::new(RefCell::new(None));
+
+/// Starts the tick, and lets all through.
+pub fn start(mut tick: Ticker, debug: UartInterrupt) {
+    tick.start(TICK_US);
+    critical_section::with(|cs| OWNED.borrow(cs).replace(Some((tick, debug))));
+    for interrupt in [Interrupt::TIM7, Interrupt::USART2, Interrupt::SDMMC1] {
+        enable_interrupt(interrupt);
+    }
+}
+
+fn with(action: impl FnOnce(&mut Ticker, &mut UartInterrupt)) {
+    critical_section::with(|cs| {
+        if let Some((tick, debug)) = OWNED.borrow(cs).borrow_mut().as_mut() {
+            action(tick, debug);
+        }
+    });
+}
+
+#[interrupt]
+fn TIM7() {
+    time::keep_clocks();
+    with(|tick, _| {
+        tick.acknowledge();
+    });
+}
+
+#[interrupt]
+fn USART2() {
+    // Nobody is listened to.
+    with(|_, debug| debug.on_interrupt(|_| {}));
+}
+
+#[interrupt]
+fn SDMMC1() {
+    sd::on_interrupt();
+}

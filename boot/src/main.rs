@@ -1,0 +1,44 @@
+//! The boot stage: what runs first after every reset, from the first sector of the flash. It finishes or
+//! undoes updates (`update` decides, see there), verifies the image behind it and starts it. Where nothing
+//! may run it waits for an image.
+//!
+//! It has no machine and no configuration. Every output is off while it runs.
+#![no_std]
+#![no_main]
+#![allow(unsafe_code, reason = "interrupts are let through here")]
+
+mod card;
+mod end;
+mod interrupts;
+mod patience;
+mod recovery;
+mod words;
+
+use bsp_prime::boot_stage::BootStage;
+use cortex_m_rt::entry;
+use update::{Next, PRIME, VECTOR_TABLE, settle};
+
+use crate::card::CardFiles;
+use crate::patience::Patience;
+use crate::words::Words;
+
+#[entry]
+fn main() -> ! {
+    let (Some(core), Some(device)) = (cortex_m::Peripherals::take(), bsp_prime::pac::Peripherals::take()) else {
+        end::again()
+    };
+    let board = match BootStage::take(core, device) {
+        Ok(board) => board,
+        Err(_) => end::again(),
+    };
+    interrupts::start(board.tick, board.debug.0);
+    let mut words = Words::new(board.debug.1);
+    let mut card = CardFiles::new(board.sd);
+    let mut flash = Patience::new(board.flash, board.watchdog, board.leds);
+    match settle(&mut flash, &mut card, &PRIME) {
+        Next::Start(_) => {}
+        Next::Recover(flaw) => recovery::run(&mut flash, &mut card, &mut words, flaw),
+    }
+    words.finish();
+    board.hand_over.start(PRIME.image_address() + VECTOR_TABLE)
+}

@@ -1,0 +1,139 @@
+//! What the boot stage needs of the board, and how it hands the chip over to what it starts.
+
+use cortex_m::peripheral::{NVIC, SCB};
+use stm32h7xx_hal::pac;
+
+use crate::board::{BoardError, DEBUG_BAUD, make_outputs_safe};
+use crate::clocks;
+use crate::flash::BoardFlash;
+use crate::memory::{self, FlashUse};
+use crate::pins::{Output, PinSpec, table};
+use crate::sd::SdCard;
+use crate::silicon;
+use crate::time::{self, Ticker};
+use crate::uart::{self, PortName, UartInterrupt, UartPort};
+use crate::watchdog::Watchdog;
+
+/// Longest time between two feedings. Erasing a sector takes up to 4 s (data sheet DS12923, "flash memory
+/// programming"), a card that does not answer a second and a half.
+const WATCHDOG_LIMIT_MS: u32 = 10_000;
+
+/// The board as the boot stage has it: everything off but what installs an image.
+pub struct BootStage {
+    /// All sectors but the first.
+    pub flash: BoardFlash,
+    /// LED1 to LED4, off.
+    pub leds: [Output; 4],
+    /// The debug console, open.
+    pub debug: (UartInterrupt, UartPort),
+    /// The SD card, not identified.
+    pub sd: SdCard,
+    /// A tick for waits to end by, not started.
+    pub tick: Ticker,
+    /// Running; the application finds it so and sets it up anew.
+    pub watchdog: Watchdog,
+    /// What is needed to let go of the chip.
+    pub hand_over: HandOver,
+}
+
+impl BootStage {
+    /// Brings up what is needed. The causes of the reset stay where the application looks for them, and so do
+    /// its last words.
+    ///
+    /// # Errors
+    /// [`BoardError`]; outputs are off and the watchdog runs then.
+    pub fn take(mut core: cortex_m::Peripherals, device: pac::Peripherals) -> Result<Self, BoardError> {
+        make_outputs_safe();
+        let watchdog = Watchdog::start(device.IWDG1, WATCHDOG_LIMIT_MS);
+        core.DCB.enable_trace();
+        cortex_m::peripheral::DWT::unlock();
+        core.DWT.enable_cycle_counter();
+        silicon::prepare(&device.RCC);
+        memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID, FlashUse::BootStage);
+        clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
+        clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
+        clocks::enable_peripherals();
+        time::start();
+        let mut debug = uart::port(PortName::Debug);
+        debug.1.open(DEBUG_BAUD, uart::Frame::PLAIN);
+        Ok(Self {
+            flash: BoardFlash::new(device.FLASH, &mut core.SCB),
+            leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),
+            debug,
+            sd: SdCard::new(device.SDMMC1),
+            tick: Ticker::heat(device.TIM7),
+            watchdog,
+            hand_over: HandOver { core },
+        })
+    }
+}
+
+/// The core, to be given up.
+pub struct HandOver {
+    core: cortex_m::Peripherals,
+}
+
+impl HandOver {
+    /// Starts the image whose vector table is at this address, with the chip as a reset leaves it, but for
+    /// these: the watchdog runs, the outputs that [`make_outputs_safe`] names are held off, the supply is
+    /// chosen, the regulator gives what the full clock needs, and the cycle counter counts. Memory holds
+    /// what it holds.
+    ///
+    /// The table must be that of an image that has been verified.
+    pub fn start(self, table: u32) -> ! {
+        let mut core = self.core;
+        cortex_m::interrupt::disable();
+        clocks::release();
+        core.SYST.disable_counter();
+        core.SYST.disable_interrupt();
+        forget_interrupts(&core.NVIC);
+        // The stack is in DTCM, which no cache covers.
+        core.SCB.disable_dcache(&mut core.CPUID);
+        core.SCB.disable_icache();
+        // SAFETY: interrupts are off and pending ones forgotten; nothing of this image's memory regions is
+        // used any more. ARMv7-M ARM B3.5.5, B3.2.4 (PENDSVCLR, PENDSTCLR), B3.2.8 (STKALIGN as after a
+        // reset).
+        unsafe {
+            core.MPU.ctrl.write(0);
+            core.SCB.icsr.write(1 << 27 | 1 << 25);
+            core.SCB.ccr.write(1 << 9);
+            core.SCB.vtor.write(table);
+        }
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        // SAFETY: the first two words of a vector table are the stack's top and the entry (B1.5.5). CONTROL
+        // is what it is after a reset, main stack and no floating-point state, before the stack moves;
+        // PRIMASK as well. Nothing returns.
+        unsafe {
+            let stack = (table as *const u32).read_volatile();
+            let entry = (table as *const u32).add(1).read_volatile();
+            core::arch::asm!(
+                "msr control, {zero}",
+                "isb",
+                "msr msp, {stack}",
+                "cpsie i",
+                "bx {entry}",
+                stack = in(reg) stack,
+                entry = in(reg) entry,
+                zero = in(reg) 0,
+                options(noreturn)
+            )
+        }
+    }
+}
+
+/// No interrupt is enabled or pending afterwards.
+fn forget_interrupts(nvic: &NVIC) {
+    for (enabled, pending) in nvic.icer.iter().zip(&nvic.icpr) {
+        // SAFETY: ones disable and forget; whoever handles them is gone.
+        unsafe {
+            enabled.write(u32::MAX);
+            pending.write(u32::MAX);
+        }
+    }
+}
+
+/// Ends this run of the boot stage; it begins again.
+pub fn reset() -> ! {
+    SCB::sys_reset()
+}
