@@ -46,8 +46,9 @@ impl<SPI, E> Default for DriverBank<SPI, E> {
 
 fn fault<E>(error: Error<E>) -> DriverFault {
     match error {
-        Error::Bus(_) | Error::Absent => DriverFault::Silent,
+        Error::Bus(_) | Error::Absent | Error::NoEcho => DriverFault::Silent,
         Error::WrongAnswer(_) => DriverFault::BadAnswer,
+        Error::Reset => DriverFault::Reset,
         Error::Setting(_) => DriverFault::BadSetting,
     }
 }
@@ -82,7 +83,11 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         }
         let chip = self.chip(motor)?;
         let answer = if enabled { chip.enable() } else { chip.disable() };
-        answer.map(drop).map_err(fault)
+        match answer.map(drop).map_err(fault) {
+            // Its bridges are off after a reset.
+            Err(DriverFault::Reset) if !enabled => Ok(()),
+            done => done,
+        }
     }
 
     fn set_current(&mut self, motor: Actuator, peak: Amps) -> Result<Amps, DriverFault> {
@@ -121,8 +126,7 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             supply_short_b,
             open_a: status.open_load_a,
             open_b: status.open_load_b,
-            // These chips do not say so; they lose their settings with the supply of the board, which is
-            // watched.
+            // That is [`DriverFault::Reset`] with these chips.
             reset: false,
         })
     }

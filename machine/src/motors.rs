@@ -72,6 +72,7 @@ fn set_current(
         Err(DriverFault::External) => Err(refuse("has no driver whose current can be set")),
         Err(DriverFault::BadSetting) => Err(refuse("the driver cannot be set so")),
         Err(DriverFault::Silent | DriverFault::BadAnswer) => Err(refuse("the driver does not answer")),
+        Err(DriverFault::Reset) => Err(refuse("the driver was without power")),
     }
 }
 
@@ -327,6 +328,7 @@ fn not_set(motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::External => "has no driver of this board",
         DriverFault::Silent | DriverFault::BadAnswer => "the driver does not answer",
+        DriverFault::Reset => "the driver was without power",
         DriverFault::BadSetting => "the driver cannot be set so",
     };
     Failure::Refused(message(format_args!("{}: {why}", motor.name())))

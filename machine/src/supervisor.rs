@@ -1,7 +1,8 @@
 //! The slow watch over motor drivers and their supply, run by the slow task.
 //!
 //! Once a second every internal driver's status is read over SPI; a fault counts when it is seen twice in a
-//! row, so a disturbed datagram alarms nobody. Motor supply below [`MOTOR_SUPPLY_OFF`] is "off": drivers lose
+//! row, so a disturbed datagram alarms nobody. A driver that has lost its settings is believed at once, for it
+//! is asked twice before it is said to have: it is set up again. Motor supply below [`MOTOR_SUPPLY_OFF`] is "off": drivers lose
 //! their registers with it, so they are written anew when it returns. The supply of heaters and fans lies
 //! behind a switch of the board; it is judged only while that switch is on. What is found waits here as
 //! events for the dispatcher.
@@ -175,17 +176,22 @@ impl Supervisor {
         self.watch_fet_supply(supply);
         if self.check_drivers && self.motor_supply_on() {
             for motor in motors(self.on_board) {
-                self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
+                self.ask(motor, drivers, slow);
             }
         }
         self.to_ask = if self.check_drivers { self.outside } else { 0 };
         self.ask_outside(drivers, slow);
     }
 
-    /// The next driver outside. One that was without power is set up again, and is off.
+    /// The next driver outside.
     fn ask_outside(&mut self, drivers: &mut impl MotorDrivers, slow: u8) {
         let Some(motor) = motors(self.to_ask).next() else { return };
         self.to_ask &= !motor.bit();
+        self.ask(motor, drivers, slow);
+    }
+
+    /// One that was without power is set up again, and is off.
+    fn ask(&mut self, motor: Actuator, drivers: &mut impl MotorDrivers, slow: u8) {
         self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
         if self.watches[motor].reported & DriverTrouble::Reset.bit() != 0 {
             // If it fails, its silence or another reset shows at the next poll.
@@ -231,7 +237,7 @@ impl Supervisor {
             _ => watch.reported & OPEN,
         };
         let now_seen = troubles(status);
-        let confirmed = now_seen & watch.seen | open;
+        let confirmed = now_seen & (watch.seen | AT_ONCE) | open;
         let fresh = confirmed & !watch.reported;
         watch.seen = now_seen;
         watch.cooler = if now_seen & WARM != 0 { 0 } else { watch.cooler.saturating_add(1) };
@@ -254,6 +260,8 @@ impl Supervisor {
 
 /// Polls in a row without the temperature warning after which it is news again.
 const COOL_POLLS: u8 = 30;
+/// Seen once is enough.
+const AT_ONCE: u16 = DriverTrouble::Reset.bit();
 const WARM: u16 = DriverTrouble::OverTemperatureWarning.bit();
 /// Polls in a row in slow motion that must agree that a coil is open.
 const OPEN_POLLS: u8 = 3;
@@ -265,6 +273,7 @@ fn troubles(status: Result<DriverStatus, DriverFault>) -> u16 {
     let status = match status {
         Ok(status) => status,
         Err(DriverFault::External) => return 0,
+        Err(DriverFault::Reset) => return DriverTrouble::Reset.bit(),
         Err(DriverFault::Silent | DriverFault::BadAnswer | DriverFault::BadSetting) => {
             return DriverTrouble::Silent.bit();
         }
@@ -415,12 +424,26 @@ mod tests {
             supervisor.tick(Micros::from_millis(tick * 100), &mut drivers, supply);
             set_up.push(drivers.initialised);
         }
-        // Seen twice, the second time in the second second.
-        let expected = (0..20).map(|tick| if tick < 10 { 0 } else { (tick - 9).min(2) });
+        // Both in each second, as it goes on.
+        let expected = (0..20).map(|tick| if tick < 10 { (tick + 1).min(2) } else { (tick - 7).min(4) });
         assert_eq!(set_up, expected.collect::<Vec<_>>());
         let told: Vec<_> = core::iter::from_fn(|| supervisor.take_event()).skip(1).collect();
         let reset = |motor| SupervisorEvent::Driver(motor, DriverTrouble::Reset);
         assert_eq!(told, [reset(Actuator::Delta), reset(Actuator::Epsilon)]);
+    }
+
+    #[test]
+    fn a_driver_on_the_board_that_has_lost_its_settings_is_believed_at_once_and_set_up_again() {
+        let (mut supervisor, mut drivers) = bench();
+        let course = [Ok(DriverStatus::default()), Err(DriverFault::Reset), Ok(DriverStatus::default())];
+        let mut seen = Vec::new();
+        for (second, status) in course.into_iter().enumerate() {
+            drivers.status = status;
+            supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
+            seen.push((drivers.initialised, supervisor.take_event()));
+        }
+        let told = SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::Reset);
+        assert_eq!(seen, [(0, None), (1, Some(told)), (1, None)]);
     }
 
     #[test]

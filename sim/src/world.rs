@@ -221,10 +221,10 @@ impl World {
             Fault::DriverOpenLoad(motor) => self.driver_condition(*motor)?.open_load[0] = true,
             Fault::DriverShort(motor) => self.driver_condition(*motor)?.short_to_ground[0] = true,
             Fault::DriverShortToSupply(motor) => self.driver_condition(*motor)?.short_to_supply[0] = true,
-            Fault::DriverReset(motor) => {
-                let chip = self.outside[*motor as usize].as_mut();
-                chip.ok_or_else(|| format!("{} has no driver with a supply of its own", motor.name()))?.reset();
-            }
+            Fault::DriverReset(motor) => match &mut self.outside[*motor as usize] {
+                Some(chip) => chip.reset(),
+                None => on_board(&mut self.drivers, *motor)?.reset(),
+            },
             Fault::MotorSupply(volts) => self.set_motor_supply(*volts),
             Fault::FetSupply(volts) => self.vfet_v = *volts,
             Fault::FetSwitchStuckOn => self.fet_switch_stuck_on = true,
@@ -289,12 +289,16 @@ impl World {
     }
 
     fn driver_condition(&mut self, actuator: Actuator) -> Result<&mut Condition, String> {
-        if let Some(chip) = &mut self.outside[actuator as usize] {
-            return Ok(&mut chip.condition);
+        match &mut self.outside[actuator as usize] {
+            Some(chip) => Ok(&mut chip.condition),
+            None => Ok(&mut on_board(&mut self.drivers, actuator)?.condition),
         }
-        let on_board = self.drivers.get_mut(actuator as usize).map(|chip| &mut chip.condition);
-        on_board.ok_or_else(|| format!("{} has no driver that can be asked", actuator.name()))
     }
+}
+
+fn on_board(drivers: &mut [Tmc26x], actuator: Actuator) -> Result<&mut Tmc26x, String> {
+    let chip = drivers.get_mut(actuator as usize);
+    chip.ok_or_else(|| format!("{} has no driver that can be asked", actuator.name()))
 }
 
 #[cfg(test)]

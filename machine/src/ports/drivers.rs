@@ -54,6 +54,8 @@ pub enum DriverFault {
     Silent,
     /// The answer is malformed.
     BadAnswer,
+    /// It was without power since it was initialised: its settings are lost, and its motor is off.
+    Reset,
     /// The chip cannot be set so.
     BadSetting,
 }

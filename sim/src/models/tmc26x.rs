@@ -313,12 +313,18 @@ impl Tmc26x {
     pub fn set_supply(&mut self, volts: f64) {
         self.supply_volts = volts;
         if volts < self.lockout_volts() {
-            self.registers = Registers::default();
-            self.microstep_counter = 0;
-            self.overheated = false;
-            self.shorts = Shorts::default();
-            self.last_step_ns = None;
+            self.reset();
         }
+    }
+
+    /// The chip's power-on reset: its supply was gone for a moment, or dipped. Registers are zero again
+    /// ("Register set": reset value), the place in the sine table too.
+    pub fn reset(&mut self) {
+        self.registers = Registers::default();
+        self.microstep_counter = 0;
+        self.overheated = false;
+        self.shorts = Shorts::default();
+        self.last_step_ns = None;
     }
 
     /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep
