@@ -169,6 +169,11 @@ pub(crate) fn in_range(setting: &'static str, must_be: &'static str, holds: bool
     if holds { Ok(()) } else { Err(SettingError { setting, must_be }) }
 }
 
+/// What a chip that measures no load says to a question for it.
+pub(crate) const fn no_load_measurement() -> SettingError {
+    SettingError { setting: "load measurement", must_be: "asked of a chip that has one" }
+}
+
 /// Load-dependent current (coolStep), as register codes of TMC2590 datasheet section 7.7.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoolStep {
