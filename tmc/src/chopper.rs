@@ -2,6 +2,9 @@
 
 use crate::register::{ChopConf, SmartEn};
 
+mod fit;
+pub use fit::{ChopperFit, Coil, Regulated};
+
 /// A setting the chip cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingError {

@@ -197,8 +197,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.status()
     }
 
-    /// Asks for the chip's status, and whether it still has its settings. Takes one transfer to a TMC2590, two
-    /// to a TMC2660, and twice as many where it seems to be reset.
+    /// Asks for the chip's status, and whether it still has its settings. Takes one transfer to a TMC2590,
+    /// two to a TMC2660, and twice as many where it seems to be reset.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`], [`Error::Reset`].
@@ -418,8 +418,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(())
     }
 
-    /// Writes one register. A chip that was found reset is told nothing any more until [`Self::start`]: a part
-    /// of its settings would look as if it had them all.
+    /// Writes one register. A chip that was found reset is told nothing any more until [`Self::start`]: a
+    /// part of its settings would look as if it had them all.
     fn write(&mut self, word: u32) -> Result<Status, Error<SPI::Error>> {
         if self.is_reset {
             return Err(Error::Reset);

@@ -35,6 +35,7 @@ pub use settings::StealthSettings;
 pub use status::StealthStatus;
 pub use wire::{SingleWire, WireFault, WireRegisters};
 
+use crate::BlankTime;
 use register::Register;
 
 /// Which chip it is.
@@ -132,6 +133,23 @@ impl StealthChip {
             Self::Tmc2209 => LoadMeasurement::StallGuard4,
             _ => LoadMeasurement::StallGuard2,
         }
+    }
+
+    /// Comparator blanking, in chip clocks.
+    #[must_use]
+    pub const fn blank_clocks(self, time: BlankTime) -> u8 {
+        match (self.is_on_wire(), time) {
+            (true, BlankTime::Clocks36) => 32,
+            (true, BlankTime::Clocks54) => 40,
+            _ => time.clocks(),
+        }
+    }
+
+    /// The same from chip clocks; only the four that the chip has.
+    #[must_use]
+    pub fn blank_time(self, clocks: u8) -> Option<BlankTime> {
+        use BlankTime::{Clocks16, Clocks24, Clocks36, Clocks54};
+        [Clocks16, Clocks24, Clocks36, Clocks54].into_iter().find(|time| self.blank_clocks(*time) == clocks)
     }
 
     /// Where its inputs and its version are read.

@@ -20,9 +20,9 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// The settings as the chip is to have them now.
     ///
     /// In a search load is measured at any speed, for the machine knows when it may look; without a filter,
-    /// which would have the rotor fall out before it has its four full steps together; without coolStep, which
-    /// would change the current that the measurement depends on; and with the chopper that the measurement
-    /// needs.
+    /// which would have the rotor fall out before it has its four full steps together; without coolStep,
+    /// which would change the current that the measurement depends on; and with the chopper that the
+    /// measurement needs.
     pub(super) fn in_force(&self) -> StealthSettings {
         let Some(search) = self.search else { return self.settings };
         StealthSettings {

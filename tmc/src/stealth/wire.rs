@@ -17,8 +17,8 @@ const MASTER: u8 = 0xFF;
 /// Times that a datagram is sent until it counts as lost.
 const TRIES: u32 = 3;
 
-/// A serial line of 8 bits, no parity, one stop bit, on which what is sent comes back: the sender's output leads
-/// to the wire through a resistor, its input is on the wire.
+/// A serial line of 8 bits, no parity, one stop bit, on which what is sent comes back: the sender's output
+/// leads to the wire through a resistor, its input is on the wire.
 pub trait SingleWire {
     /// What can go wrong besides.
     type Error: core::fmt::Debug;
@@ -45,8 +45,8 @@ pub enum WireFault<E> {
     NoAnswer,
 }
 
-/// The check sum of a datagram: CRC8-ATM, polynomial x^8 + x^2 + x + 1, each byte's least significant bit first
-/// (section 4.2).
+/// The check sum of a datagram: CRC8-ATM, polynomial x^8 + x^2 + x + 1, each byte's least significant bit
+/// first (section 4.2).
 fn check_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |crc, byte| {
         (0..8).fold(crc, |crc: u8, bit| {
@@ -56,8 +56,8 @@ fn check_sum(bytes: &[u8]) -> u8 {
     })
 }
 
-/// The registers of a chip on such a line, by its address: 0 to 3 with a TMC2209, as its pins MS1 and MS2 say;
-/// 0 with a TMC2208.
+/// The registers of a chip on such a line, by its address: 0 to 3 with a TMC2209, as its pins MS1 and MS2
+/// say; 0 with a TMC2208.
 #[derive(Debug)]
 pub struct WireRegisters<LINE> {
     line: LINE,
@@ -127,7 +127,8 @@ impl<LINE: SingleWire> RegisterBus for WireRegisters<LINE> {
         Ok(values)
     }
 
-    /// The counter tells whether it arrived. Should one be counted twice, it was sent twice: no register minds.
+    /// The counter tells whether it arrived. Should one be counted twice, it was sent twice: no register
+    /// minds.
     fn write(&mut self, address: u8, value: u32) -> Result<(), Error<LINE::Error>> {
         let [a, b, c, d] = value.to_be_bytes();
         let mut datagram = [SYNC, self.address, address | WRITE, a, b, c, d, 0];
