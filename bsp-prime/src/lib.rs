@@ -27,6 +27,7 @@ pub mod pwm;
 pub mod rtc;
 pub mod sd;
 mod silicon;
+pub mod single_wire;
 pub mod spi;
 pub mod step_engine;
 pub mod thread_stack;
