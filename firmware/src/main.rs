@@ -29,6 +29,7 @@ mod dispatcher;
 mod drivers;
 mod fault;
 mod heat_io;
+mod outside;
 mod ports;
 mod slow;
 mod storage;

@@ -26,7 +26,9 @@ pub use board::{
 };
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
+pub use drivers::{
+    ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
+};
 pub use gcode::realtime::Realtime;
 pub use io::{
     DatedReading, Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings,
