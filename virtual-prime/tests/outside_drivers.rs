@@ -64,7 +64,11 @@ fn work(mut velvet: Velvet, words: [&[(u8, u32)]; 3]) {
     let said = velvet.hear_until("WARNING: B: driver does not answer, check its supply and wiring", 3 * SECOND);
     assert!(!said.contains("WARNING: A"), "{said}");
     assert_eq!(velvet.world(|world| world.timing_faults()), 0);
-    let wrong: Vec<String> = velvet.bench.vm.with(|stopped| stopped.session.board().wrong_modes().cloned().collect());
+    let wrong: Vec<String> = velvet
+        .bench
+        .vm
+        .with(|stopped| stopped.session.board().wrong_modes().cloned().collect())
+        .expect("a running board");
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
