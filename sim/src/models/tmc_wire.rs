@@ -93,7 +93,7 @@ fn check_sum(bytes: &[u8]) -> u8 {
     for byte in bytes {
         for place in 0..8 {
             let carry = sum >> 7 ^ byte >> place & 1;
-            sum = sum << 1 ^ carry * 0b111;
+            sum = (sum << 1) ^ (carry * 0b111);
         }
     }
     sum

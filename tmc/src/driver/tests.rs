@@ -204,7 +204,7 @@ fn reset(chip: Chip, current: f32) -> (Driver<FakeChip>, [u32; 8]) {
     driver.set_current(Amps(current)).unwrap();
     driver.enable().unwrap();
     assert!(driver.status().is_ok());
-    let before = core::mem::replace(&mut driver.spi.words, [0; 8]);
+    let before = core::mem::take(&mut driver.spi.words);
     (driver, before)
 }
 

@@ -51,7 +51,7 @@ fn check_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |crc, byte| {
         (0..8).fold(crc, |crc: u8, bit| {
             let differs = (crc >> 7 ^ byte >> bit) & 1;
-            crc << 1 ^ differs * 0x07
+            (crc << 1) ^ (differs * 0x07)
         })
     })
 }
