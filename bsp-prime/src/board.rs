@@ -5,6 +5,7 @@ use stm32h7xx_hal::pac;
 use crate::adc::{Supplies, Thermistors};
 use crate::clocks::{self, ClockError};
 use crate::identity::{self, Identity};
+use crate::kept;
 use crate::last_words;
 use crate::memory;
 use crate::pins::{self, Output, PinSpec, Pins, table};
@@ -112,7 +113,8 @@ impl Board {
         core.DWT.enable_cycle_counter();
         silicon::prepare(&device.RCC);
         memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID);
-        let reset_cause = identity::take_reset_cause(&device.RCC);
+        let reset = identity::take_reset(&device.RCC);
+        kept::prepare(reset.lost_memory);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
         let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
         let last_words = last_words::take();
@@ -127,7 +129,7 @@ impl Board {
         let mut debug = uart::port(PortName::Debug);
         debug.1.open(DEBUG_BAUD, uart::Frame::PLAIN);
         Ok(Self {
-            identity: Identity::read(reset_cause, last_words),
+            identity: Identity::read(reset.cause, last_words),
             pins,
             guards,
             leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),

@@ -73,8 +73,17 @@ impl fmt::Display for ResetCause {
 /// Base of the unique id (RM0399 section 64.1).
 const UNIQUE_ID: *const u32 = 0x1FF1_E800 as *const u32;
 
+/// What the reset was, read once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reset {
+    pub cause: ResetCause,
+    /// The supply was gone, and with it what was in memory. Where it only sagged, memory has kept what it
+    /// held: the core's supply falls later than the brown-out's threshold.
+    pub lost_memory: bool,
+}
+
 /// Reads the cause and clears the flags, so that the next reset shows its own.
-pub(crate) fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
+pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
     // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF:
     // most telling first.
     let flags = rcc.rsr.read();
@@ -93,8 +102,9 @@ pub(crate) fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
     } else {
         ResetCause::Unknown
     };
+    let lost_memory = flags.porrstf().bit_is_set();
     rcc.rsr.modify(|_, w| w.rmvf().set_bit());
-    cause
+    Reset { cause, lost_memory }
 }
 
 impl Identity {

@@ -20,11 +20,16 @@ mod copy;
 pub mod dma;
 pub mod fpu;
 pub mod identity;
+pub mod kept;
 pub mod last_words;
+#[cfg(feature = "rtt")]
+pub mod log;
 pub mod memory;
 pub mod pins;
 pub mod pwm;
 pub mod rtc;
+#[cfg(feature = "rtt")]
+pub mod rtt;
 pub mod sd;
 mod silicon;
 pub mod single_wire;

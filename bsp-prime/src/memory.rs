@@ -5,7 +5,7 @@ use core::ptr::{addr_of, addr_of_mut};
 
 use cortex_m::peripheral::{CPUID, MPU, SCB};
 
-use crate::thread_stack;
+use crate::{kept, thread_stack};
 
 unsafe extern "C" {
     static mut __sitcm: u32;
@@ -19,6 +19,8 @@ unsafe extern "C" {
     static mut __ed2ram: u32;
     static mut __sdma_arena: u32;
     static mut __edma_arena: u32;
+    static __skept: u32;
+    static __ekept: u32;
     static __euninit: u32;
     static __vector_table: u32;
 }
@@ -180,6 +182,8 @@ fn protect(mpu: &mut MPU) {
         ),
         // SRAM1 and SRAM2. No DMA goes there; one that is to needs a region as the arena's.
         (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
+        // Nothing of it may wait in the cache for a reset.
+        (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
     ];
     cortex_m::asm::dmb();
     // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the
@@ -262,7 +266,7 @@ pub fn stack_unused_bytes() -> u32 {
     4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32
 }
 
-/// How many bytes the statics take, in DTCM, AXI SRAM, SRAM1, SRAM2 and the DMA arena together.
+/// How many bytes the statics take, in DTCM, AXI SRAM, SRAM1, SRAM2, SRAM4 and the DMA arena together.
 #[must_use]
 pub fn static_bytes() -> u32 {
     const DTCM_START: u32 = 0x2000_0000;
@@ -272,4 +276,5 @@ pub fn static_bytes() -> u32 {
         + length(addr_of!(__saxisram), addr_of!(__eaxisram))
         + length(addr_of!(__sd2ram), addr_of!(__ed2ram))
         + length(addr_of!(__sdma_arena), addr_of!(__edma_arena))
+        + length(addr_of!(__skept), addr_of!(__ekept))
 }

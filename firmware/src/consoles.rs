@@ -1,11 +1,14 @@
 //! The consoles of the board: one variant each, and the compiler names every place that another one needs.
 
-use machine::ports::SessionProfile;
+use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::{Inbox, SessionId};
 
 static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();
 static UART1: Inbox = Inbox::new();
+/// Nothing fast looks at it, so it need not be in DTCM; and it is all zero, as the section is.
+#[unsafe(link_section = ".axizero")]
+static RTT: Inbox = Inbox::new();
 
 /// A console, in the order of the session ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,11 +19,13 @@ pub enum Console {
     Uart0,
     /// UART4, UART 1 of the configuration.
     Uart1,
+    /// RTT, through a debug probe.
+    Rtt,
 }
 
 impl Console {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Debug, Self::Uart0, Self::Uart1];
+    pub const ALL: [Self; 4] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Rtt];
 
     /// The console of a session.
     pub fn of(session: SessionId) -> Option<Self> {
@@ -33,6 +38,7 @@ impl Console {
             Self::Debug => &DEBUG,
             Self::Uart0 => &UART0,
             Self::Uart1 => &UART1,
+            Self::Rtt => &RTT,
         }
     }
 
@@ -40,6 +46,7 @@ impl Console {
     pub const fn profile(self) -> SessionProfile {
         match self {
             Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,
+            Self::Rtt => SessionProfile { kind: ConsoleKind::Memory, ..SessionProfile::SERIAL },
         }
     }
 }

@@ -11,6 +11,8 @@ use machine::ports::Ports;
 use motion::{Access, Motion};
 use rtic::Mutex;
 
+use crate::log::Told;
+
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
@@ -44,9 +46,11 @@ fn poll_for_ever(ports: impl Ports) -> Infallible {
     let waker = unsafe { Waker::from_raw(WAKER) };
     // What it waits for is announced by `wake`; it wakes itself where it has more to do than to wait.
     let mut context = Context::from_waker(&waker);
+    let mut told = Told::from_here();
     loop {
         // It never ends, so there is nothing in the answer.
         let _pending = machine.as_mut().poll(&mut context).is_pending();
+        told.tell();
         while !AWAKE.swap(false, Ordering::Acquire) {
             // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later,
             // by the feed's.

@@ -9,9 +9,12 @@ use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
 use bsp_prime::identity::{Identity, ResetCause};
 use bsp_prime::last_words::{self, Text};
+use bsp_prime::{kept, log, rtt, time};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
+use events::Event;
 use machine::ports::{LastWords, Start};
+use units::Micros;
 
 /// A panic while reporting must not report again.
 static REPORTED: AtomicBool = AtomicBool::new(false);
@@ -23,6 +26,8 @@ fn end(report: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     make_outputs_safe();
     if !REPORTED.swap(true, Ordering::Relaxed) {
+        // A line of the log may have been under way.
+        log::take_over();
         report();
         bsp_prime::wait::pause(REPORT_DRAIN_US);
     }
@@ -31,11 +36,16 @@ fn end(report: impl FnOnce()) -> ! {
 
 /// Ends with these words, which the next start tells.
 fn end_with(words: Arguments<'_>) -> ! {
+    end_at(time::now(), words)
+}
+
+fn end_at(now: Micros, words: Arguments<'_>) -> ! {
     end(|| {
         let mut text = Text::new();
         // A text takes what has room in it.
         let _ = text.write_fmt(words);
         last_words::leave(&text);
+        kept::events().record(now, &Event::Ended(events::Text::from(text.as_str())));
         defmt::error!("{=str}", text.as_str());
     })
 }
@@ -47,7 +57,11 @@ pub fn reset_as_asked() -> ! {
 
 /// The board did not come up.
 pub fn board_failed(error: BoardError) -> ! {
-    end_with(format_args!("board: {error:?}"))
+    if let Some(ends) = rtt::start() {
+        log::start(ends.log);
+    }
+    // The clock of the events does not run yet.
+    end_at(Micros(0), format_args!("board: {error:?}"))
 }
 
 /// Why this start.

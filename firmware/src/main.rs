@@ -8,7 +8,7 @@
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
-//! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
+//! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead. Hears the console over RTT too |
 //! | 3 | `plan` | the dispatcher | the next corner |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
@@ -19,7 +19,6 @@
 #![no_main]
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
 
-use defmt_rtt as _;
 use machine::tasks::ReachedMark;
 use machine::watchdog::Reports;
 use motion::Latch;
@@ -29,8 +28,10 @@ mod dispatcher;
 mod drivers;
 mod fault;
 mod heat_io;
+mod log;
 mod outside;
 mod ports;
+mod rtt_console;
 mod slow;
 mod storage;
 mod triggers;
@@ -51,7 +52,7 @@ mod app {
     use bsp_prime::time::{self, Ticker};
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
-    use bsp_prime::{Board, sd, trigger};
+    use bsp_prime::{Board, kept, rtt, sd, trigger};
     use machine::sessions::Intake;
     use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use machine::watchdog::Reporter;
@@ -60,9 +61,10 @@ mod app {
     use crate::consoles::Console;
     use crate::heat_io::Heat;
     use crate::ports::{self, BoardPorts, Owned};
+    use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -100,6 +102,7 @@ mod app {
         uart1: UartInterrupt,
         owned: Owned,
         card: Option<SdCard>,
+        typed: Typed,
     }
 
     // Large objects are made in place: on its way through a return value each would lie on the stack twice.
@@ -111,6 +114,12 @@ mod app {
             Err(error) => fault::board_failed(error),
         };
         let identity = &board.identity;
+        // It is started here, or by a board that did not come up.
+        let Some(ends) = rtt::start() else { fault::reset_as_asked() };
+        bsp_prime::log::start(ends.log);
+        log::record_start(identity);
+        // Nobody is there before a byte has come.
+        Console::Rtt.inbox().set_open(false);
         let reset_cause = defmt::Display2Format(&identity.reset_cause);
         defmt::info!("velvet {=str}, board id {=u8}, reset: {}", env!("VELVET_VERSION"), identity.board, reset_cause);
         let (mut feed_tick, mut heat_tick) = (board.feed_tick, board.heat_tick);
@@ -128,6 +137,7 @@ mod app {
             start: fault::start(identity),
             second_core_starts: board.identity.second_core_starts,
             rtc: board.rtc,
+            rtt: Said::new(ends.console),
         };
         let shared = Shared {
             motion: cx.local.motion,
@@ -145,6 +155,7 @@ mod app {
             uart1: board.uart1.0,
             owned,
             card: Some(board.sd),
+            typed: Typed::new(ends.typed),
         };
         (shared, local)
     }
@@ -232,7 +243,7 @@ mod app {
             return;
         }
         REPORTS.report(Reporter::Heat);
-        if REPORTS.take_complete() {
+        if REPORTS.look(time::now(), kept::events()) {
             cx.local.watchdog.feed();
         }
         if due.slow {
@@ -248,7 +259,7 @@ mod app {
     }
 
     // Keeps 1 to 1.5 ms of steps written ahead.
-    #[task(binds = TIM6_DAC, priority = 4, shared = [motion, triggers], local = [feed_tick, step_feed])]
+    #[task(binds = TIM6_DAC, priority = 4, shared = [motion, triggers], local = [feed_tick, step_feed, typed])]
     fn feed(mut cx: feed::Context) {
         cx.local.feed_tick.acknowledge();
         cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
@@ -260,6 +271,8 @@ mod app {
         if !step_engine::queue().is_empty() {
             step_engine::wake();
         }
+        // Twice a millisecond: soon enough for an M112.
+        let _heard = cx.local.typed.look(Console::Rtt.inbox());
         REPORTS.report(Reporter::StepFeed);
         dispatcher::wake();
     }

@@ -8,14 +8,15 @@ use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
-use bsp_prime::{adc, memory, thread_stack, time, wait};
+use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
+use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -27,6 +28,7 @@ use units::{Celsius, Micros, Ticks, Volts};
 use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
+use crate::rtt_console::Said;
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
@@ -56,6 +58,7 @@ pub struct Owned {
     pub start: Start,
     pub second_core_starts: bool,
     pub rtc: Rtc,
+    pub rtt: Said,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -99,6 +102,7 @@ where
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
+            Console::Rtt => None,
         }
     }
 
@@ -171,6 +175,12 @@ where
 impl<M, H, S, T> Clock for BoardPorts<M, H, S, T> {
     fn now(&self) -> Micros {
         time::now()
+    }
+}
+
+impl<M, H, S, T> EventLog for BoardPorts<M, H, S, T> {
+    fn events(&self) -> EventRing<'_> {
+        kept::events()
     }
 }
 
@@ -276,7 +286,11 @@ where
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        let port = Console::of(session).and_then(|console| self.port(console));
+        let console = Console::of(session);
+        if console == Some(Console::Rtt) {
+            return self.owned.rtt.write(Console::Rtt.inbox(), bytes);
+        }
+        let port = console.and_then(|console| self.port(console));
         port.map_or(bytes.len(), |port| port.write(bytes))
     }
 }

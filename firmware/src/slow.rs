@@ -72,6 +72,6 @@ impl Slow {
     pub fn tick(&mut self) {
         self.supplies.poll();
         let supply = SupplyVoltages { motor: self.voltage("vmotor"), fets: self.voltage("vfet") };
-        self.supervisor.tick(bsp_prime::time::now(), &mut self.drivers, supply);
+        self.supervisor.tick(bsp_prime::time::now(), &mut self.drivers, supply, bsp_prime::kept::events());
     }
 }

@@ -114,4 +114,15 @@ mod tests {
         let error = flash(Path::new("/no/such/image"), None).unwrap_err().to_string();
         assert!(error.contains("/no/such/image") && error.contains("make firmware"), "{error}");
     }
+
+    /// What probe-rs and cargo-embed read when they are given no options.
+    #[test]
+    fn the_probes_files_name_the_same_chip() {
+        let preset = include_str!("../../.probe-rs.yaml");
+        let lines: Vec<&str> = preset.lines().filter(|line| !line.starts_with('#')).collect();
+        let chip = format!("    chip: {CHIP}");
+        assert_eq!(lines, ["presets:", "  default:", &chip, "    protocol: swd", "    speed: 4000"]);
+        assert!(include_str!("../../Embed.toml").contains(&format!("\nchip = \"{CHIP}\"\n")));
+        assert!(include_str!("../../.cargo/config.toml").contains(&format!("--chip {CHIP}\"")));
+    }
 }

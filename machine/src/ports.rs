@@ -10,6 +10,7 @@ mod board;
 mod calendar;
 mod consoles;
 mod drivers;
+mod events;
 mod io;
 mod storage;
 mod workspace;
@@ -29,6 +30,7 @@ pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use drivers::{
     ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
 };
+pub use events::EventLog;
 pub use gcode::realtime::Realtime;
 pub use io::{
     DatedReading, Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings,
@@ -96,11 +98,33 @@ pub trait Inputs {
 
 /// The world of one machine.
 pub trait Ports:
-    Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    Clock
+    + MotionPort
+    + Ahead
+    + HeatPort
+    + DriversPort
+    + Inputs
+    + PinPort
+    + Storage
+    + Consoles
+    + Board
+    + Calendar
+    + EventLog
 {
 }
 
 impl<P> Ports for P where
-    P: Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    P: Clock
+        + MotionPort
+        + Ahead
+        + HeatPort
+        + DriversPort
+        + Inputs
+        + PinPort
+        + Storage
+        + Consoles
+        + Board
+        + Calendar
+        + EventLog
 {
 }

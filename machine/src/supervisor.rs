@@ -7,13 +7,16 @@
 //! heaters and fans lies behind a switch of the board; it is judged only while that switch is on. What is
 //! found waits here as events for the dispatcher.
 
+mod event;
 mod trouble;
 
+use events::EventRing;
 use heapless::Deque;
 use units::{Actuator, Micros, PerActuator, Volts};
 
 use crate::axes::motors;
 use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
+pub use event::SupervisorEvent;
 pub use trouble::DriverTrouble;
 
 /// Below this the motor supply counts as switched off.
@@ -24,21 +27,6 @@ pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
 const POLL_PERIOD: Micros = Micros::from_seconds(1);
 /// Events that can wait for the dispatcher: every kind for every motor.
 const EVENTS: usize = 32;
-
-/// Something the dispatcher must hear of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SupervisorEvent {
-    /// A driver reported trouble twice.
-    Driver(Actuator, DriverTrouble),
-    /// Motor supply went below [`MOTOR_SUPPLY_OFF`].
-    MotorSupplyLost,
-    /// Motor supply came back; drivers have been initialised again.
-    MotorSupplyReturned,
-    /// The supply of heaters and fans is below [`FET_SUPPLY_OFF`] though its switch is on.
-    FetSupplyLost,
-    /// The supply of heaters and fans came back.
-    FetSupplyReturned,
-}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Watch {
@@ -171,7 +159,20 @@ impl Supervisor {
 
     /// The slow task's body; call at 10 Hz, so that every driver is asked once a second. Worst cost: one
     /// status datagram for each driver on the board, and seven, or writing all registers, for one outside.
-    pub fn tick(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
+    pub fn tick(
+        &mut self,
+        now: Micros,
+        drivers: &mut impl MotorDrivers,
+        supply: SupplyVoltages,
+        events: EventRing<'_>,
+    ) {
+        let waiting = self.events.len();
+        self.look(now, drivers, supply);
+        // Before the dispatcher hears of it: it may never do.
+        self.events.iter().skip(waiting).for_each(|news| events.record(now, &news.told()));
+    }
+
+    fn look(&mut self, now: Micros, drivers: &mut impl MotorDrivers, supply: SupplyVoltages) {
         let slow = if now.since(self.slow.1) <= SLOW_HOLDS { self.slow.0 } else { 0 };
         if now < self.due {
             return self.ask_outside(drivers, slow);

@@ -3,6 +3,9 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
+use events::{Event, EventRing};
+use units::Micros;
+
 /// A task whose silence must reset the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reporter {
@@ -22,12 +25,18 @@ pub enum Reporter {
 /// may be away for some three seconds: as long as the slowest card with its repetitions.
 const PATIENCE: u8 = 30;
 
+/// Looks in a row at which somebody was missing: half of the time that the watchdog waits, at heat control's
+/// 100 looks a second.
+const MISSED_LOOKS: u8 = 45;
+
 /// Reports since the watchdog was last fed. Lives in a `static`.
 #[derive(Debug, Default)]
 pub struct Reports {
     reported: AtomicU8,
     /// Feedings since the dispatcher last reported.
     missed: AtomicU8,
+    /// Looks since the last feeding.
+    looks: AtomicU8,
 }
 
 impl Reports {
@@ -37,7 +46,7 @@ impl Reports {
     /// Nobody has reported.
     #[must_use]
     pub const fn new() -> Self {
-        Self { reported: AtomicU8::new(0), missed: AtomicU8::new(0) }
+        Self { reported: AtomicU8::new(0), missed: AtomicU8::new(0), looks: AtomicU8::new(0) }
     }
 
     /// This reporter is alive.
@@ -59,6 +68,30 @@ impl Reports {
         };
         self.missed.store(missed, Ordering::Relaxed);
         missed <= PATIENCE
+    }
+
+    /// Whether the watchdog is to be fed, at each of heat control's looks. When it will soon reset the board
+    /// because of somebody's silence, who that is is recorded, once: the next start finds it. Heat control
+    /// itself cannot be found so; nor can a processor whose interrupts are off.
+    pub fn look(&self, now: Micros, events: EventRing<'_>) -> bool {
+        let looks = self.looks.load(Ordering::Relaxed);
+        if self.take_complete() {
+            self.looks.store(0, Ordering::Relaxed);
+            return true;
+        }
+        if looks == MISSED_LOOKS {
+            events.record(now, &Event::Silent(self.silent()));
+        }
+        self.looks.store(looks.saturating_add(1), Ordering::Relaxed);
+        false
+    }
+
+    fn silent(&self) -> u8 {
+        if self.missed.load(Ordering::Relaxed) > PATIENCE {
+            // That was found when all tasks had reported; they have begun to do so anew.
+            return Self::DISPATCHER;
+        }
+        !self.reported.load(Ordering::Relaxed) & Self::TASKS
     }
 }
 
@@ -87,6 +120,31 @@ mod tests {
             assert!(reports.take_complete());
             assert!(!reports.take_complete(), "all must report anew");
         }
+    }
+
+    #[test]
+    fn who_is_silent_is_recorded_once_and_before_the_watchdog_bites() {
+        let (slots, next) = (std::boxed::Box::new(events::Slots::new()), core::sync::atomic::AtomicU32::new(1));
+        let ring = EventRing::new(&slots, &next);
+        for silent in [StepFeed, Planner, Supervisor, Dispatcher] {
+            let reports = Reports::new();
+            let mut fed_at = 0;
+            let recorded = (0..600_u64).find(|look| {
+                let others = [Heat, StepFeed, Planner, Supervisor, Dispatcher];
+                others.into_iter().filter(|task| *task != silent).for_each(|task| reports.report(task));
+                let before = ring.next();
+                if reports.look(Micros::from_millis(10 * look), ring) {
+                    fed_at = *look;
+                }
+                ring.next() != before
+            });
+            let entry = ring.last(1).next().unwrap();
+            assert_eq!(entry.event, Event::Silent(1 << silent as u8));
+            let looks = recorded.unwrap() - fed_at;
+            assert!((40..80).contains(&looks), "{silent:?}: {looks} looks, and the watchdog waits for 90");
+            assert!((0..200).all(|_| !reports.look(Micros(0), ring)) && ring.last(1).next() == Some(entry), "once");
+        }
+        assert_eq!(events::SILENT_TASKS.len(), Dispatcher as usize + 1);
     }
 
     #[test]

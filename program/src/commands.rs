@@ -91,7 +91,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("tune_driver", "axis [mm/s ...]", "measure which stallGuard threshold a motor is to have: its axis moves over its travel")
         .working(),
     command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),
-    command("break", "", "stop for a debugger, if one is attached"),
+    command("break", "", "stop for a debugger; without one, the last events"),
+    command("events", "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
     command("reset", "", "restart the board in a second"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),

@@ -15,6 +15,7 @@ mod delta;
 mod delta_calibration;
 mod drivers;
 mod endstop_phase;
+mod events;
 mod every_setting;
 mod executor;
 mod fans;

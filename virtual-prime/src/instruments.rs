@@ -21,14 +21,8 @@ use rigless::soc::Width;
 
 use crate::board::PrimeBoard;
 use crate::image::{Mask, Symbols};
+use crate::rtt;
 use crate::vm::Observer;
-
-/// Layout of the RTT control block (SEGGER UM08001, "RTT control block"): 16 bytes of name, two counts, then
-/// 24 bytes per up channel. Offsets of channel 0's fields.
-const RTT_BUFFER: u64 = 28;
-const RTT_SIZE: u64 = 32;
-const RTT_WRITE: u64 = 36;
-const RTT_READ: u64 = 40;
 
 /// Configurable fault status, and the address that the MPU refused (Armv7-M manual, B3.2.15 and B3.2.17).
 const CFSR: u64 = 0xE000_ED28;
@@ -94,6 +88,8 @@ pub struct Probe {
     pub queue: Option<String>,
     /// A hard fault is part of the run, and does not end it.
     pub faults_are_meant: bool,
+    /// Nobody reads the log.
+    pub leaves_log: bool,
 }
 
 /// The instruments, set up for one image.
@@ -101,7 +97,7 @@ pub struct Probe {
 pub struct Instruments {
     records: Records,
     points: HashMap<u64, Vec<Point>>,
-    rtt: Option<u64>,
+    rtt: Option<rtt::Probe>,
     armed: bool,
 }
 
@@ -113,9 +109,9 @@ impl Instruments {
     pub fn new(elf: &Path, probe: &Probe) -> Result<(Self, Records), String> {
         let symbols = Symbols::read(elf)?;
         let mut points: HashMap<u64, Vec<Point>> = HashMap::new();
-        let rtt = symbols.object("_SEGGER_RTT").map(|block| block.address);
-        if let Some(block) = rtt {
-            points.entry(block + RTT_WRITE).or_default().push(Point::Rtt);
+        let rtt = rtt::Probe::in_image(&symbols);
+        if let Some(probe) = rtt.filter(|_| !probe.leaves_log) {
+            points.entry(probe.write_word(0)).or_default().push(Point::Rtt);
         }
         for handler in
             HARD_FAULT.into_iter().filter(|_| !probe.faults_are_meant).filter_map(|name| symbols.function(name))
@@ -154,21 +150,9 @@ impl Instruments {
 
     /// Takes everything the image has written to RTT channel 0, as a debug probe does.
     fn drain_rtt(&self, host: &mut dyn Host) {
-        let Some(block) = self.rtt else { return };
-        let mut word = |address| host.read(address, Width::W32).unwrap_or(0);
-        let (buffer, size) = (word(block + RTT_BUFFER), word(block + RTT_SIZE));
-        let (write, mut read) = (word(block + RTT_WRITE), word(block + RTT_READ));
-        if size == 0 || write >= size || read >= size {
-            return;
-        }
-        let mut records = self.records.lock();
-        while read != write {
-            records.rtt.push(host.read(buffer + read, Width::W8).unwrap_or(0) as u8);
-            read = (read + 1) % size;
-        }
-        drop(records);
-        // A failed write leaves the bytes in the buffer, and they come again.
-        let _ = host.write(block + RTT_READ, Width::W32, read);
+        let Some(probe) = self.rtt else { return };
+        let bytes = probe.read(host, 0);
+        self.records.lock().rtt.extend(bytes);
     }
 }
 

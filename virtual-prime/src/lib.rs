@@ -17,8 +17,10 @@ pub mod mcu;
 pub mod peripherals;
 pub mod pin_state;
 pub mod pins;
+pub mod rtt;
 pub mod sd_image;
 pub mod typed;
+pub mod usb_host;
 pub mod vm;
 
 mod clock_modes;

@@ -15,10 +15,12 @@ mod operation;
 mod outside_drivers;
 mod power_cuts;
 mod probing;
+mod rtt;
 mod schedule;
 mod settings;
 mod spi_sensors;
 mod stream;
+mod usb;
 mod v2_replay;
 
 /// A file that no line above names would not be built, and its tests not run.

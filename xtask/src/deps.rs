@@ -12,6 +12,8 @@ use crate::{sources, structure};
 /// Which of our crates each crate may use. A crate that is not listed may not exist.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
+    // What is kept of what happened, for everybody to write.
+    ("events", &["units"]),
     // The board on paper: what the simulated machine is wired by, and never the firmware.
     ("board-facts", &[]),
     ("gcode", &["units"]),
@@ -21,7 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("tmc", &["units"]),
     ("drivers", &["units"]),
     // What a sensor's reading means in degrees is known in one place; `drivers` speaks to no chip.
-    ("machine", &["units", "gcode", "program", "config", "motion", "drivers"]),
+    ("machine", &["units", "events", "gcode", "program", "config", "motion", "drivers"]),
     // The machine's port over the chips: `machine` never sees a chip, `tmc` never sees a machine.
     ("driver-bank", &["units", "config", "machine", "tmc"]),
     // The same for the converter chips of sensors: their settings, and when each is read.
@@ -31,11 +33,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share.
-    ("bsp-prime", &["units", "motion"]),
+    ("bsp-prime", &["units", "events", "motion"]),
     (
         "firmware",
         &[
             "units",
+            "events",
             "gcode",
             "config",
             "motion",
@@ -47,9 +50,23 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "bsp-prime",
         ],
     ),
-    ("sim", &["units", "board-facts", "gcode", "config", "motion", "drivers", "machine", "driver-bank", "sensor-bank"]),
-    ("scenarios", &["units", "program", "gcode", "config", "motion", "drivers", "machine", "sim"]),
-    ("on-target", &["units", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
+    (
+        "sim",
+        &[
+            "units",
+            "events",
+            "board-facts",
+            "gcode",
+            "config",
+            "motion",
+            "drivers",
+            "machine",
+            "driver-bank",
+            "sensor-bank",
+        ],
+    ),
+    ("scenarios", &["units", "events", "program", "gcode", "config", "motion", "drivers", "machine", "sim"]),
+    ("on-target", &["units", "events", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
     ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine"]),
@@ -67,6 +84,7 @@ const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
 const PURE: &[&str] = &[
     "units",
+    "events",
     "board-facts",
     "gcode",
     "program",
@@ -82,7 +100,7 @@ const PURE: &[&str] = &[
 ];
 
 /// Crates that never wait: whoever calls them does.
-const SYNCHRONOUS: &[&str] = &["units", "gcode", "program", "config", "motion", "tmc", "drivers"];
+const SYNCHRONOUS: &[&str] = &["units", "events", "gcode", "program", "config", "motion", "tmc", "drivers"];
 
 /// Runs every rule and reports all violations at once.
 pub fn check(root: &Path) -> Result<()> {

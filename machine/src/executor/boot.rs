@@ -5,6 +5,7 @@
 //! sessions and card work, so that the file can be mended over them.
 
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
+use events::{Event as Happened, Text};
 use heapless::Vec;
 use program::Dialect;
 use units::Micros;
@@ -80,6 +81,7 @@ fn read_file<P: Ports>(
     findings: &mut Vec<Diagnostic, FINDINGS>,
 ) -> Result<Summary, StorageError> {
     ports.mount()?;
+    ports.events().record(ports.now(), &Happened::CardMounted);
     // A change that a power cut stopped half way.
     safe_file::settle(ports, CONFIG_PATH)?;
     let file = ports.open(CONFIG_PATH, OpenMode::Read)?;
@@ -132,8 +134,19 @@ async fn drain<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
     }
 }
 
+fn what_came_of(read: &Read) -> Happened {
+    match &read.summary {
+        Err(error) => Happened::ConfigurationUnreadable(Text::from(error.text())),
+        Ok(summary) if summary.is_usable() => {
+            Happened::ConfigurationRead { took_ms: read.took.millis() as u32, findings: summary.total() }
+        }
+        Ok(summary) => Happened::ConfigurationFlawed { errors: summary.errors + summary.fatals },
+    }
+}
+
 /// Sets every part up from the configuration, and greets.
 pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
+    machine.record(&what_came_of(&read));
     let usable = read.summary.is_ok_and(|summary| summary.is_usable());
     if usable {
         let Machine { config, sessions, .. } = machine;

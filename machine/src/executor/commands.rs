@@ -10,7 +10,7 @@ use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
     Hands, Machine, actions, answers, axis_tests, editing, foresee, functions, grbl, home, job_control, log,
-    long_answers, motion_tests, objects, passed_over, play_from, program_io, statistics, suspend,
+    long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -140,8 +140,10 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
         "break" => return Some(stop_for_debugger(machine, to)),
+        "events" => return Some(recording::tell(machine, arguments, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
+            machine.record(&events::Event::ResetAsked);
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
@@ -347,10 +349,10 @@ fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
         return Err(Failure::refused("the machine moves: stop it first"));
     }
-    if !machine.ports.stop_for_debugger() {
-        machine.say(to, format_args!("no debugger is attached\n"));
+    if machine.ports.stop_for_debugger() {
+        return Ok(Answer::Ok);
     }
-    Ok(Answer::Ok)
+    Ok(recording::tell_last(machine, to))
 }
 
 /// What takes time.

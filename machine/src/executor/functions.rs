@@ -3,6 +3,7 @@
 //! Those that only say or set something never wait, and questions among them are answered at any waiting
 //! point. The others are sequences.
 
+use events::{Event, Text};
 use gcode::{Blocks, Code};
 use program::{Function, State, Words};
 use units::AxisSet;
@@ -339,7 +340,15 @@ fn file_or_job<P: Ports>(
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
     Some(match function {
-        Function::Mount => files::commands::mount(ports, reply),
+        Function::Mount => {
+            let mounted = files::commands::mount(ports, reply);
+            let news = match &mounted {
+                Err(Failure::Refused(why)) => Event::CardFailed(Text::new(format_args!("{why}"))),
+                _ => Event::CardMounted,
+            };
+            ports.events().record(ports.now(), &news);
+            mounted
+        }
         Function::SelectFile | Function::StartFile => {
             let was_open = jobs.is_open();
             let selected = jobs.select(name, function == Function::StartFile, now, ports, reply);

@@ -6,6 +6,7 @@
 
 use core::fmt::Arguments;
 
+use events::{Event as Happened, Text};
 use program::{Dialect, State};
 use units::Micros;
 
@@ -24,6 +25,7 @@ impl<P: Ports> Machine<'_, P> {
     pub(super) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
         let now = self.ports.now();
         if self.safety.halt(now) {
+            self.record(&Happened::Halted(Text::new(why)));
             self.stop_everything();
             self.announce(why);
             if self.paper.end() {
@@ -99,6 +101,9 @@ impl<P: Ports> Machine<'_, P> {
         journal::halts(self);
         log::close(self);
         program_io::overrides_count_again(self);
+        if self.jobs.is_open() {
+            self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
+        }
         // It is saved when the machine has come to rest.
         let _ = self.jobs.statistics.end_job(false);
         self.jobs.close(&mut self.ports);
@@ -146,6 +151,7 @@ impl<P: Ports> Machine<'_, P> {
         if !self.safety.finish_release() {
             return;
         }
+        self.record(&Happened::Released);
         self.ports.heat(HeatControl::release);
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
         self.ports.set_motor_power(true);

@@ -3,6 +3,7 @@
 use core::pin::{Pin, pin};
 
 use config::ButtonWord;
+use events::{Event, Text};
 use gcode::{Line, Refusal};
 use motion::Tag;
 use program::{State, Waits};
@@ -151,6 +152,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
             JobStart::Now => {
+                record_begin(machine);
                 {
                     let begins: Pin<&mut dyn Future<Output = ()>> = pin!(journal::begin(machine));
                     begins.await;
@@ -197,12 +199,18 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         Next::End => return end_job(machine).await,
         Next::Failed(why) => {
             machine.journal.lose();
+            machine.record(&Event::CardFailed(Text::new(format_args!("reading the job failed: {why}"))));
             machine.announce(format_args!(
                 "error:paused, reading the file being played failed: {why}: M24 goes on once its card is back, abort ends it\n"
             ));
         }
     }
     true
+}
+
+fn record_begin<P: Ports>(machine: &Machine<'_, P>) {
+    let path = machine.jobs.path().map_or("", |path| path.as_str());
+    machine.record(&Event::JobBegan(Text::from(path)));
 }
 
 /// A line that is passed over: only an O word counts in it.
@@ -220,7 +228,10 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
-            JobStart::Now => stall_recovery::job_begins(machine),
+            JobStart::Now => {
+                record_begin(machine);
+                stall_recovery::job_begins(machine);
+            }
             JobStart::Later => {
                 machine.jobs.is_new_again();
                 machine.serve();

@@ -2,7 +2,7 @@
 
 use program::Words;
 
-use super::{Machine, foresee};
+use super::{Machine, foresee, recording};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::hal;
@@ -134,6 +134,7 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             *line += 1;
             Ok(*line < program::commands::COMMANDS.len())
         }
+        Listing::Events { next, end } => Ok(recording::piece(ports, next, *end, reply)),
         Listing::Enumeration { list, line } => {
             *line += 1;
             Ok(hal::list_line(*list, *line - 1, reply))

@@ -3,6 +3,7 @@
 //! It knows nothing of lines, of commands, or of who is served while it waits.
 
 use config::MachineConfig;
+use events::Event as Happened;
 use motion::path::Bounds;
 use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, State, States};
@@ -13,6 +14,7 @@ use super::frames::Frames;
 use super::hold::Hold;
 use super::passed::Passed;
 use super::polls::Polls;
+use super::recorded::Recorded;
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::buttons::Buttons;
@@ -98,6 +100,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Axes that have a switch to home with.
     pub(super) can_home: AxisSet,
     pub(super) polls: Polls,
+    /// What the ring of events has been told of.
+    pub(super) recorded: Recorded,
     /// The operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(super) feed_waits: Option<f64>,
     /// Whether a feed hold acts.
@@ -158,6 +162,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
+            recorded: Recorded::default(),
             feed_waits: None,
             hold: Hold::default(),
             cut: Cut::default(),
@@ -180,6 +185,11 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Says something to every session.
     pub(super) fn announce(&mut self, text: core::fmt::Arguments<'_>) {
         self.sessions.say(Recipient::All, text);
+    }
+
+    /// Keeps an event, in the ring that survives a reset.
+    pub(super) fn record(&self, event: &Happened) {
+        self.ports.events().record(self.ports.now(), event);
     }
 
     // --- waiting ---

@@ -46,6 +46,8 @@ mod play_from;
 mod polls;
 mod probe_script;
 mod program_io;
+mod recorded;
+mod recording;
 mod recover;
 mod restore;
 mod serve;

@@ -2,6 +2,7 @@
 //! faults seen, outputs flushed. Never waits.
 
 use config::HomingDirection;
+use events::{Event as Happened, Text};
 use gcode::Line;
 use gcode::realtime::Realtime;
 use program::{Dialect, State};
@@ -9,7 +10,7 @@ use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, long_answers,
-    program_io, stall_recovery, stalls, statistics,
+    program_io, recording, stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -96,6 +97,8 @@ impl<P: Ports> Machine<'_, P> {
         ports.inbox(id).set_text(false);
         files.session_ended(id, ports);
         jobs.session_ended(id);
+        let (session, is_there) = (id.0, ports.inbox(id).is_open());
+        self.record(&if is_there { Happened::SessionOpened { session } } else { Happened::SessionClosed { session } });
     }
 
     /// Seldom: kept out of what every line passes through.
@@ -244,6 +247,7 @@ impl<P: Ports> Machine<'_, P> {
     // --- watching ---
 
     fn watch(&mut self, now: Micros) {
+        recording::follow(self);
         self.watch_heat();
         self.watch_supervisor();
         self.watch_limits(now);
@@ -333,11 +337,13 @@ impl<P: Ports> Machine<'_, P> {
         if let Some((sensor, words)) = self.ports.heat(HeatControl::take_chip_fault) {
             let name = self.config.temperatures.get(sensor.index()).map_or("", |controller| controller.name.as_str());
             self.announce(format_args!("WARNING: {name}: {words}\n"));
+            self.record(&Happened::Warned(Text::new(format_args!("{name}: {words}"))));
         }
         let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
         let text = heat_fault_text(self.config, fault);
         if self.safety.is_halted() {
             // The outputs are off already; that it goes on all the same a person must hear.
+            self.record(&Happened::Warned(Text::new(format_args!("{text}"))));
             return self.announce(format_args!("ERROR: {text}\n"));
         }
         self.halt(Alarm::Abort, format_args!("ERROR: {text}\nHALT asserted - reset or M999 required\n"));
@@ -436,6 +442,7 @@ impl<P: Ports> Machine<'_, P> {
         if news.halts() {
             self.halt(Alarm::Abort, format_args!("{news}\n"));
         } else {
+            self.record(&Happened::Warned(Text::new(format_args!("{news}"))));
             self.announce(format_args!("{news}\n"));
         }
     }

@@ -3,6 +3,7 @@
 use core::fmt::Write as _;
 
 use config::HeaterId;
+use events::Event;
 use program::{State, Words};
 use units::{AxisSet, Micros};
 
@@ -64,6 +65,9 @@ pub(super) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// The job has ended, well or not: says what it took.
 pub(super) fn end_job<P: Ports>(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+    if machine.jobs.is_open() {
+        machine.record(&Event::JobEnded { complete: is_done, line: machine.jobs.line() });
+    }
     if let Some(job) = machine.jobs.statistics.end_job(is_done) {
         say_job(machine, &job, to);
     }

@@ -1,6 +1,7 @@
 //! Suspending a job and going on with it, replaying saved settings, and running what they start: the frames.
 
 use config::FilamentChangeConfig;
+use events::Event as Happened;
 use gcode::LineBuffer;
 use heapless::Vec;
 use motion::Mode;
@@ -55,6 +56,7 @@ pub(super) async fn suspend<P: Ports>(
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
     machine.safety.apply(Event::Suspend);
+    machine.record(&Happened::JobSuspended { line: machine.jobs.line() });
     if let Some(change) = &change {
         leave(machine, change).await?;
     }
@@ -165,6 +167,7 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
         stall_recovery::arrive(machine, &stall).await?;
     }
     machine.announce(format_args!("// Resuming print\n"));
+    machine.record(&Happened::JobResumed { line: machine.jobs.line() });
     if !machine.jobs.set_paused(false) {
         machine.announce(format_args!("// action:resume\n"));
     }

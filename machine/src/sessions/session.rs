@@ -107,6 +107,13 @@ pub enum Listing {
         /// The next line.
         line: usize,
     },
+    /// Of what happened.
+    Events {
+        /// The number of the next one.
+        next: u32,
+        /// The number behind the last one.
+        end: u32,
+    },
     /// A list that senders for grblHAL ask for, from this line on.
     Enumeration {
         /// Which.

@@ -84,7 +84,7 @@ fn a_fault_counts_when_seen_twice_and_is_told_once() {
     let mut reported = [0; 5];
     for (second, status) in course.into_iter().enumerate() {
         drivers.status = status;
-        supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
+        supervisor.look(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
         while let Some(event) = supervisor.take_event() {
             assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::ShortA));
             reported[second] += 1;
@@ -101,7 +101,7 @@ fn a_driver_that_sways_about_its_limit_is_told_once_and_again_when_it_has_cooled
         // Two seconds over the limit, five below, and a long rest in between.
         let over_temperature_warning = !(70..150).contains(&second) && second % 7 < 2;
         drivers.status = Ok(DriverStatus { over_temperature_warning, ..DriverStatus::default() });
-        supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+        supervisor.look(Micros::from_seconds(second), &mut drivers, SUPPLIED);
         while let Some(event) = supervisor.take_event() {
             assert_eq!(event, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OverTemperatureWarning));
             told.push(second);
@@ -123,7 +123,7 @@ fn an_open_coil_is_told_after_three_polls_in_slow_motion_and_no_others_count() {
         let now = Micros::from_seconds(second as u64);
         drivers.status = Ok(status);
         supervisor.set_slow(slow, now);
-        supervisor.tick(now, &mut drivers, SUPPLIED);
+        supervisor.look(now, &mut drivers, SUPPLIED);
         told.extend(supervisor.take_event().map(|event| (second, event)));
     }
     assert_eq!(told, [(9, SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::OpenB))]);
@@ -139,7 +139,7 @@ fn drivers_outside_are_asked_one_at_a_tick_and_set_up_again_after_a_reset() {
     let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
     let mut set_up = Vec::new();
     for tick in 0..20 {
-        supervisor.tick(Micros::from_millis(tick * 100), &mut drivers, supply);
+        supervisor.look(Micros::from_millis(tick * 100), &mut drivers, supply);
         set_up.push(drivers.initialised);
     }
     // Both in each second, as it goes on.
@@ -157,7 +157,7 @@ fn a_driver_on_the_board_that_has_lost_its_settings_is_believed_at_once_and_set_
     let mut seen = Vec::new();
     for (second, status) in course.into_iter().enumerate() {
         drivers.status = status;
-        supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
+        supervisor.look(Micros::from_seconds(second as u64), &mut drivers, SUPPLIED);
         seen.push((drivers.initialised, supervisor.take_event()));
     }
     let told = SupervisorEvent::Driver(Actuator::Beta, DriverTrouble::Reset);
@@ -169,7 +169,7 @@ fn losing_and_regaining_motor_supply_initialises_the_drivers_again() {
     let (mut supervisor, mut drivers) = bench();
     for (second, volts) in [24.0, 2.0, 2.0, 24.0].into_iter().enumerate() {
         let supply = SupplyVoltages { motor: Some(Volts(volts)), fets: None };
-        supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+        supervisor.look(Micros::from_seconds(second as u64), &mut drivers, supply);
     }
     assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
     assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyReturned));
@@ -187,7 +187,7 @@ fn the_heaters_supply_is_missed_once_and_only_while_its_switch_is_on() {
             supervisor.expect_fet_supply(true);
         }
         let supply = SupplyVoltages { motor: None, fets: Some(Volts(volts)) };
-        supervisor.tick(Micros::from_seconds(second as u64), &mut drivers, supply);
+        supervisor.look(Micros::from_seconds(second as u64), &mut drivers, supply);
         reported.extend(supervisor.take_event().map(|event| (second, event)));
     }
     assert_eq!(reported, [(2, SupervisorEvent::FetSupplyLost), (4, SupervisorEvent::FetSupplyReturned)]);
@@ -199,7 +199,7 @@ fn trouble_that_was_told_at_boot_is_no_news() {
     drivers.status = Err(DriverFault::Silent);
     supervisor.mark_told(Actuator::Beta, DriverTrouble::Silent);
     for second in 0..5 {
-        supervisor.tick(Micros::from_seconds(second), &mut drivers, SUPPLIED);
+        supervisor.look(Micros::from_seconds(second), &mut drivers, SUPPLIED);
     }
     assert_eq!(supervisor.take_event(), None);
 }
@@ -210,7 +210,7 @@ fn without_supply_the_silence_of_drivers_is_no_news() {
     drivers.status = Err(DriverFault::Silent);
     for second in 0..5 {
         let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
-        supervisor.tick(Micros::from_seconds(second), &mut drivers, supply);
+        supervisor.look(Micros::from_seconds(second), &mut drivers, supply);
     }
     assert_eq!(supervisor.take_event(), Some(SupervisorEvent::MotorSupplyLost));
     assert_eq!(supervisor.take_event(), None);

@@ -1,13 +1,15 @@
 //! The host as the machine sees it.
 
 use std::rc::Rc;
+use std::sync::atomic::AtomicU32;
 
 use config::{BoardId, MachineConfig, Pin, Pull};
+use events::{Cause, Event, EventRing, Slots};
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -70,6 +72,8 @@ pub struct Shared {
     pub date: Flag<(DateTime, u64)>,
     /// The host has no interrupts that could be late: what a test says.
     pub step_times: Flag<StepTimes>,
+    /// Kept over a reset, which a runner has none of.
+    events: Box<(Slots, AtomicU32)>,
     card: Turns<Card>,
     board_id: u8,
 }
@@ -84,7 +88,7 @@ impl Shared {
             inbox.set_open(place < CONSOLES);
             inbox
         };
-        Self {
+        let shared = Self {
             now_ns: Flag::new(0),
             wires_ns: [const { Flag::new(0) }; 2],
             world: Turns::new(world),
@@ -107,7 +111,15 @@ impl Shared {
             step_times: Flag::default(),
             card: Turns::new(Card::new(&setup.card, setup.card_state, setup.writes)),
             board_id: u8::from(board_id == BoardId::Prime2660),
-        }
+            events: Box::new((Slots::new(), AtomicU32::new(1))),
+        };
+        shared.events().record(Micros(0), &Event::Started { cause: Cause::PowerOn, date: None });
+        shared
+    }
+
+    /// What has happened.
+    pub fn events(&self) -> EventRing<'_> {
+        EventRing::new(&self.events.0, &self.events.1)
     }
 }
 
@@ -141,6 +153,12 @@ impl HostPorts {
 impl Clock for HostPorts {
     fn now(&self) -> Micros {
         Micros(self.shared.now_ns.get() / 1_000)
+    }
+}
+
+impl EventLog for HostPorts {
+    fn events(&self) -> EventRing<'_> {
+        self.shared.events()
     }
 }
 

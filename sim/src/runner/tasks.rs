@@ -349,7 +349,7 @@ pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
 fn slow(shared: &Shared) {
     let supply = SupplyVoltages { motor: voltage(shared, "vmotor"), fets: voltage(shared, "vfet") };
     let mut bank = shared.bank.borrow_mut();
-    shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply);
+    shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply, shared.events());
 }
 
 /// The pins of the heat task.

@@ -8,7 +8,6 @@ use bsp_prime::board::{Board, enable_interrupt, make_outputs_safe};
 use bsp_prime::pac::{self, Interrupt, interrupt};
 use bsp_prime::time::Ticker;
 use critical_section::Mutex;
-use defmt_rtt as _;
 use motion::Latch;
 
 /// Where watched inputs report.
@@ -42,8 +41,12 @@ pub fn bench() -> Bench {
     };
     let board = match Board::take(core, device) {
         Ok(board) => board,
-        Err(error) => defmt::panic!("the board does not come up: {}", defmt::Debug2Format(&error)),
+        Err(error) => {
+            start_log();
+            defmt::panic!("the board does not come up: {}", defmt::Debug2Format(&error))
+        }
     };
+    start_log();
     let mut tick = board.heat_tick;
     tick.start(1_000);
     critical_section::with(|cs| {
@@ -61,6 +64,12 @@ pub fn bench() -> Bench {
         sd: board.sd,
         identity: board.identity,
         watchdog: board.watchdog,
+    }
+}
+
+fn start_log() {
+    if let Some(ends) = bsp_prime::rtt::start() {
+        bsp_prime::log::start(ends.log);
     }
 }
 

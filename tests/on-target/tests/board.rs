@@ -72,7 +72,9 @@ mod tests {
         }
         let d2 = (0x3000_0000, 0x130B_0023);
         defmt::assert_eq!(memory::protection(7), d2, "SRAM1 and 2, 256 KiB: write-back, never executed");
-        for unused in 8..16 {
+        let kept = (0x3800_0000, 0x130C_001F);
+        defmt::assert_eq!(memory::protection(8), kept, "SRAM4, 64 KiB: never cached, never executed");
+        for unused in 9..16 {
             defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
         }
         // PRIVDEFENA and ENABLE; not HFNMIENA: a hard fault's handler may touch everything.

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use config::BoardId;
+use rigless::emulator::Host;
 use sim::models::sd_card::{BlockWrite, SdCard, Traits};
 use sim::models::tmc26x::Chip;
 use sim::world::{Fault, TimedFault, World, WorldConfig};
@@ -11,6 +12,7 @@ use units::Actuator;
 use virtual_prime::board::PrimeBoard;
 use virtual_prime::console::Arrived;
 use virtual_prime::instruments::Probe;
+use virtual_prime::rtt::Probe as Rtt;
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
@@ -57,6 +59,7 @@ pub struct Plan {
     carriages: Vec<f64>,
     soaked: Vec<(&'static str, f64)>,
     faults_are_meant: bool,
+    leaves_log: bool,
 }
 
 impl Plan {
@@ -78,6 +81,7 @@ impl Plan {
             carriages: Vec::new(),
             soaked: Vec::new(),
             faults_are_meant: false,
+            leaves_log: false,
         }
     }
 
@@ -188,6 +192,12 @@ impl Plan {
         self
     }
 
+    /// Nobody reads the log.
+    pub const fn leaving_log(mut self) -> Self {
+        self.leaves_log = true;
+        self
+    }
+
     /// Switches the machine on and waits for its prompt.
     #[track_caller]
     pub fn start(self) -> Velvet {
@@ -230,7 +240,7 @@ impl Plan {
             let done = if fault.at_ns == 0 { world.inject(&fault.fault) } else { world.schedule(fault) };
             done.expect("a fault of this machine");
         }
-        let probe = Probe { faults_are_meant: self.faults_are_meant, ..Probe::default() };
+        let probe = Probe { faults_are_meant: self.faults_are_meant, leaves_log: self.leaves_log, ..Probe::default() };
         Velvet { bench: boot_watched(&self.elf, board, self.watched, &probe), said: String::new() }
     }
 }
@@ -319,6 +329,12 @@ impl Velvet {
         let world = self.bench.world();
         let mut world = world.lock();
         work(&mut world)
+    }
+
+    /// Does something as the debug probe at the image's RTT.
+    pub fn probe<R: Send + 'static>(&mut self, work: impl FnOnce(Rtt, &mut dyn Host) -> R + Send + 'static) -> R {
+        let probe = Rtt::of(&image()).expect("an ELF file").expect("an image with RTT");
+        self.bench.vm.with(move |stopped| work(probe, stopped.host)).expect("the run goes on")
     }
 
     /// The level a pin has, by its name.

@@ -7,6 +7,9 @@ use crate::common::switched::{FEED, Failure, HEAT, Interrupt, PLANNER, SLOW_WATC
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
 const WATCHDOG: &str = "WARNING: the watchdog reset the board: the firmware had stopped answering\n";
+/// What the next start finds in the ring of events, behind what went before.
+const BY_WATCHDOG: &str = "--- started: the watchdog reset the board\n";
+const BY_ITSELF: &str = "--- started: the firmware reset itself\n";
 /// 0.9 s between two feedings, by a clock that may be a tenth slow, and what was fed just before.
 const WATCHDOG_MS: f64 = 1_000.0;
 /// The dispatcher may be away for three seconds before that.
@@ -22,48 +25,63 @@ fn with_image(elf: std::path::PathBuf, state: State) -> Velvet {
 
 fn dispatcher_hangs(case: &Case) -> Seen {
     let velvet = with_image(image_that_hangs_in("report_status"), case.state);
-    resets(velvet, |velvet| velvet.bench.console.send(b"?"), |_| {}, WATCHDOG, case.within_ms)
+    let kept = ["nothing is heard of the dispatcher\n", BY_WATCHDOG];
+    resets(velvet, |velvet| velvet.bench.console.send(b"?"), |_| {}, WATCHDOG, &kept, case.within_ms)
 }
 
 #[track_caller]
-fn fails(case: &Case, interrupt: Interrupt, failure: Failure, told: &str) -> Seen {
-    resets(with_image(image(interrupt, failure), case.state), throw, throw_back, told, case.within_ms)
+fn fails(case: &Case, interrupt: Interrupt, failure: Failure, told: &str, kept: &[&str]) -> Seen {
+    resets(with_image(image(interrupt, failure), case.state), throw, throw_back, told, kept, case.within_ms)
+}
+
+/// The firmware ends itself, with these words.
+#[track_caller]
+fn ends(case: &Case, interrupt: Interrupt, failure: Failure, words: &str) -> Seen {
+    let told = format!("WARNING: the firmware had ended itself: {words}");
+    let kept = format!("the firmware ended itself: {words}");
+    fails(case, interrupt, failure, &told, &[&kept, BY_ITSELF])
 }
 
 fn heat_skips(case: &Case) -> Seen {
-    fails(case, HEAT, Failure::Skips, WATCHDOG)
+    fails(case, HEAT, Failure::Skips, WATCHDOG, &[BY_WATCHDOG])
 }
 
 fn heat_hangs(case: &Case) -> Seen {
-    fails(case, HEAT, Failure::Hangs, WATCHDOG)
+    fails(case, HEAT, Failure::Hangs, WATCHDOG, &[BY_WATCHDOG])
 }
 
 fn feed_skips(case: &Case) -> Seen {
-    fails(case, FEED, Failure::Skips, WATCHDOG)
+    fails(case, FEED, Failure::Skips, WATCHDOG, &["nothing is heard of the step feed\n", BY_WATCHDOG])
 }
 
 fn feed_hangs(case: &Case) -> Seen {
-    fails(case, FEED, Failure::Hangs, WATCHDOG)
+    fails(case, FEED, Failure::Hangs, WATCHDOG, &["nothing is heard of the step feed", BY_WATCHDOG])
 }
 
 fn planner_skips(case: &Case) -> Seen {
-    fails(case, PLANNER, Failure::Skips, WATCHDOG)
+    fails(case, PLANNER, Failure::Skips, WATCHDOG, &["nothing is heard of the planner\n", BY_WATCHDOG])
 }
 
 fn watch_skips(case: &Case) -> Seen {
-    fails(case, SLOW_WATCH, Failure::Skips, WATCHDOG)
+    fails(
+        case,
+        SLOW_WATCH,
+        Failure::Skips,
+        WATCHDOG,
+        &["nothing is heard of the watch over drivers and supplies", BY_WATCHDOG],
+    )
 }
 
 fn panics(case: &Case) -> Seen {
-    fails(case, SLOW_WATCH, Failure::Panics, "WARNING: the firmware had ended itself: panic at test.rs:42\n")
+    ends(case, SLOW_WATCH, Failure::Panics, "panic at test.rs:42\n")
 }
 
 fn bad_code(case: &Case) -> Seen {
-    fails(case, SLOW_WATCH, Failure::IsNoCode, "WARNING: the firmware had ended itself: hard fault at 0x0")
+    ends(case, SLOW_WATCH, Failure::IsNoCode, "hard fault at 0x0")
 }
 
 fn overflows(case: &Case) -> Seen {
-    fails(case, HEAT, Failure::OverflowsItsStack, "WARNING: the firmware had ended itself: stack overflow at ")
+    ends(case, HEAT, Failure::OverflowsItsStack, "stack overflow at ")
 }
 
 /// The clock security system finds the crystal dead, switches to the internal oscillator and raises the NMI.
@@ -82,6 +100,7 @@ fn crystal_stops(case: &Case) -> Seen {
         stops,
         throw_back,
         "WARNING: the firmware had ended itself: the 25 MHz crystal stopped\n",
+        &["the firmware ended itself: the 25 MHz crystal stopped\n", BY_ITSELF],
         case.within_ms,
     )
 }

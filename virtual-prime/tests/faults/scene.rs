@@ -237,13 +237,15 @@ pub fn tells(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, wit
 }
 
 /// The board resets, everything off; it comes up cold and says why. `mend` has its turn as soon as outputs
-/// are off, or with these words where the fault is one of silence.
+/// are off, or with these words where the fault is one of silence. What the ring of events has `kept` over
+/// the reset comes in this order.
 #[track_caller]
 pub fn resets(
     mut velvet: Velvet,
     blow: impl FnOnce(&mut Velvet),
     mend: impl FnOnce(&mut Velvet),
     told: &str,
+    kept: &[&str],
     within_ms: f64,
 ) -> Seen {
     watch(&mut velvet, &[&HEATERS[..], &[MOTORS_ENABLE]].concat());
@@ -291,7 +293,21 @@ pub fn resets(
     velvet.type_in("M105");
     let answer = velvet.hear_until("T:", SECOND) + &velvet.hear(100);
     assert!(answer.contains("/0.0 @0"), "{answer}");
+    kept_over_the_reset(&mut velvet, kept);
     Seen { outputs_ms, motion_ms, told_ms: None }
+}
+
+/// What went before the reset is told after it, with what came of it.
+#[track_caller]
+fn kept_over_the_reset(velvet: &mut Velvet, kept: &[&str]) {
+    velvet.type_in("events all");
+    let told = velvet.hear_until("ok\n", 2 * SECOND);
+    let before = ["--- started: power came", "card mounted", "config.ini was read in "];
+    let mut rest = told.as_str();
+    for words in before.iter().chain(kept).chain(&["config.ini was read in "]) {
+        let Some((_, behind)) = rest.split_once(words) else { panic!("no {words:?} in its place: {told}") };
+        rest = behind;
+    }
 }
 
 /// [`halts`] by a fault of the machine.

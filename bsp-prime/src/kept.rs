@@ -1,0 +1,42 @@
+//! Memory that a reset leaves alone, and the ring of events in it.
+//!
+//! It is the whole of SRAM4, in domain D3: the ROM's boot loader keeps nothing there (AN2606), no DMA of
+//! ours reaches it, and its interface has its clock from reset on (RCC_AHB4ENR has no bit for it). A reset of
+//! any kind changes no word of it; the supply's failing does.
+//!
+//! Three traps, and what is done about them:
+//! - After power came its contents do not match their check bits (AN5342), so they are written before they
+//!   are read: [`prepare`] is told.
+//! - What is in the data cache is lost in a reset, and so is the last part of a word that was written (RM0399
+//!   section 2.4, "Embedded SRAM"): the MPU has the region non-cacheable (`memory.rs`), and the ring stores
+//!   whole words of 32 bits, which is what this memory checks.
+//! - Exclusive accesses need a monitor on the bus there: the ring's count is in DTCM.
+
+use core::sync::atomic::AtomicU32;
+
+use events::{EventRing, Slots};
+
+/// First address of the region; `memory.x` says the same.
+pub(crate) const START: u32 = 0x3800_0000;
+/// Its size in bytes.
+pub(crate) const BYTES: u32 = 64 * 1024;
+
+#[unsafe(link_section = ".kept")]
+static SLOTS: Slots = Slots::new();
+static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// What happened.
+#[must_use]
+pub fn events() -> EventRing<'static> {
+    EventRing::new(&SLOTS, &NEXT)
+}
+
+/// Finds what the region holds, or begins anew where it had no power. Once, when its MPU region is set, and
+/// before anybody records an event.
+pub(crate) fn prepare(had_no_power: bool) {
+    if had_no_power {
+        events().clear();
+    } else {
+        events().recover();
+    }
+}

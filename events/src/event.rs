@@ -1,0 +1,238 @@
+//! What can happen, and how it is said.
+
+use core::fmt;
+
+use crate::Text;
+
+/// Why the firmware started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Cause {
+    /// Power came.
+    PowerOn,
+    /// The board's own supply had sagged.
+    BrownOut,
+    /// The reset pin: the button, or a debug probe.
+    Pin,
+    /// The firmware asked for it; what was said before tells why.
+    Software,
+    /// The independent watchdog was not fed.
+    Watchdog,
+    /// None of these.
+    Unknown,
+}
+
+impl Cause {
+    /// All of them, by their numbers.
+    pub const ALL: [Self; 6] =
+        [Self::PowerOn, Self::BrownOut, Self::Pin, Self::Software, Self::Watchdog, Self::Unknown];
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PowerOn => "power came",
+            Self::BrownOut => "the board's own supply had sagged",
+            Self::Pin => "the reset line: button or debug probe",
+            Self::Software => "the firmware reset itself",
+            Self::Watchdog => "the watchdog reset the board",
+            Self::Unknown => "no known reason",
+        })
+    }
+}
+
+/// What a clock said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Date {
+    /// Year.
+    pub year: u16,
+    /// Month, 1 to 12.
+    pub month: u8,
+    /// Day, 1 to 31.
+    pub day: u8,
+    /// Hour, 0 to 23.
+    pub hour: u8,
+    /// Minute.
+    pub minute: u8,
+    /// Second.
+    pub second: u8,
+}
+
+impl fmt::Display for Date {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { year, month, day, hour, minute, second } = self;
+        write!(f, "{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+    }
+}
+
+/// The tasks that the watchdog waits for, in the order of the bits of [`Event::Silent`].
+pub const SILENT_TASKS: [&str; 5] =
+    ["heat control", "the step feed", "the planner", "the watch over drivers and supplies", "the dispatcher"];
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// The firmware started.
+    Started {
+        /// Why.
+        cause: Cause,
+        /// The date, when somebody has set the clock.
+        date: Option<Date>,
+    },
+    /// The firmware ended itself: a panic, a fault of the processor, a clock that stopped.
+    Ended(Text),
+    /// Somebody asked for a reset.
+    ResetAsked,
+    /// The watchdog will not be fed: the tasks that were silent, a bit each, see [`SILENT_TASKS`].
+    Silent(u8),
+    /// The configuration was read and is in force.
+    ConfigurationRead {
+        /// How long reading took.
+        took_ms: u32,
+        /// Findings about it, none of which is fatal.
+        findings: u32,
+    },
+    /// The configuration cannot be used, the machine stays locked.
+    ConfigurationFlawed {
+        /// Errors in it.
+        errors: u32,
+    },
+    /// The configuration could not be read.
+    ConfigurationUnreadable(Text),
+    /// The machine is doing something else.
+    State(Text),
+    /// The machine halted, and why.
+    Halted(Text),
+    /// A halt was cleared.
+    Released,
+    /// A file is played.
+    JobBegan(Text),
+    /// The job was suspended at this line.
+    JobSuspended {
+        /// The last line that was read.
+        line: u32,
+    },
+    /// The job goes on.
+    JobResumed {
+        /// The last line that was read.
+        line: u32,
+    },
+    /// The job is over.
+    JobEnded {
+        /// It went through to its end.
+        complete: bool,
+        /// The last line that was read.
+        line: u32,
+    },
+    /// A heater was told a temperature.
+    Target {
+        /// Its name.
+        heater: Text,
+        /// In degrees Celsius; 0 is off.
+        celsius: f32,
+    },
+    /// A motor driver reported something.
+    Driver {
+        /// The letter of its axis.
+        motor: char,
+        /// What.
+        trouble: Text,
+    },
+    /// The supply of the motors came or went.
+    MotorSupply {
+        /// It is there.
+        on: bool,
+    },
+    /// The supply of heaters and fans came or went.
+    HeaterSupply {
+        /// It is there.
+        on: bool,
+    },
+    /// The card was mounted.
+    CardMounted,
+    /// The card failed, or is gone.
+    CardFailed(Text),
+    /// Axes were homed, a bit each: X Y Z A B C.
+    Homed {
+        /// Which.
+        axes: u8,
+    },
+    /// Somebody came to a console.
+    SessionOpened {
+        /// Its number.
+        session: u8,
+    },
+    /// Whoever was at a console has gone.
+    SessionClosed {
+        /// Its number.
+        session: u8,
+    },
+    /// A warning that every console was told.
+    Warned(Text),
+    /// Something else worth knowing.
+    Noted(Text),
+}
+
+impl Event {
+    /// A new start of the firmware: what stands before it belongs to an earlier one.
+    #[must_use]
+    pub const fn is_start(&self) -> bool {
+        matches!(self, Self::Started { .. })
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_on = |on: &bool| if *on { "is on" } else { "is off" };
+        match self {
+            Self::Started { cause, date: None } => write!(f, "started: {cause}"),
+            Self::Started { cause, date: Some(date) } => write!(f, "started: {cause}; {date}"),
+            Self::Ended(words) => write!(f, "the firmware ended itself: {words}"),
+            Self::ResetAsked => f.write_str("a reset was asked for"),
+            Self::Silent(tasks) => silent(*tasks, f),
+            Self::ConfigurationRead { took_ms, findings: 0 } => write!(f, "config.ini was read in {took_ms} ms"),
+            Self::ConfigurationRead { took_ms, findings } => {
+                write!(f, "config.ini was read in {took_ms} ms, {findings} findings")
+            }
+            Self::ConfigurationFlawed { errors } => write!(f, "config.ini cannot be used, {errors} errors"),
+            Self::ConfigurationUnreadable(why) => write!(f, "config.ini cannot be read: {why}"),
+            Self::State(state) => write!(f, "state: {state}"),
+            Self::Halted(why) => write!(f, "halted: {why}"),
+            Self::Released => f.write_str("the halt was cleared"),
+            Self::JobBegan(file) => write!(f, "job began: {file}"),
+            Self::JobSuspended { line } => write!(f, "job suspended at line {line}"),
+            Self::JobResumed { line } => write!(f, "job goes on at line {line}"),
+            Self::JobEnded { complete: true, .. } => f.write_str("job done"),
+            Self::JobEnded { complete: false, line } => write!(f, "job ended early at line {line}"),
+            Self::Target { heater, celsius } if *celsius <= 0.0 => write!(f, "{heater} switched off"),
+            Self::Target { heater, celsius } => write!(f, "{heater} to reach {celsius:.0} C"),
+            Self::Driver { motor, trouble } => write!(f, "motor driver {motor}: {trouble}"),
+            Self::MotorSupply { on } => write!(f, "motor supply {}", is_on(on)),
+            Self::HeaterSupply { on } => write!(f, "heater supply {}", is_on(on)),
+            Self::CardMounted => f.write_str("card mounted"),
+            Self::CardFailed(why) => write!(f, "card: {why}"),
+            Self::Homed { axes: 0 } => f.write_str("no axis is homed any more"),
+            Self::Homed { axes } => {
+                f.write_str("homed ")?;
+                let letters = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+                let homed = letters.iter().enumerate().filter(|(axis, _)| axes & 1 << axis != 0);
+                homed.map(|(_, letter)| *letter).try_for_each(|letter| fmt::Write::write_char(f, letter))
+            }
+            Self::SessionOpened { session } => write!(f, "somebody came to console {session}"),
+            Self::SessionClosed { session } => write!(f, "console {session} was left"),
+            Self::Warned(words) | Self::Noted(words) => fmt::Display::fmt(words, f),
+        }
+    }
+}
+
+fn silent(tasks: u8, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    f.write_str("the watchdog is not fed: nothing is heard of ")?;
+    let names = SILENT_TASKS.iter().enumerate().filter(|(task, _)| tasks & 1 << task != 0);
+    for (place, (_, name)) in names.enumerate() {
+        write!(f, "{}{name}", if place > 0 { ", " } else { "" })?;
+    }
+    Ok(())
+}

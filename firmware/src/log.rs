@@ -1,0 +1,48 @@
+//! The log: what the ring of events gets, told to whoever reads RTT, at the lowest priority.
+
+use bsp_prime::identity::{Identity, ResetCause};
+use bsp_prime::{kept, rtc, time};
+use events::{Cause, Date, Event};
+use machine::ports::DateTime;
+
+/// How far the log has told the ring.
+pub struct Told(u32);
+
+impl Told {
+    /// What comes from now on is told.
+    pub fn from_here() -> Self {
+        Self(kept::events().next())
+    }
+
+    /// Tells what is new.
+    pub fn tell(&mut self) {
+        let ring = kept::events();
+        let end = ring.next();
+        if self.0 == end {
+            return;
+        }
+        for entry in ring.between(self.0, end) {
+            defmt::info!("{}", entry.event);
+        }
+        self.0 = end;
+    }
+}
+
+/// The first event of this start.
+pub fn record_start(identity: &Identity) {
+    let cause = match identity.reset_cause {
+        ResetCause::PowerOn => Cause::PowerOn,
+        ResetCause::BrownOut => Cause::BrownOut,
+        ResetCause::Pin => Cause::Pin,
+        ResetCause::Software => Cause::Software,
+        ResetCause::Watchdog => Cause::Watchdog,
+        ResetCause::WindowWatchdog | ResetCause::Unknown => Cause::Unknown,
+    };
+    kept::events().record(time::now(), &Event::Started { cause, date: date() });
+}
+
+/// The date, when somebody has set the clock.
+fn date() -> Option<Date> {
+    let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
+    (year != DateTime::UNSET.year).then_some(Date { year, month, day, hour, minute, second })
+}

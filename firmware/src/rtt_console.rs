@@ -1,0 +1,90 @@
+//! The console over RTT: a debug probe reads and writes it while everything runs.
+//!
+//! A probe comes and goes without a word. Somebody is there once a byte was typed; nobody is there any more
+//! when what was said to him stays where it is for [`PATIENCE`].
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use bsp_prime::rtt::{Down, Up};
+use bsp_prime::time;
+use machine::sessions::{Inbox, Intake};
+use units::Micros;
+
+/// Bytes taken at a look, of which there are two thousand a second: so typing costs the step feed's task
+/// little, and 32 kB/s are as much as a probe brings.
+const AT_A_LOOK: usize = 16;
+/// Without a byte read for so long while the ring is full, nobody reads. Sooner than sessions forget what
+/// nobody takes: later nothing would ask any more.
+const PATIENCE: Micros = Micros::from_seconds(1);
+
+/// Nobody reads, for the side that hears.
+static LEFT: AtomicBool = AtomicBool::new(false);
+
+/// What is typed. For the task that looks.
+pub struct Typed {
+    down: Down,
+    intake: Intake,
+}
+
+impl Typed {
+    pub const fn new(down: Down) -> Self {
+        Self { down, intake: Intake::new() }
+    }
+
+    /// Brings what was typed to the inbox. What finds no room waits at the probe. True when there was
+    /// something.
+    pub fn look(&mut self, inbox: &Inbox) -> bool {
+        if LEFT.swap(false, Ordering::Relaxed) {
+            inbox.set_open(false);
+            self.intake = Intake::new();
+        }
+        let mut bytes = [0; AT_A_LOOK];
+        let room = bytes.get_mut(..inbox.room().min(AT_A_LOOK)).unwrap_or_default();
+        let count = self.down.read(room);
+        if count == 0 {
+            return false;
+        }
+        inbox.set_open(true);
+        for byte in bytes.iter().take(count) {
+            // There is room: it was asked for.
+            let _taken = inbox.receive(&mut self.intake, *byte);
+        }
+        true
+    }
+}
+
+/// What is said. For the dispatcher.
+pub struct Said {
+    up: Up,
+    /// Where the reader was, and since when it has not moved though the ring was full.
+    stuck: Option<(u32, Micros)>,
+}
+
+impl Said {
+    pub const fn new(up: Up) -> Self {
+        Self { up, stuck: None }
+    }
+
+    /// Says as much as there is room for; everything, to nobody.
+    pub fn write(&mut self, inbox: &Inbox, bytes: &[u8]) -> usize {
+        if !inbox.is_open() {
+            self.stuck = None;
+            return bytes.len();
+        }
+        let taken = self.up.write(bytes);
+        if taken > 0 {
+            self.stuck = None;
+            return taken;
+        }
+        let (place, now) = (self.up.read_place(), time::now());
+        match self.stuck {
+            Some((stuck_at, since)) if stuck_at == place => {
+                if now.since(since) >= PATIENCE {
+                    LEFT.store(true, Ordering::Relaxed);
+                }
+            }
+            _ => self.stuck = Some((place, now)),
+        }
+        0
+    }
+}

@@ -1,0 +1,107 @@
+//! What the executor keeps of what happens, in the ring that survives a reset; and `events`, which tells it.
+//!
+//! What has one place where it happens is recorded there, by [`Machine::record`]. What many places change
+//! (the state, heaters' targets, which axes are homed) is looked at every few milliseconds, and what differs
+//! from the last look is recorded: [`follow`].
+
+use events::{Event, Text};
+use program::State;
+use units::{Axis, HeaterId, MAX_HEATERS};
+
+use super::{Machine, long_answers};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::Ports;
+use crate::sessions::{Listing, Recipient, Reply};
+
+/// How many `events` tells, unless it is asked for more.
+const TOLD: u32 = 40;
+/// How many `break` tells.
+const TOLD_AT_A_BREAK: u32 = 8;
+
+/// Records what has changed since the last look.
+pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+    let state = machine.safety.state();
+    if state != machine.recorded.state {
+        machine.recorded.state = state;
+        if let Some(name) = told(state) {
+            machine.record(&Event::State(Text::from(name)));
+        }
+    }
+    let homed = machine.axes.homed();
+    if homed != machine.recorded.homed {
+        machine.recorded.homed = homed;
+        let axes = Axis::ALL.into_iter().filter(|axis| homed.has(*axis)).fold(0, |bits, axis| bits | 1 << axis as u8);
+        machine.record(&Event::Homed { axes });
+    }
+    follow_targets(machine);
+}
+
+fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
+    let mut targets = [0; MAX_HEATERS];
+    machine.ports.heat(|heat| {
+        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target().0 as i16);
+    });
+    if targets == machine.recorded.targets {
+        return;
+    }
+    for (id, target) in HeaterId::all().zip(targets) {
+        let recorded = machine.recorded.targets.get(id.index()).copied();
+        if let (true, Some(controller)) = (recorded != Some(target), machine.config.temperatures.get(id.index())) {
+            let heater = Text::from(controller.name.as_str());
+            machine.record(&Event::Target { heater, celsius: f32::from(target) });
+        }
+    }
+    machine.recorded.targets = targets;
+}
+
+/// A state worth an entry. Moving and standing alternate with every line that a person types, and halts have
+/// an entry of their own.
+const fn told(state: State) -> Option<&'static str> {
+    match state {
+        State::Idle | State::Run | State::Jog | State::Alarm | State::Invalid => None,
+        State::Hold => Some("hold"),
+        State::Homing => Some("homing"),
+        State::Probing => Some("probing"),
+        State::Suspended => Some("suspended"),
+        State::Check => Some("check mode"),
+        State::Door => Some("door open"),
+        State::Sleep => Some("sleep"),
+    }
+}
+
+/// `events [count | all]`
+pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let count = match arguments {
+        "" => TOLD,
+        "all" => u32::MAX,
+        count => count.parse().map_err(|_| Failure::refused("events takes a number, or all"))?,
+    };
+    follow(machine);
+    let entries = machine.ports.events().last(count);
+    let (next, end) = entries.span();
+    long_answers::begin(machine, Listing::Events { next, end }, to)
+}
+
+/// The next line of the answer. True while there are more.
+pub(super) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut Reply<'_>) -> bool {
+    let mut entries = ports.events().between(*next, end);
+    match entries.next() {
+        Some(entry) => {
+            reply.say(format_args!("{entry}\n"));
+            *next = entry.number.wrapping_add(1);
+            true
+        }
+        None => false,
+    }
+}
+
+/// What `break` says where nothing stops for it.
+pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
+    let Machine { ports, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    reply.say(format_args!("no debugger is attached\n"));
+    for entry in ports.events().last(TOLD_AT_A_BREAK) {
+        reply.say(format_args!("{entry}\n"));
+    }
+    Answer::Ok
+}
