@@ -34,6 +34,7 @@ pub mod rtc;
 pub mod rtt;
 pub mod sd;
 mod silicon;
+pub mod single_wire;
 pub mod spi;
 pub mod step_engine;
 pub mod thread_stack;

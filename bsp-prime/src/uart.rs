@@ -54,7 +54,7 @@ impl PortName {
         }
     }
 
-    fn registers(self) -> *const pac::usart1::RegisterBlock {
+    pub(crate) fn registers(self) -> *const pac::usart1::RegisterBlock {
         match self {
             Self::Debug => pac::USART2::ptr(),
             Self::Uart0 => pac::USART3::ptr(),
@@ -186,6 +186,10 @@ impl UartInterrupt {
 }
 
 impl UartPort {
+    pub(crate) const fn name(&self) -> PortName {
+        self.name
+    }
+
     /// The port's pins, transmit first; to be claimed before [`Self::open`].
     #[must_use]
     pub fn pins(&self) -> [PinName; 2] {

@@ -1,7 +1,6 @@
 //! Defaults that depend on other settings, and the tidying up after the checks.
 
 use crate::board;
-use crate::check::GOOD_FULL_STEPS_PER_S;
 use crate::ledger::{Ledger, Path};
 use crate::machine::{ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ToolId};
 use crate::module::OffModule;
@@ -162,8 +161,7 @@ fn drivers(config: &mut MachineConfig, written: Written) {
         if !written("actuator", place, "dir_setup_ns") {
             motor.dir_setup_ns = if motor.driver == DriverKind::External { 5_000 } else { 500 };
         }
-        let turn =
-            MmPerSecond(GOOD_FULL_STEPS_PER_S * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm.max(1e-6));
+        let turn = config.turn_a_second(actuator);
         stealth_driver(config, actuator, written);
         for (section, family) in [("tmc2590", &mut config.tmc2590), ("tmc2660", &mut config.tmc2660)] {
             if !written(section, place, "stall_least_speed") {
@@ -197,12 +195,8 @@ fn slave_currents(config: &mut MachineConfig) {
 
 /// A driver outside gives what its resistor can measure, as far as its bridges bear it.
 fn stealth_driver(config: &mut MachineConfig, actuator: Actuator, written: Written) {
-    for kind in [DriverKind::Tmc2130, DriverKind::Tmc5160, DriverKind::Tmc2240] {
-        let family = match kind {
-            DriverKind::Tmc2130 => &mut config.tmc2130,
-            DriverKind::Tmc5160 => &mut config.tmc5160,
-            _ => &mut config.tmc2240,
-        };
+    for kind in DriverKind::OUTSIDE {
+        let Some(family) = config.stealth_family_mut(kind) else { continue };
         let chip = &mut family.axes[actuator];
         let measurable = chip.resistor.and_then(|resistor| kind.measurable(resistor));
         if let Some(most) = measurable.filter(|_| !written(kind.name(), actuator as usize, "max_current")) {

@@ -168,20 +168,21 @@ pub fn set_option<SPI: SpiDevice>(
     done.map_err(fault)
 }
 
-fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep> {
+pub(crate) fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
-    let (lower, upper) = (small('H')?, small('I')?);
+    // Thresholds are in readings, of which the chip takes 32 at a time.
+    let steps = |letter: char| number(letter).and_then(|value| u8::try_from(value / 32).ok());
+    let (lower, upper) = (steps('H')?, steps('I')?);
     Some(CoolStep {
-        // Thresholds are in readings, of which the chip takes 32 at a time.
-        lower_threshold: lower / 32,
-        threshold_width: (upper / 32).checked_sub(lower / 32 + 1)?,
+        lower_threshold: lower,
+        threshold_width: upper.checked_sub(lower + 1)?,
         decrement: small('J')?,
         increment: small('K')?,
         quarter_current: small('L')? != 0,
     })
 }
 
-fn chopper(constant: bool, number: &dyn Fn(char) -> Option<i32>) -> Option<Chopper> {
+pub(crate) fn chopper(constant: bool, number: &dyn Fn(char) -> Option<i32>) -> Option<Chopper> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
     let signed = |letter: char| number(letter).and_then(|value| i8::try_from(value).ok());
     let (off_time, blank_time) = (small('U')?, BlankTime::from_clocks(small('V')?)?);

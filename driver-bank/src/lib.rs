@@ -4,7 +4,9 @@
 //! native runner bring their own bus and pins.
 #![no_std]
 
+mod chopper_fit;
 mod expert;
+mod outside_bus;
 mod set_up;
 mod stealth;
 
@@ -12,17 +14,21 @@ use core::fmt::Write;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
-use tmc::stealth::SpiRegisters;
+use machine::ports::{
+    ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
+};
 use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
-use units::{Actuator, Amps, PerActuator};
+use units::{Actuator, Amps, PerActuator, Volts};
 
+pub use outside_bus::OutsideBus;
 pub use set_up::{NotSetUp, set_up, switch_off};
-pub use stealth::{OUTSIDE_CLOCK, Outside, set_up as set_up_outside};
+pub use stealth::{CHIP_CLOCK, OUTSIDE_CLOCK, Outside, set_up as set_up_outside};
+pub use tmc::stealth::{SingleWire, SpiRegisters, WireFault, WireRegisters};
 
-/// What moves one actuator's coils. `E` enables an external driver: its active state is the pin's high.
+/// What moves one actuator's coils. `LINE` is a UART of one wire; `E` enables an external driver: its active
+/// state is the pin's high.
 #[derive(Debug, Default)]
-pub enum MotorDriver<SPI, E> {
+pub enum MotorDriver<SPI, LINE, E> {
     /// Nothing, or something that takes no orders.
     #[default]
     None,
@@ -31,14 +37,14 @@ pub enum MotorDriver<SPI, E> {
     /// A driver outside, enabled by this pin.
     External(E),
     /// A driver outside whose chip is on a bus.
-    Outside(Outside<SpiRegisters<SPI>, E>),
+    Outside(Outside<OutsideBus<SPI, LINE>, E>),
 }
 
 /// The drivers of all actuators.
 #[derive(Debug)]
-pub struct DriverBank<SPI, E>(pub PerActuator<MotorDriver<SPI, E>>);
+pub struct DriverBank<SPI, LINE, E>(pub PerActuator<MotorDriver<SPI, LINE, E>>);
 
-impl<SPI, E> Default for DriverBank<SPI, E> {
+impl<SPI, LINE, E> Default for DriverBank<SPI, LINE, E> {
     fn default() -> Self {
         Self(PerActuator([const { MotorDriver::None }; units::MAX_ACTUATORS]))
     }
@@ -46,13 +52,14 @@ impl<SPI, E> Default for DriverBank<SPI, E> {
 
 fn fault<E>(error: Error<E>) -> DriverFault {
     match error {
-        Error::Bus(_) | Error::Absent => DriverFault::Silent,
+        Error::Bus(_) | Error::Absent | Error::NoEcho => DriverFault::Silent,
         Error::WrongAnswer(_) => DriverFault::BadAnswer,
+        Error::Reset => DriverFault::Reset,
         Error::Setting(_) => DriverFault::BadSetting,
     }
 }
 
-impl<SPI: SpiDevice, E> DriverBank<SPI, E> {
+impl<SPI: SpiDevice, LINE, E> DriverBank<SPI, LINE, E> {
     fn chip(&mut self, motor: Actuator) -> Result<&mut Driver<SPI>, DriverFault> {
         match &mut self.0[motor] {
             MotorDriver::Chip(chip, _) => Ok(chip),
@@ -61,7 +68,7 @@ impl<SPI: SpiDevice, E> DriverBank<SPI, E> {
     }
 }
 
-impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
+impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank<SPI, LINE, E> {
     fn initialise(&mut self, motor: Actuator) -> Result<(), DriverFault> {
         if let MotorDriver::Outside(driver) = &mut self.0[motor] {
             return driver.initialise();
@@ -82,7 +89,11 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         }
         let chip = self.chip(motor)?;
         let answer = if enabled { chip.enable() } else { chip.disable() };
-        answer.map(drop).map_err(fault)
+        match answer.map(drop).map_err(fault) {
+            // Its bridges are off after a reset.
+            Err(DriverFault::Reset) if !enabled => Ok(()),
+            done => done,
+        }
     }
 
     fn set_current(&mut self, motor: Actuator, peak: Amps) -> Result<Amps, DriverFault> {
@@ -121,13 +132,15 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
             supply_short_b,
             open_a: status.open_load_a,
             open_b: status.open_load_b,
-            // These chips do not say so; they lose their settings with the supply of the board, which is
-            // watched.
+            // That is [`DriverFault::Reset`] with these chips.
             reset: false,
         })
     }
 
     fn phase(&mut self, motor: Actuator) -> Result<ElectricalPhase, DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.phase();
+        }
         let chip = self.chip(motor)?;
         let microsteps = 256 >> chip.registers().drvctrl.mres().min(8);
         match chip.read(ReadSelect::Microstep).map_err(fault)?.reading {
@@ -137,14 +150,21 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     }
 
     fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.begin_search(search);
+        }
         let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
         // A filter would have the rotor fall out before it has its four full steps together.
-        let stall_guard = StallGuard { threshold: search.threshold, filter: false };
+        let threshold = i8::try_from(search.threshold).map_err(|_| DriverFault::BadSetting)?;
+        let stall_guard = StallGuard { threshold, filter: false };
         let peak = search.current.map(|peak| if peak.0 > most.0 { *most } else { peak });
         chip.begin_search(stall_guard, peak).map_err(fault)
     }
 
     fn reserve(&mut self, motor: Actuator) -> Result<u16, DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.reserve();
+        }
         match self.chip(motor)?.read(ReadSelect::StallGuard).map_err(fault)?.reading {
             Reading::StallGuard(value) => Ok(value),
             _ => Err(DriverFault::BadAnswer),
@@ -152,7 +172,17 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
     }
 
     fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.end_search();
+        }
         self.chip(motor)?.end_search().map_err(fault)
+    }
+
+    fn fit_chopper(&mut self, motor: Actuator, coil: Coil, supply: Volts) -> Result<Option<ChopperFit>, DriverFault> {
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.fit_chopper(coil, supply);
+        }
+        chopper_fit::on_board(self.chip(motor)?, coil, supply)
     }
 
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn Write) -> core::fmt::Result {
@@ -181,6 +211,11 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         Ok(256 >> now.mres())
     }
 
+    fn set_stealth_threshold(&mut self, motor: Actuator, full_steps_per_s: Option<f32>) -> Result<(), DriverFault> {
+        let MotorDriver::Outside(driver) = &mut self.0[motor] else { return Err(DriverFault::External) };
+        driver.set_stealth_threshold(full_steps_per_s)
+    }
+
     fn write_register(&mut self, motor: Actuator, number: u8, value: u32) -> Result<(), DriverFault> {
         if let MotorDriver::Outside(_) = &self.0[motor] {
             return Err(DriverFault::BadSetting);
@@ -196,8 +231,8 @@ impl<SPI: SpiDevice, E: OutputPin> MotorDrivers for DriverBank<SPI, E> {
         option: u8,
         word: &dyn Fn(char) -> Option<f64>,
     ) -> Result<(), DriverFault> {
-        if let MotorDriver::Outside(_) = &self.0[motor] {
-            return Err(DriverFault::BadSetting);
+        if let MotorDriver::Outside(driver) = &mut self.0[motor] {
+            return driver.set_option(option, word);
         }
         expert::set_option(self.chip(motor)?, option, word)
     }

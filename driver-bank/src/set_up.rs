@@ -41,11 +41,11 @@ fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
 ///
 /// # Errors
 /// The setting that the chip cannot take.
-pub fn set_up<SPI: SpiDevice, E>(
+pub fn set_up<SPI: SpiDevice, LINE, E>(
     spi: SPI,
     motor: &ActuatorConfig,
     settings: &TmcConfig,
-) -> Result<MotorDriver<SPI, E>, NotSetUp<SPI::Error>> {
+) -> Result<MotorDriver<SPI, LINE, E>, NotSetUp<SPI::Error>> {
     let kind = if motor.driver == DriverKind::Tmc2660 { Chip::Tmc2660 } else { Chip::Tmc2590 };
     let mut driver = Driver::new(spi, kind, settings.sense_resistor).map_err(NotSetUp::Driver)?;
     if let Some(words) = settings.registers {
@@ -83,7 +83,7 @@ pub fn set_up<SPI: SpiDevice, E>(
 }
 
 /// Thresholds are in readings, of which the chip takes 32 at a time. None: what the registers say.
-fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
+pub(crate) fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
     let steps = |reading: u16| (reading / CoolStepConfig::STEP) as u8;
     let (lower, upper) = (steps(settings.lower), steps(settings.falls_from()));
     (lower > 0).then(|| CoolStep {

@@ -3,25 +3,31 @@
 
 use core::fmt::{Result as Written, Write};
 
-use config::{ActuatorConfig, DriverKind, StealthConfig};
+use config::{ActuatorConfig, DriverKind, MachineConfig};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{Mode, SpiDevice};
-use machine::ports::{DriverFault, DriverStatus};
-use tmc::stealth::{self, RegisterBus, SpiRegisters, StealthChip, StealthDriver, StealthSettings, register};
-use tmc::{BlankTime, Microsteps};
+use machine::ports::{DriverFault, DriverStatus, ElectricalPhase, StallSearch};
+use tmc::stealth::{
+    self, LoadMeasurement, RegisterBus, SingleWire, StealthChip, StealthDriver, StealthSettings, register,
+};
+use tmc::{Chopper, Microsteps};
 use units::{Actuator, Amps, Ohms};
 
-use crate::set_up::NotSetUp;
-use crate::{MotorDriver, fault};
+use crate::outside_bus::{BusFailed, OutsideBus};
+use crate::set_up::{NotSetUp, cool_step};
+use crate::{MotorDriver, expert, fault};
 
 /// SPI mode of the chips, and a clock in Hz that they take however slow their oscillator is, and wires to a
 /// header too: they allow 4 MHz ("SPI timing").
 pub const OUTSIDE_CLOCK: (Mode, u32) = (tmc::SPI_MODE, 1_000_000);
 
+/// The same of TMC2590 and TMC2660 on a board of their own.
+pub const CHIP_CLOCK: (Mode, u32) = (tmc::SPI_MODE, tmc::SPI_CLOCK_HZ);
+
 /// A chip outside with what its board has beside it.
 #[derive(Debug)]
 pub struct Outside<BUS, E> {
-    chip: StealthDriver<BUS>,
+    pub(crate) chip: StealthDriver<BUS>,
     /// The enable input of the driver's board, if a pin leads there.
     enable: Option<E>,
     /// The most it may be asked for.
@@ -32,17 +38,15 @@ pub struct Outside<BUS, E> {
 ///
 /// # Errors
 /// The setting that the chip cannot take.
-pub fn set_up<SPI: SpiDevice, E>(
-    spi: SPI,
+pub fn set_up<SPI: SpiDevice, LINE: SingleWire, E>(
+    bus: OutsideBus<SPI, LINE>,
     enable: Option<E>,
-    motor: &ActuatorConfig,
-    settings: &StealthConfig,
-) -> Result<MotorDriver<SPI, E>, NotSetUp<SPI::Error>> {
-    let kind = match motor.driver {
-        DriverKind::Tmc2130 => StealthChip::Tmc2130,
-        DriverKind::Tmc5160 => StealthChip::Tmc5160,
-        DriverKind::Tmc2240 => StealthChip::Tmc2240,
-        DriverKind::Tmc2590 | DriverKind::Tmc2660 | DriverKind::External => return Ok(MotorDriver::None),
+    config: &MachineConfig,
+    actuator: Actuator,
+) -> Result<MotorDriver<SPI, LINE, E>, NotSetUp<BusFailed>> {
+    let motor: &ActuatorConfig = &config.actuators[actuator];
+    let (Some(settings), Some(kind)) = (config.stealth_driver(actuator), chip_of(motor.driver)) else {
+        return Ok(MotorDriver::None);
     };
     let microsteps = Microsteps::from_count(motor.microsteps).ok_or(NotSetUp::Microsteps(motor.microsteps))?;
     let full_steps_per_mm = motor.steps_per_mm / f64::from(motor.microsteps.max(1));
@@ -54,16 +58,32 @@ pub fn set_up<SPI: SpiDevice, E>(
             .stealth_threshold
             .map(|speed| stealth::step_time(kind, (speed.get() * full_steps_per_mm) as f32)),
         off_time: settings.off_time,
-        blank_time: BlankTime::from_clocks(settings.blank_time).unwrap_or(plain.blank_time),
+        blank_time: kind.blank_time(settings.blank_time).unwrap_or(plain.blank_time),
         hysteresis_start: settings.hysteresis_start,
         hysteresis_end: settings.hysteresis_end,
+        stall_threshold: settings.stall_threshold,
+        stall_filter: settings.stall_filter,
+        load_from: Some(stealth::step_time(kind, (config.load_speed(actuator).get() * full_steps_per_mm) as f32)),
+        cool_step: cool_step(&settings.cool_step),
         ..plain
     };
-    let mut chip = StealthDriver::new(SpiRegisters(spi), kind, settings_of_chip).map_err(NotSetUp::Driver)?;
+    let mut chip = StealthDriver::new(bus, kind, settings_of_chip).map_err(NotSetUp::Driver)?;
     if let Some(current) = motor.current {
         chip.store_current(lesser(current, settings.max_current));
     }
     Ok(MotorDriver::Outside(Outside { chip, enable, most: settings.max_current }))
+}
+
+/// The chip of a driver of this kind; a TMC2226 is a TMC2209 in another case.
+const fn chip_of(kind: DriverKind) -> Option<StealthChip> {
+    match kind {
+        DriverKind::Tmc2130 => Some(StealthChip::Tmc2130),
+        DriverKind::Tmc5160 => Some(StealthChip::Tmc5160),
+        DriverKind::Tmc2240 => Some(StealthChip::Tmc2240),
+        DriverKind::Tmc2208 => Some(StealthChip::Tmc2208),
+        DriverKind::Tmc2209 | DriverKind::Tmc2226 => Some(StealthChip::Tmc2209),
+        DriverKind::Tmc2590 | DriverKind::Tmc2660 | DriverKind::External => None,
+    }
 }
 
 fn lesser(a: Amps, b: Amps) -> Amps {
@@ -121,6 +141,71 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         Ok(before)
     }
 
+    /// Where it is in the electrical cycle.
+    pub(crate) fn phase(&mut self) -> Result<ElectricalPhase, DriverFault> {
+        let place = self.chip.read(register::MSCNT).map_err(fault)? as u16;
+        Ok(ElectricalPhase { place, microsteps: self.chip.settings().microsteps.count() })
+    }
+
+    /// Current and load measurement of a search.
+    pub(crate) fn begin_search(&mut self, search: StallSearch) -> Result<(), DriverFault> {
+        let peak = search.current.map(|peak| lesser(peak, self.most));
+        self.chip.begin_search(search.threshold, peak).map_err(fault)
+    }
+
+    /// How little load there is.
+    pub(crate) fn reserve(&mut self) -> Result<u16, DriverFault> {
+        self.chip.reserve().map_err(fault)
+    }
+
+    /// What was set before a search.
+    pub(crate) fn end_search(&mut self) -> Result<(), DriverFault> {
+        self.chip.end_search().map_err(fault)
+    }
+
+    /// One group of settings by its number, as M911.3 counts them, of those that these chips have.
+    pub(crate) fn set_option(&mut self, option: u8, word: &dyn Fn(char) -> Option<f64>) -> Result<(), DriverFault> {
+        let number = |letter: char| word(letter).map(|value| value as i32);
+        let switch = || number('Z').map(|value| value != 0).ok_or(DriverFault::BadSetting);
+        let mut settings = *self.chip.settings();
+        match option {
+            1 => {
+                let chip = self.chip.chip();
+                // Blanking times are the chip's own; the fifth word, the decrement, these chips do not have.
+                let clocks = number('V').and_then(|clocks| u8::try_from(clocks).ok());
+                let blank_time = clocks.and_then(|clocks| chip.blank_time(clocks)).ok_or(DriverFault::BadSetting)?;
+                let word = |letter: char| match letter {
+                    'V' => Some(i32::from(blank_time.clocks())),
+                    'Y' => Some(0),
+                    letter => number(letter),
+                };
+                let Some(Chopper::SpreadCycle { off_time, hysteresis_start, hysteresis_end, .. }) =
+                    expert::chopper(false, &word)
+                else {
+                    return Err(DriverFault::BadSetting);
+                };
+                settings = StealthSettings { off_time, blank_time, hysteresis_start, hysteresis_end, ..settings };
+            }
+            4 => settings.interpolation = switch()?,
+            5 if !switch()? => settings.cool_step = None,
+            7 => {
+                let threshold = number('O').and_then(|value| i16::try_from(value).ok());
+                settings.stall_threshold = threshold.ok_or(DriverFault::BadSetting)?;
+                settings.stall_filter = number('Q').is_some_and(|value| value != 0);
+            }
+            8 => settings.cool_step = Some(expert::cool_step(&number).ok_or(DriverFault::BadSetting)?),
+            _ => return Err(DriverFault::BadSetting),
+        }
+        self.chip.set(settings).map_err(fault)
+    }
+
+    /// The speed up to which stealthChop drives, full steps a second; none: never.
+    pub(crate) fn set_stealth_threshold(&mut self, full_steps_per_s: Option<f32>) -> Result<(), DriverFault> {
+        let chip = self.chip.chip();
+        let stealth_threshold = full_steps_per_s.map(|speed| stealth::step_time(chip, speed));
+        self.chip.set(StealthSettings { stealth_threshold, ..*self.chip.settings() }).map_err(fault)
+    }
+
     /// What the chip says, what it is told, and its registers.
     pub(crate) fn describe(&mut self, motor: Actuator, out: &mut dyn Write) -> Written {
         writeln!(out, "Chip type {}, outside the board", self.chip.chip().name())?;
@@ -132,7 +217,9 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
                 if let Ok(place) = self.chip.read(register::MSCNT) {
                     writeln!(out, "Microstep position phase A: {place}")?;
                 }
-                writeln!(out, "Stall Guard value: {}", status.stall_guard)?;
+                if let (false, Ok(load)) = (self.chip.chip().load() == LoadMeasurement::None, self.chip.reserve()) {
+                    writeln!(out, "Stall Guard value: {load}")?;
+                }
                 faults(&status, out)?;
             }
         }
@@ -140,6 +227,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         let rms = peak * core::f32::consts::FRAC_1_SQRT_2;
         writeln!(out, "Current setting: {:.0}mA Peak - {rms:.6} Amps RMS", peak * 1_000.0)?;
         writeln!(out, "Microsteps: 1/{}", settings.microsteps.count())?;
+        writeln!(out, "Coolstep: {}", if settings.cool_step.is_some() { "on" } else { "off" })?;
         writeln!(out, "Step interpolation is {}", if settings.interpolation { "on" } else { "off" })?;
         writeln!(out, "stealthChop is {}", if settings.stealth_threshold.is_some() { "on" } else { "off" })?;
         writeln!(out, "Register dump of {}:", motor.name())?;
@@ -151,7 +239,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
     pub(crate) fn describe_chopper(&self, out: &mut dyn Write) -> Written {
         let set = self.chip.settings();
         let (start, end) = (set.hysteresis_start, set.hysteresis_end);
-        writeln!(out, "0,{},{},{start},{end},0", set.off_time, set.blank_time.clocks())
+        writeln!(out, "0,{},{},{start},{end},0", set.off_time, self.chip.chip().blank_clocks(set.blank_time))
     }
 }
 

@@ -30,6 +30,7 @@ mod fault;
 mod heat_io;
 mod log;
 mod manifest;
+mod outside;
 mod ports;
 mod rtt_console;
 mod slow;

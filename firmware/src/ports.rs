@@ -345,7 +345,8 @@ where
         // First of all, so that no sensor's chip listens to what drivers are told.
         let sensors = wiring::sensors(config, &mut self.owned.pins, &mut self.owned.spi, &mut report);
         let reads_chips = !sensors.is_empty();
-        let bank = wiring::motors(config, &mut self.owned.pins, &mut self.owned.spi, &mut report);
+        let bank =
+            wiring::motors(config, &mut self.owned.pins, &mut self.owned.spi, &mut self.owned.uarts, &mut report);
         wiring::voltages(config, &mut self.owned.pins, &mut report);
         self.shared.slow.lock(|slow| {
             slow.drivers = bank;

@@ -7,12 +7,14 @@ use core::fmt::{Display, Write};
 
 use bsp_prime::pins::{Input, Output, PinSpec, Pins, Pull, table};
 use bsp_prime::step_engine::MotorLines;
-use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, StealthConfig, TmcConfig};
+use bsp_prime::uart::UartPort;
+use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
 use heapless::{String, Vec};
 use machine::ports::Input as MachineInput;
 use units::Actuator;
 
 use crate::drivers::{DriverBank, MotorDriver, SensorBank};
+use crate::outside::{outside, spi, wire};
 
 /// Collects what could not be bound.
 pub struct Report<'a> {
@@ -40,7 +42,7 @@ impl<'a> Report<'a> {
 }
 
 /// The name a pin's owner has in messages: section, instance, key.
-fn owner(section: &str, instance: &str, key: &str) -> String<64> {
+pub fn owner(section: &str, instance: &str, key: &str) -> String<64> {
     let mut name = String::new();
     // Long instance names are cut; the message stays readable.
     let _cut = write!(name, "{section}.{instance}.{key}");
@@ -63,6 +65,7 @@ pub fn motors(
     config: &MachineConfig,
     pins: &mut Pins,
     buses: &mut bsp_prime::spi::SpiBuses,
+    uarts: &mut [UartPort; 2],
     report: &mut Report<'_>,
 ) -> DriverBank {
     let mut lines = [MotorLines::NONE; units::MAX_ACTUATORS];
@@ -70,10 +73,18 @@ pub fn motors(
     release_reset(config, pins, report);
     // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
     // told. They are told nothing yet themselves.
+    let mut open = [false; 2];
     for (actuator, motor) in config.actuators() {
-        if let Some(family) = config.stealth_family(motor.driver) {
-            let (settings, channel) = (&family.axes[actuator], family.spi_channel);
-            bank.0[actuator] = outside((actuator, motor), settings, channel, pins, buses, report);
+        if config.stealth_driver(actuator).is_none() {
+            continue;
+        }
+        let enable = enable_pin(actuator, motor, pins, report);
+        let bus = match config.driver_uart(actuator) {
+            Some(channel) => wire(config, actuator, channel, (uarts, &mut open), pins, report),
+            None => spi(config, actuator, pins, buses, report),
+        };
+        if let Some(bus) = bus {
+            bank.0[actuator] = outside(config, actuator, bus, enable, report);
         }
     }
     for (actuator, motor) in config.actuators() {
@@ -83,7 +94,8 @@ pub fn motors(
             *line = motor_lines(actuator, motor, least_distance, pins, report);
         }
         if let Some(settings) = config.driver(actuator) {
-            bank.0[actuator] = chip(actuator, motor, settings, pins, buses, report);
+            let channel = config.driver_family(motor.driver).map_or(1, |family| family.spi_channel);
+            bank.0[actuator] = chip((actuator, motor), settings, channel, pins, buses, report);
         } else if !motor.driver.is_spoken_with() {
             let enable = enable_pin(actuator, motor, pins, report);
             bank.0[actuator] = enable.map_or(MotorDriver::None, MotorDriver::External);
@@ -140,42 +152,14 @@ fn enable_pin(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, repor
     report.take(claimed)
 }
 
-/// A driver outside the board, whose chip is on either bus. As with those on the board, it need not
-/// answer yet.
-fn outside(
-    (actuator, motor): (Actuator, &ActuatorConfig),
-    settings: &StealthConfig,
-    channel: u8,
-    pins: &mut Pins,
-    buses: &mut bsp_prime::spi::SpiBuses,
-    report: &mut Report<'_>,
-) -> MotorDriver {
-    let enable = enable_pin(actuator, motor, pins, report);
-    // The checker has found it; without one the motor has no driver.
-    let Some(select) = settings.spi_cs_pin else { return MotorDriver::None };
-    let select = PinSpec { inverted: true, ..spec(select) };
-    let claimed = pins.output(select, &owner("driver", actuator.name(), "spi_cs_pin"));
-    let Some(select) = report.take(claimed) else { return MotorDriver::None };
-    let owner = owner(motor.driver.name(), "common", "spi_channel");
-    let chip = buses.chip(channel, driver_bank::OUTSIDE_CLOCK, select, pins, &owner);
-    let Some(chip) = report.take(chip).flatten() else { return MotorDriver::None };
-    match driver_bank::set_up_outside(chip, enable, motor, settings) {
-        Ok(driver) => driver,
-        Err(error) => {
-            report.trouble(format_args!("driver {}: {error}", actuator.name()));
-            MotorDriver::None
-        }
-    }
-}
-
 /// A driver chip, with its settings in its copy of the registers. Nothing is expected to answer yet: the
 /// motor supply may be off.
 fn chip(
-    actuator: Actuator,
-    motor: &ActuatorConfig,
+    (actuator, motor): (Actuator, &ActuatorConfig),
     settings: &TmcConfig,
+    channel: u8,
     pins: &mut Pins,
-    bus: &bsp_prime::spi::SpiBuses,
+    buses: &mut bsp_prime::spi::SpiBuses,
     report: &mut Report<'_>,
 ) -> MotorDriver {
     let socket = table::MOTORS.get(actuator as usize).map(|pins| PinSpec::plain(pins.select));
@@ -190,7 +174,15 @@ fn chip(
     // The chip selects act low, whether or not the configuration says so.
     let claimed = pins.output(PinSpec { inverted: true, ..select }, &owner("driver", actuator.name(), "spi_cs_pin"));
     let Some(select) = report.take(claimed) else { return MotorDriver::None };
-    match driver_bank::set_up(bus.motor_driver(select), motor, settings) {
+    let chip = if channel == 0 {
+        // On a board of their own, at the other header.
+        let owner = owner(motor.driver.name(), "common", "spi_channel");
+        report.take(buses.chip(channel, driver_bank::CHIP_CLOCK, select, pins, &owner)).flatten()
+    } else {
+        Some(buses.motor_driver(select))
+    };
+    let Some(chip) = chip else { return MotorDriver::None };
+    match driver_bank::set_up(chip, motor, settings) {
         Ok(driver) => driver,
         Err(error) => {
             report.trouble(format_args!("driver {}: {error}", actuator.name()));

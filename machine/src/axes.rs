@@ -29,8 +29,12 @@ pub fn motors(bits: u8) -> impl Iterator<Item = Actuator> {
     Actuator::ALL.into_iter().filter(move |motor| bits & motor.bit() != 0)
 }
 
-fn silent(motor: Actuator) -> Failure {
-    Failure::Alarm(message(format_args!("motor driver {} does not answer, check its supply and wiring", motor.name())))
+fn unusable(motor: Actuator, fault: DriverFault) -> Failure {
+    let why = match fault {
+        DriverFault::Reset => "was without power, check its supply, and home",
+        _ => "does not answer, check its supply and wiring",
+    };
+    Failure::Alarm(message(format_args!("motor driver {} {why}", motor.name())))
 }
 
 /// What is known of axes and motors.
@@ -114,17 +118,15 @@ impl Axes {
             for motor in motors(self.present) {
                 match ports.drivers(|drivers| drivers.set_enabled(motor, true)) {
                     Ok(()) | Err(DriverFault::External) => self.on |= motor.bit(),
-                    Err(DriverFault::Silent | DriverFault::BadAnswer | DriverFault::BadSetting) => {
-                        return Err(silent(motor));
-                    }
+                    Err(fault) => return Err(unusable(motor, fault)),
                 }
             }
         }
         for motor in motors(self.resting) {
             self.resting &= !motor.bit();
             let Some(current) = tuning.currents[motor] else { continue };
-            if ports.drivers(|drivers| drivers.set_current(motor, current)).is_err() {
-                return Err(silent(motor));
+            if let Err(fault) = ports.drivers(|drivers| drivers.set_current(motor, current)) {
+                return Err(unusable(motor, fault));
             }
         }
         self.standing_since = now;

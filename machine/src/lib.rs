@@ -17,6 +17,7 @@ mod axes;
 mod bed;
 mod buttons;
 mod drawing;
+mod driver_codes;
 mod driver_tuning;
 mod endstop_phase;
 mod executor;

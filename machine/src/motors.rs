@@ -72,6 +72,7 @@ fn set_current(
         Err(DriverFault::External) => Err(refuse("has no driver whose current can be set")),
         Err(DriverFault::BadSetting) => Err(refuse("the driver cannot be set so")),
         Err(DriverFault::Silent | DriverFault::BadAnswer) => Err(refuse("the driver does not answer")),
+        Err(DriverFault::Reset) => Err(refuse("the driver was without power")),
     }
 }
 
@@ -107,6 +108,28 @@ pub(crate) fn write_stall_thresholds(text: &mut impl Write, tuning: &Tuning) -> 
         }
         if let Some(threshold) = tuning.homing_thresholds[motor] {
             writeln!(text, ";The same while it homes:\nM911.3 P{} S9 O{threshold}", motor as u8)?;
+        }
+    }
+    Ok(())
+}
+
+/// The speeds up to which stealthChop drives, as M500 saves them.
+pub(crate) fn write_stealth_thresholds(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
+    for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
+        if let Some(speed) = tuning.stealth_thresholds[motor] {
+            writeln!(text, ";stealthChop up to this speed:\nM913 {}{speed}", axis.letter())?;
+        }
+    }
+    Ok(())
+}
+
+/// Choppers as M500 saves them.
+pub(crate) fn write_choppers(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
+    for motor in Actuator::ALL {
+        if let Some(fit) = &tuning.choppers[motor] {
+            let (off, blank) = (fit.off_time, fit.blank_clocks);
+            let (start, end) = (fit.hysteresis_start, fit.hysteresis_end);
+            writeln!(text, ";Chopper:\nM911.3 P{} S1 U{off} V{blank} W{start} X{end} Y0", motor as u8)?;
         }
     }
     Ok(())
@@ -235,15 +258,20 @@ pub(crate) fn driver_option(
         motors(named).for_each(|_| reply.say(format_args!("No options were recognised\n")));
         return Ok(Answer::Ok);
     };
-    let threshold = words.get('O').map(|threshold| threshold as i8);
+    let threshold = words.get('O').map(|threshold| threshold as i16);
     for motor in motors(named) {
         if option == 9.0 {
-            let threshold = threshold.filter(|threshold| (-64..=63).contains(threshold));
+            let [least, most] = config.stall_thresholds(motor).unwrap_or([0, -1]);
+            let threshold = threshold.filter(|threshold| (least..=most).contains(threshold));
             tuning.homing_thresholds[motor] = Some(threshold.ok_or_else(|| not_set(motor, DriverFault::BadSetting))?);
             continue;
         }
         let set = ports.drivers(|drivers| drivers.set_option(motor, option as u8, &|letter| words.get(letter)));
         set.map_err(|fault| not_set(motor, fault))?;
+        if option < 2.0 {
+            // By hand, so it is not the computed one any more.
+            tuning.choppers[motor] = None;
+        }
         if let Some(threshold) = threshold.filter(|_| option == 7.0) {
             let filter = words.get('Q').is_some_and(|filter| filter != 0.0);
             tuning.stall_thresholds[motor] = Some(StallThreshold { threshold, filter });
@@ -323,10 +351,11 @@ pub(crate) fn set_registers(
     Ok(Answer::Ok)
 }
 
-fn not_set(motor: Actuator, fault: DriverFault) -> Failure {
+pub(crate) fn not_set(motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::External => "has no driver of this board",
         DriverFault::Silent | DriverFault::BadAnswer => "the driver does not answer",
+        DriverFault::Reset => "the driver was without power",
         DriverFault::BadSetting => "the driver cannot be set so",
     };
     Failure::Refused(message(format_args!("{}: {why}", motor.name())))

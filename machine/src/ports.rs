@@ -27,7 +27,9 @@ pub use board::{
 };
 pub use calendar::{Calendar, DateTime};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use drivers::{Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch};
+pub use drivers::{
+    ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
+};
 pub use events::EventLog;
 pub use gcode::realtime::Realtime;
 pub use io::{

@@ -16,7 +16,7 @@ use crate::heat::LawSettings;
 use crate::heat_codes::write_sensor;
 use crate::leveling::write_leveling;
 use crate::motion_codes::advance_of;
-use crate::motors::{write_currents, write_stall_thresholds};
+use crate::motors::{write_choppers, write_currents, write_stall_thresholds, write_stealth_thresholds};
 use crate::ports::{HeatPort, MotionPort};
 use crate::probing::write_probe;
 use crate::thermal::Thermal;
@@ -78,7 +78,10 @@ pub(crate) fn part(
         6 => write_probe(&mut text, config, tuning)
             .and_then(|()| write_leveling(&mut text, ports, config, bed))
             .and_then(|()| thermal.write(&mut text, config)),
-        _ => write_currents(&mut text, tuning, config).and_then(|()| write_stall_thresholds(&mut text, tuning)),
+        _ => write_currents(&mut text, tuning, config)
+            .and_then(|()| write_stall_thresholds(&mut text, tuning))
+            .and_then(|()| write_stealth_thresholds(&mut text, tuning))
+            .and_then(|()| write_choppers(&mut text, tuning)),
     }?;
     Ok(text)
 }

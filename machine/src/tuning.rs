@@ -11,6 +11,7 @@ use motion::geometry::LineSettings;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
 use crate::motion_config::line_settings;
+use crate::ports::ChopperFit;
 
 /// Settings changed at run time. Each has the code that writes it.
 #[derive(Clone, Debug, Default)]
@@ -28,7 +29,11 @@ pub struct Tuning {
     /// Threshold of each driver's load measurement (M911.3 S7), where it is another than the configuration's.
     pub stall_thresholds: PerActuator<Option<StallThreshold>>,
     /// The same while the motor's axis homes without a switch (M911.3 S9).
-    pub homing_thresholds: PerActuator<Option<i8>>,
+    pub homing_thresholds: PerActuator<Option<i16>>,
+    /// The chopper of each driver, where it was computed (tune_driver).
+    pub choppers: PerActuator<Option<ChopperFit>>,
+    /// Up to which speed stealthChop drives each motor, mm/s, 0 for never (M913), where it was changed.
+    pub stealth_thresholds: PerActuator<Option<f64>>,
     /// How straight moves are cut (M665 S and U).
     pub lines: LineSettings,
     /// Thermistors that are not as configured (M305), by temperature control.
@@ -46,7 +51,7 @@ pub struct Tuning {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StallThreshold {
     /// `SGT`
-    pub threshold: i8,
+    pub threshold: i16,
     /// `SFILT`
     pub filter: bool,
 }
@@ -88,6 +93,8 @@ impl Tuning {
             phases: PerAxis(Axis::ALL.map(|axis| config.homing_endstop(axis).and_then(|stop| stop.phase.calibrated))),
             currents,
             stall_thresholds: PerActuator::default(),
+            choppers: PerActuator::default(),
+            stealth_thresholds: PerActuator::default(),
             homing_thresholds: PerActuator::default(),
             lines: line_settings(config),
             thermistors: [None; units::MAX_HEATERS],

@@ -378,6 +378,14 @@ pub enum Function {
     DriverChopper,
     DriverRegister,
     DriverOption,
+    /// M912: what was told of drivers is news again.
+    ForgetDriverTroubles,
+    /// M913: up to which speed stealthChop drives.
+    StealthThresholds,
+    /// M569: stealthChop, or never.
+    StealthMode,
+    /// M914: what counts as a stall while an axis homes.
+    HomingThresholds,
     Microsteps,
     MotorPositions,
     HomeOffsetsFromHere,

@@ -13,3 +13,4 @@ pub mod switch;
 pub mod thermistor;
 pub mod tmc26x;
 pub mod tmc_stealth;
+pub mod tmc_wire;

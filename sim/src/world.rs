@@ -17,7 +17,7 @@ mod motion;
 
 pub use config::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, Pin, SwitchConfig, WorldConfig,
+    Operator, OutsidePort, Pin, SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
@@ -29,6 +29,7 @@ use crate::models::fan;
 use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
 use crate::models::tmc_stealth::TmcStealth;
+use crate::models::tmc_wire::Wire;
 use crate::models::tmc26x::{Condition, Tmc26x};
 use crate::trace::Trace;
 use heat::{FanState, HeaterState};
@@ -65,6 +66,8 @@ pub struct World {
     drivers: [Tmc26x; ON_BOARD_DRIVERS],
     /// Chips of drivers on headers, by motor.
     outside: [Option<TmcStealth>; MAX_ACTUATORS],
+    /// What the chips on each UART have heard.
+    wires: [Wire; 2],
     switches: Vec<(Switch, bool)>,
     switch_changes: Vec<SwitchChange>,
     /// Contacts that bounce: when, which switch, whether it closes. In order of time.
@@ -99,8 +102,10 @@ impl World {
         let mut outside = [const { None }; MAX_ACTUATORS];
         for actuator in &config.actuators {
             motors[actuator.actuator as usize] = Some(Motor::new(actuator));
-            if let DriverConfig::Outside { kind, enable_high } = actuator.driver {
-                outside[actuator.actuator as usize] = Some(TmcStealth::new(kind, enable_high.is_some()));
+            if let DriverConfig::Outside { kind, enable_high, port } = actuator.driver {
+                let address = if let OutsidePort::Uart { address, .. } = port { address } else { 0 };
+                let chip = TmcStealth::on_wire(kind, address, enable_high.is_some());
+                outside[actuator.actuator as usize] = Some(chip);
             }
         }
         let mut drivers = std::array::from_fn(|_| Tmc26x::new(config.chip));
@@ -111,6 +116,7 @@ impl World {
             motors,
             drivers,
             outside,
+            wires: Default::default(),
             switches: config.switches.iter().map(|switch| (motion::switch_of(switch), false)).collect(),
             switch_changes: Vec::new(),
             bounces: Vec::new(),
@@ -221,10 +227,10 @@ impl World {
             Fault::DriverOpenLoad(motor) => self.driver_condition(*motor)?.open_load[0] = true,
             Fault::DriverShort(motor) => self.driver_condition(*motor)?.short_to_ground[0] = true,
             Fault::DriverShortToSupply(motor) => self.driver_condition(*motor)?.short_to_supply[0] = true,
-            Fault::DriverReset(motor) => {
-                let chip = self.outside[*motor as usize].as_mut();
-                chip.ok_or_else(|| format!("{} has no driver with a supply of its own", motor.name()))?.reset();
-            }
+            Fault::DriverReset(motor) => match &mut self.outside[*motor as usize] {
+                Some(chip) => chip.reset(),
+                None => on_board(&mut self.drivers, *motor)?.reset(),
+            },
             Fault::MotorSupply(volts) => self.set_motor_supply(*volts),
             Fault::FetSupply(volts) => self.vfet_v = *volts,
             Fault::FetSwitchStuckOn => self.fet_switch_stuck_on = true,
@@ -289,12 +295,16 @@ impl World {
     }
 
     fn driver_condition(&mut self, actuator: Actuator) -> Result<&mut Condition, String> {
-        if let Some(chip) = &mut self.outside[actuator as usize] {
-            return Ok(&mut chip.condition);
+        match &mut self.outside[actuator as usize] {
+            Some(chip) => Ok(&mut chip.condition),
+            None => Ok(&mut on_board(&mut self.drivers, actuator)?.condition),
         }
-        let on_board = self.drivers.get_mut(actuator as usize).map(|chip| &mut chip.condition);
-        on_board.ok_or_else(|| format!("{} has no driver that can be asked", actuator.name()))
     }
+}
+
+fn on_board(drivers: &mut [Tmc26x], actuator: Actuator) -> Result<&mut Tmc26x, String> {
+    let chip = drivers.get_mut(actuator as usize);
+    chip.ok_or_else(|| format!("{} has no driver that can be asked", actuator.name()))
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use machine::ports::{SessionProfile, StepTimes};
 use machine::sessions::SessionId;
 use sim::models::surface::Surface;
+use sim::models::tmc26x::Chip;
 use sim::runner::{CardState, Runner, Setup};
 use sim::world::{TimedFault, World};
 use units::Actuator;
@@ -35,6 +36,7 @@ pub struct Plan {
     card_state: CardState,
     built_as: Option<String>,
     visitors: Vec<SessionProfile>,
+    chip: Chip,
 }
 
 impl Plan {
@@ -49,7 +51,22 @@ impl Plan {
             card_state: CardState::Good,
             built_as: None,
             visitors: Vec::new(),
+            chip: Chip::Tmc2590,
         }
+    }
+
+    /// Whether it is on a board with TMC2660.
+    #[must_use]
+    pub fn is_tmc2660(&self) -> bool {
+        self.chip == Chip::Tmc2660
+    }
+
+    /// The machine on a board with TMC2660.
+    #[must_use]
+    pub fn on_tmc2660(mut self) -> Self {
+        self.config = self.config.replace("tmc2590", "tmc2660").replace("sense_resistor = 50", "sense_resistor = 100");
+        self.chip = Chip::Tmc2660;
+        self
     }
 
     /// One more session, whose other end is in memory: numbers from 2 on.
@@ -158,8 +175,8 @@ impl Plan {
         for name in &self.folders {
             fs::create_dir_all(card.join(name)).expect("a folder in it");
         }
-        let Self { faults, card_state, built_as, visitors, .. } = self;
-        let setup = Setup { faults, card_state, built_as, visitors, ..Setup::new(&card) };
+        let Self { faults, card_state, built_as, visitors, chip, .. } = self;
+        let setup = Setup { faults, card_state, built_as, visitors, chip, ..Setup::new(&card) };
         let runner = Runner::new(&setup).expect("faults of this machine");
         let mut bench = Bench { runner, card, greeting: String::new() };
         bench.greeting = bench.hear(0.2);

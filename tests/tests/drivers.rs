@@ -1,6 +1,7 @@
 //! Settings of the motor drivers, as the chips have taken them.
 
 use scenarios::{Bench, CARTESIAN, Plan};
+use sim::world::Fault;
 use units::Actuator::Alpha;
 
 /// Bits of DRVCTRL (TMC2590 datasheet section 7.5): microsteps, double edge, interpolation.
@@ -180,7 +181,7 @@ fn a_configuration_without_driver_settings_works_and_says_what_it_takes_for_gran
 fn a_driver_that_gets_hot_says_what_to_do_and_one_that_shuts_down_is_not_homed() {
     let mut bench = Plan::new(CARTESIAN).start_homed();
     let heat = |bench: &Bench, celsius| {
-        let fault = sim::world::Fault::DriverTemperature(Alpha, celsius);
+        let fault = Fault::DriverTemperature(Alpha, celsius);
         bench.world(|world| world.inject(&fault)).expect("a driver");
     };
     heat(&bench, 110);
@@ -203,4 +204,55 @@ fn a_driver_that_gets_hot_says_what_to_do_and_one_that_shuts_down_is_not_homed()
     bench.hear(1.5);
     bench.say("M999");
     assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "belts go where several motors are");
+}
+
+/// A dip of the supply on one chip: nothing but the chip itself has noticed it.
+#[test]
+fn a_driver_that_lost_its_settings_is_told_set_up_again_and_its_axis_is_not_homed() {
+    for plan in [Plan::new(CARTESIAN), Plan::new(CARTESIAN).on_tmc2660()] {
+        let mut bench = plan.set("[actuator] common.halt_on_driver_alarm = false").start_homed();
+        bench.run(&["G1 X50 Y50 F6000", "M400"]);
+        let before = registers(&bench);
+        bench.world(|world| world.inject(&Fault::DriverReset(Alpha))).expect("a driver");
+        assert_eq!(registers(&bench), [0; 5]);
+        let said = bench.hear_until("WARNING: X: the driver was without power", 1.5) + &bench.hear(5.0);
+        assert_eq!(said.matches("without power").count(), 1, "{said}");
+        assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n");
+        assert!(!bench.is_energised(Alpha), "nothing is driven before something moves");
+        bench.run(&["G28 X", "G1 X20 F6000", "M400"]);
+        assert_eq!(registers(&bench), before);
+        assert!((bench.carriage(Alpha) - 20.0).abs() < 0.02, "{} mm", bench.carriage(Alpha));
+    }
+}
+
+/// What changes at rest is written without a word about the loss, and must not hide it.
+#[test]
+fn a_current_that_falls_at_rest_hides_no_loss() {
+    for plan in [Plan::new(CARTESIAN), Plan::new(CARTESIAN).on_tmc2660()] {
+        let kind = if plan.is_tmc2660() { "tmc2660" } else { "tmc2590" };
+        let mut bench = plan
+            .set("[actuator] common.halt_on_driver_alarm = false")
+            .set(&format!("[{kind}] alpha.standstill_current = 400"))
+            .set(&format!("[{kind}] common.standstill_time = 1"))
+            .start_homed();
+        // Lost shortly before the current falls, and before the next look.
+        bench.run(&["G1 X50 F6000", "M400"]);
+        for _ in 0..20 {
+            bench.run(&["G1 X49 F6000", "G1 X50", "M400"]);
+            bench.hear(0.97);
+            bench.world(|world| world.inject(&Fault::DriverReset(Alpha))).expect("a driver");
+            bench.hear_until("X: the driver was without power", 1.5);
+            bench.hear(0.05);
+        }
+    }
+}
+
+#[test]
+fn a_job_ends_where_a_driver_lost_its_settings() {
+    let mut bench = Plan::new(CARTESIAN).file("job.g", &"G1 X100 F6000\nG1 X10\n".repeat(40)).start_homed();
+    bench.type_in("play /sd/job.g\n");
+    bench.hear(2.0);
+    bench.world(|world| world.inject(&Fault::DriverReset(Alpha))).expect("a driver");
+    bench.hear_until("ERROR: motor driver X: the driver was without power", 1.5);
+    bench.assert_safe();
 }

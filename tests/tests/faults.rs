@@ -223,7 +223,7 @@ fn a_silent_driver_is_told_once() {
 #[test]
 fn a_driver_that_falls_silent_halts_with_one_message() {
     let bench = Plan::new(CARTESIAN).fault("driver-silent:alpha@3").start();
-    ends_safely(bench, &["G1 X100 F600"], "driver does not answer, check its supply and SPI wiring", 10.0);
+    ends_safely(bench, &["G1 X100 F600"], "driver does not answer, check its supply and wiring", 10.0);
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod bring_up;
 mod cam;
 mod codes;
 mod console;
+mod cool_step;
 mod curves;
 mod cycles;
 mod delta;
@@ -72,6 +73,7 @@ mod v2_codes;
 mod v2_commands;
 mod v2_replay;
 mod verified;
+mod wire_drivers;
 
 /// A file that no line above names would not be built, and its tests not run.
 #[test]

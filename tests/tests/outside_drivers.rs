@@ -163,7 +163,7 @@ fn a_driver_that_never_answers_is_told_at_boot_and_one_that_stops_answering_late
     let mut bench = tmc5160().start();
     bench.hear(1.0);
     inject(&bench, &Fault::DriverSilent(Delta));
-    bench.hear_until("motor driver A: driver does not answer, check its supply and SPI wiring", 4.0);
+    bench.hear_until("motor driver A: driver does not answer, check its supply and wiring", 4.0);
     bench.assert_safe();
 }
 

@@ -186,3 +186,49 @@ fn what_cannot_be_measured_is_refused_and_nothing_moves() {
     let mut bench = Plan::new(scenarios::COREXY).start();
     assert!(bench.say("tune_driver X").contains("does not move this axis alone"));
 }
+
+/// TMC2590, 15 MHz: 150 clocks of 10 us, (150 - 24) / 32 = 3.9; 24 V * 3.6 us / 2.6 mH = 33 mA; 1.65 Ohm *
+/// 1.19 A * 2 * 10.1 us / 2.6 mH = 15 mA; CS 10: 0.5 + 48.5 mA * 496 * 11 / 32 / 1.19 A - 8 = -0.5.
+#[test]
+fn a_chopper_is_computed_from_the_motor_s_data_sheet_and_kept_by_m500() {
+    let plan = Plan::new(CARTESIAN).set("[actuator] alpha.coil_resistance = 1.65");
+    let mut bench = plan.clone().start();
+    let said = bench.say("tune_driver X chopper");
+    assert!(said.contains("write [actuator] alpha.coil_resistance and alpha.coil_inductance"), "{said}");
+    let mut bench = plan.clone().set("[actuator] alpha.coil_inductance = 2.6").start();
+    let said = bench.say("tune_driver X chopper");
+    for words in [
+        "24.0 V, 1.19 A, 1.65 Ohm, 2.60 mH",
+        "off_time 4: 10.1 us, twice in a cycle, for 25 kHz; the current falls by 15 mA",
+        "blanking 54 clocks: 3.6 us, as it was; the current rises by 33 mA",
+        "hysteresis start 1, end -1: 0, where -0.5 cover both",
+        "Computed, not measured",
+    ] {
+        assert!(said.contains(words), "{words} is not in {said}");
+    }
+    let chopconf = |bench: &Bench| bench.world(|world| world.driver(0).registers()[1]);
+    // TOFF is 0 while the motor is off; HEND -1 + 3, HSTRT 1 - 1, TBL 54 clocks.
+    assert_eq!(chopconf(&bench), 2 << 7 | 3 << 15);
+    bench.run(&["G91", "G1 X1 F600", "M400"]);
+    assert_eq!(chopconf(&bench), 2 << 7 | 3 << 15 | 4);
+    let saved = bench.say("M503");
+    assert!(saved.contains("M911.3 P0 S1 U4 V54 W1 X-1 Y0"), "{saved}");
+    // Loaded again it is the same; set by hand it is not the computed one any more.
+    let mut again = Plan::new(CARTESIAN).start();
+    again.run(&["M911.3 P0 S1 U4 V54 W1 X-1 Y0"]);
+    assert_eq!(chopconf(&again), 2 << 7 | 3 << 15);
+    bench.run(&["M911.3 P0 S1 U5 V54 W5 X0 Y0"]);
+    assert!(!bench.say("M503").contains("S1 U4"));
+    let mut bench =
+        plan.set("[actuator] alpha.coil_inductance = 2.6").set("[actuator] alpha.coil_resistance = 30").start();
+    assert!(bench.say("tune_driver X chopper").contains("24.0 V do not drive 1.19 A through 30.00 Ohm"));
+}
+
+/// More than the chip has is told, with what helps.
+#[test]
+fn a_motor_of_little_inductance_gets_what_there_is() {
+    let plan = Plan::new(CARTESIAN).set("[actuator] alpha.coil_resistance = 0.5");
+    let mut bench = plan.set("[actuator] alpha.coil_inductance = 0.4").start();
+    let said = bench.say("tune_driver X chopper");
+    assert!(said.contains("hysteresis start 8, end 7: 15") && said.contains("that is the most there is"), "{said}");
+}

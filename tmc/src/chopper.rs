@@ -2,6 +2,9 @@
 
 use crate::register::{ChopConf, SmartEn};
 
+mod fit;
+pub use fit::{ChopperFit, Coil, Regulated};
+
 /// A setting the chip cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingError {
@@ -167,6 +170,11 @@ fn offset_by_3(setting: &'static str, value: i8) -> Result<u32, SettingError> {
 
 pub(crate) fn in_range(setting: &'static str, must_be: &'static str, holds: bool) -> Result<(), SettingError> {
     if holds { Ok(()) } else { Err(SettingError { setting, must_be }) }
+}
+
+/// What a chip that measures no load says to a question for it.
+pub(crate) const fn no_load_measurement() -> SettingError {
+    SettingError { setting: "load measurement", must_be: "asked of a chip that has one" }
 }
 
 /// Load-dependent current (coolStep), as register codes of TMC2590 datasheet section 7.7.

@@ -17,8 +17,13 @@ pub enum Error<E> {
     /// Nothing drives the data line: only zeros or only ones came back. No chip, no power, or chip select not
     /// connected.
     Absent,
+    /// A UART of one wire hears not even what it sends itself.
+    NoEcho,
     /// Something answers, but not as this chip would. The 24 bits that came.
     WrongAnswer(u32),
+    /// The chip has been reset since it was set up: all of its registers are as after power-up, its bridges
+    /// off.
+    Reset,
     /// The chip cannot be set so; nothing was sent.
     Setting(SettingError),
 }
@@ -34,7 +39,9 @@ impl<E: core::fmt::Debug> core::fmt::Display for Error<E> {
         match self {
             Self::Bus(error) => write!(f, "SPI bus error {error:?}"),
             Self::Absent => f.write_str("no answer; is the motor supply on?"),
+            Self::NoEcho => f.write_str("what is sent does not come back: are TX, over 1 kOhm, and RX on the wire?"),
             Self::WrongAnswer(answer) => write!(f, "unexpected answer {answer:06x}"),
+            Self::Reset => f.write_str("the driver was without power and has lost its settings"),
             Self::Setting(error) => error.fmt(f),
         }
     }
@@ -122,6 +129,10 @@ pub struct Driver<SPI> {
     is_stale: bool,
     /// What the chip shows in its next answer; it changes one answer after it was asked.
     shown: ReadSelect,
+    /// What the chip has been sent of its current last.
+    sent: SentCurrent,
+    /// It was found reset, and has not been set up again.
+    is_reset: bool,
 }
 
 /// Fills the four bits of the 24 that the chip only passes through, so that a dead line cannot look like an
@@ -162,6 +173,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
             before_search: None,
             is_stale: false,
             shown: ReadSelect::default(),
+            sent: SentCurrent::default(),
+            is_reset: false,
         };
         driver.store_current();
         Ok(driver)
@@ -180,18 +193,23 @@ impl<SPI: SpiDevice> Driver<SPI> {
         }
         self.transfer(self.registers.sgcsconf.word())?;
         self.transfer(self.registers.drvconf.word())?;
+        self.is_reset = false;
         self.status()
     }
 
-    /// Asks for the chip's status, with the reading selected last.
+    /// Asks for the chip's status, and whether it still has its settings. Takes one transfer to a TMC2590,
+    /// two to a TMC2660, and twice as many where it seems to be reset.
     ///
     /// # Errors
-    /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
+    /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`], [`Error::Reset`].
     pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
-        self.write(self.registers.drvconf.word())
+        match self.chip {
+            Chip::Tmc2590 => self.look_at_format(),
+            Chip::Tmc2660 => self.look_at_scale(),
+        }
     }
 
-    /// Asks for one reading, and leaves the selection as it was. Takes up to three transfers.
+    /// Asks for one reading, and leaves the selection as it was. Takes two transfers.
     ///
     /// # Errors
     /// As [`Self::status`]; [`Error::Setting`] for diagnostics from a TMC2660, which has none.
@@ -400,10 +418,16 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(())
     }
 
+    /// Writes one register. A chip that was found reset is told nothing any more until [`Self::start`]: a
+    /// part of its settings would look as if it had them all.
     fn write(&mut self, word: u32) -> Result<Status, Error<SPI::Error>> {
-        let shown = self.shown;
-        let answer = self.transfer(word)?;
-        Status::decode(answer >> 4, shown).ok_or(Error::WrongAnswer(answer))
+        if self.is_reset {
+            return Err(Error::Reset);
+        }
+        if SgCsConf::from_word(word).is_some() && self.chip == Chip::Tmc2660 {
+            self.look_at_scale()?;
+        }
+        self.exchange(word)
     }
 
     /// Sends 20 bits in a 24-bit frame; the chip takes the last 20. Gives the 24 bits that came back: the
@@ -414,6 +438,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         if let Some(drvconf) = DrvConf::from_word(word) {
             self.shown = ReadSelect::from_code(drvconf.rdsel());
         }
+        self.sent.note(word);
         let [high, middle, low] = frame;
         match u32::from_be_bytes([0, high, middle, low]) {
             0 => Err(Error::Absent),
@@ -423,7 +448,9 @@ impl<SPI: SpiDevice> Driver<SPI> {
     }
 }
 
+mod loss;
 mod raw;
 mod search;
+use loss::SentCurrent;
 #[cfg(test)]
 mod tests;

@@ -20,10 +20,12 @@ use rigless::time::VirtualNanos;
 use sim::models::sd_card::SdCard;
 use sim::models::thermistor::{self, Curve, REFERENCE_VOLTS, divider_volts};
 use sim::models::tmc26x::Chip;
-use sim::world::{AnalogInput, PWM_CHANNELS, PWM_TIMERS, Pin, VFET_INPUT, VMOTOR_INPUT, World, WorldConfig};
+use sim::world::{
+    AnalogInput, OutsidePort, PWM_CHANNELS, PWM_TIMERS, Pin, VFET_INPUT, VMOTOR_INPUT, World, WorldConfig,
+};
 
 use crate::console::{Line, LineEnd};
-use crate::drivers::{ConverterPort, DriverPort};
+use crate::drivers::{self, ConverterPort, DriverPort, WireEnd};
 use crate::mcu::PrimeMcu;
 pub use crate::outputs::{PinChange, SharedWorld};
 use crate::pins::{Wiring, driver_selects, pin, port_name};
@@ -118,6 +120,24 @@ impl PrimeBoard {
         }
         for (line, port) in self.consoles.iter().zip(CONSOLE_PORTS) {
             part.usart[port].attach(LineEnd(line.clone()));
+        }
+        let outside = self.world.lock().config().actuators.clone();
+        for entry in outside {
+            let sim::world::DriverConfig::Outside { port, .. } = entry.driver else { continue };
+            match port {
+                OutsidePort::Spi { select: Some(Pin { port, number }), channel } => {
+                    let select = Select { port: port_name(port), pin: port_pin(number), active: Level::Low };
+                    let bus = if channel == 0 { HEADER_SPI } else { DRIVER_SPI };
+                    let chip = drivers::OutsidePort::new(self.world.clone(), entry.actuator);
+                    part.spi[bus].attach_selected(chip, select);
+                }
+                OutsidePort::Spi { select: None, .. } => {}
+                OutsidePort::Uart { channel, .. } => {
+                    // Drivers of one wire are one end.
+                    let Some(port) = CONSOLE_PORTS.get(usize::from(channel) + 1) else { continue };
+                    part.usart[*port].attach(WireEnd::new(self.world.clone(), channel));
+                }
+            }
         }
         self.mcu.set_supply(RAIL_MV);
         let start = VirtualNanos(0);

@@ -4,6 +4,7 @@ use board_facts::wiring;
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::spi1;
 use sim::models::converter::Kind;
+use sim::world::{DriverConfig, OutsidePort};
 
 use crate::board::PrimeBoard;
 use crate::pins::pin;
@@ -12,6 +13,12 @@ use crate::pins::pin;
 const BUSES: [(u64, &str, u8); 2] = [(0x4001_3000, "SPI1", 0), (0x4001_3400, "SPI4", 1)];
 /// CSTART: a frame is on its way (RM0399 section 53.11.1).
 const CSTART: u64 = 1 << 9;
+
+/// A driver outside on this bus, whose select is low.
+fn is_selected(board: &PrimeBoard, driver: DriverConfig, channel: u8) -> bool {
+    matches!(driver, DriverConfig::Outside { port: OutsidePort::Spi { channel: of, select: Some(select) }, .. }
+        if of == channel && !board.level(select))
+}
 
 /// What is wrong with the frame that begins with a write to this address: who is selected, and what it needs.
 #[must_use]
@@ -29,6 +36,11 @@ pub fn wrong(board: &PrimeBoard, address: u64) -> Option<String> {
         ("the drivers", &[3])
     } else {
         let world = board.world().lock();
+        let mut outside = world.config().actuators.iter().map(|entry| entry.driver);
+        if outside.any(|driver| is_selected(board, driver, channel)) {
+            // TMC2130, TMC5160 and TMC2240 data sheets, "SPI interface".
+            return (mode != 3).then(|| format!("{name}: CPOL and CPHA make mode {mode}, a driver outside needs 3"));
+        }
         let mut converters = world.config().heaters.iter().filter_map(|heater| heater.converter);
         match converters.find(|converter| converter.channel == channel && !board.level(converter.select))?.kind {
             // Data sheets: figure 1 of the MAX31855's; "Serial Interface" of the others.

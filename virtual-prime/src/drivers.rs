@@ -1,10 +1,15 @@
-//! What is on the SPI buses. The stepper drivers: a 20-bit shift register behind a chip select (TMC2590
-//! datasheet, "SPI interface"). And the converter chips of sensors, which take and give bytes.
+//! What is on the SPI buses, and on the UARTs that are no consoles. The stepper drivers: a 20-bit shift
+//! register behind a chip select (TMC2590 datasheet, "SPI interface"). Drivers outside, and the converter
+//! chips of sensors, which take and give bytes.
 
-use rigless::chip::Timeline;
+use std::collections::VecDeque;
+
 use rigless::chip::spi::Peer;
+use rigless::chip::{Timeline, uart};
 use rigless::snapshot::Store;
+use rigless::time::VirtualNanos;
 use sim::models::tmc26x::FRAME_MASK;
+use units::Actuator;
 
 use crate::outputs::SharedWorld;
 
@@ -45,6 +50,105 @@ impl Peer for DriverPort {
 
     fn deselect(&mut self, _: &mut Timeline<'_, '_>) {
         self.world.lock().driver_mut(self.index).write(self.shift);
+    }
+}
+
+/// The SPI side of a driver outside: datagrams of 40 bits, the first byte of which comes first.
+#[derive(Debug)]
+pub struct OutsidePort {
+    world: SharedWorld,
+    motor: Actuator,
+    /// What has come in, and how many bits.
+    taken: u64,
+    bits: u32,
+    /// What goes out.
+    given: u64,
+}
+
+/// Bits of a datagram.
+const DATAGRAM: u32 = 40;
+
+impl OutsidePort {
+    pub const fn new(world: SharedWorld, motor: Actuator) -> Self {
+        Self { world, motor, taken: 0, bits: 0, given: 0 }
+    }
+}
+
+/// A run is repeated from its start, never from the middle.
+impl Store for OutsidePort {}
+
+impl Peer for OutsidePort {
+    fn select(&mut self, context: &mut Timeline<'_, '_>) {
+        let mut world = self.world.lock();
+        world.advance(context.now().0);
+        let [a, b, c, d, e] = world.outside_shown(context.now().0, self.motor);
+        (self.taken, self.bits, self.given) = (0, 0, u64::from_be_bytes([0, 0, 0, a, b, c, d, e]));
+    }
+
+    fn transfer(&mut self, mosi: u32, bits: u8, _: &mut Timeline<'_, '_>) -> u32 {
+        (0..bits).rev().fold(0, |miso, bit| {
+            let out = self.given >> (DATAGRAM - 1) & 1;
+            self.given = self.given << 1 | self.taken >> (DATAGRAM - 1) & 1;
+            self.taken = self.taken << 1 | u64::from(mosi >> bit & 1);
+            self.bits += 1;
+            miso << 1 | out as u32
+        })
+    }
+
+    /// The chip takes the last 40 bits, and nothing of a shorter frame.
+    fn deselect(&mut self, context: &mut Timeline<'_, '_>) {
+        if self.bits >= DATAGRAM {
+            let [_, _, _, datagram @ ..] = self.taken.to_be_bytes();
+            self.world.lock().outside_taken(context.now().0, self.motor, datagram);
+        }
+    }
+}
+
+/// An auxiliary UART with drivers on it, wired as their data sheet says: TX over 1 kOhm to the wire, RX on
+/// it. So the port hears itself, and then whoever answers.
+#[derive(Debug)]
+pub struct WireEnd {
+    world: SharedWorld,
+    channel: u8,
+    /// What is on the wire for the port, and when its last bit is over.
+    queue: VecDeque<(u64, u8)>,
+    /// The time of a byte, as the chips have learned it.
+    byte_ns: u64,
+    last_ns: u64,
+}
+
+impl WireEnd {
+    pub const fn new(world: SharedWorld, channel: u8) -> Self {
+        Self { world, channel, queue: VecDeque::new(), byte_ns: 0, last_ns: 0 }
+    }
+}
+
+/// A run is repeated from its start, never from the middle.
+impl Store for WireEnd {}
+
+impl uart::Peer for WireEnd {
+    fn receive(&mut self, word: u16, context: &mut Timeline<'_, '_>) {
+        let (now_ns, byte) = (context.now().0, word as u8);
+        let since_ns = now_ns.saturating_sub(core::mem::replace(&mut self.last_ns, now_ns));
+        if self.byte_ns > 0 && since_ns > 3 * self.byte_ns {
+            // What nobody took off the wire is gone.
+            self.queue.clear();
+        }
+        self.byte_ns = since_ns;
+        let mut world = self.world.lock();
+        world.advance(now_ns);
+        // It comes back as it goes out; the port sees it a moment later than on a wire.
+        self.queue.push_back((0, byte));
+        self.queue.extend(world.wire_byte(now_ns, self.channel, byte).into_iter().flatten());
+    }
+
+    fn transmit(&mut self, now: VirtualNanos) -> Option<u16> {
+        let (ends_ns, byte) = *self.queue.front()?;
+        if ends_ns > now.0 + self.byte_ns {
+            return None;
+        }
+        self.queue.pop_front();
+        Some(u16::from(byte))
     }
 }
 

@@ -15,6 +15,7 @@ mod golden;
 mod homing;
 mod images;
 mod operation;
+mod outside_drivers;
 mod power_cuts;
 mod probing;
 mod rtt;

@@ -47,7 +47,7 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         let reason = format_args!("the zero of a tower or an arm is no place of the tool");
         checks.error((ENDSTOPS, place, "phase_align_zero"), reason, format_args!("delete it"));
     }
-    let is_external = |motor: &ActuatorConfig| !motor.driver.is_on_board();
+    let is_external = |motor: &ActuatorConfig| !motor.driver.is_spoken_with();
     if stop.phase.calibrated.is_some() && [Some(motor), other].into_iter().flatten().any(is_external) {
         let reason = format_args!("nobody can read where an external driver is in its cycle after power up");
         let fix = format_args!("delete it: the first homing then sets the phase, until the next power up");

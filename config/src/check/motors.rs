@@ -119,7 +119,7 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
             }
             return;
         }
-        DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240 => {
+        _ => {
             return super::stealth_drivers::check(checks, actuator, motor);
         }
     };
@@ -193,7 +193,7 @@ fn current(
 }
 
 /// The chip has 32 readings in one step of its thresholds, and sixteen steps between them.
-fn cool_step(checks: &mut Checks<'_, '_>, section: &str, place: usize, settings: CoolStepConfig) {
+pub(super) fn cool_step(checks: &mut Checks<'_, '_>, section: &str, place: usize, settings: CoolStepConfig) {
     const STEP: u16 = CoolStepConfig::STEP;
     let (lower, upper) = (settings.lower, settings.falls_from());
     if lower == 0 {

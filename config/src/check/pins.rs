@@ -119,7 +119,8 @@ fn buses(checks: &Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>) {
             .actuators()
             .filter_map(|(_, motor)| {
                 let on_board = config.driver_family(motor.driver).map(|family| family.spi_channel);
-                on_board.or_else(|| Some(config.stealth_family(motor.driver)?.spi_channel))
+                let outside = config.stealth_family(motor.driver).filter(|_| !motor.driver.is_on_uart());
+                on_board.or(outside.map(|family| family.channel))
             })
             .any(|used| used == channel);
         let by_sensors = config
@@ -134,6 +135,12 @@ fn buses(checks: &Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>) {
     }
     if config.uart.enable {
         add(&board::uart_pads(config.uart.channel), "[uart console]");
+    }
+    for channel in [0, 1] {
+        let is_console = config.uart.enable && config.uart.channel == channel;
+        if !is_console && config.actuators().any(|(motor, _)| config.driver_uart(motor) == Some(channel)) {
+            add(&board::uart_pads(channel), "the drivers' UART");
+        }
     }
 }
 

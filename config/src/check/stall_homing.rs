@@ -1,7 +1,7 @@
 //! Homing without a switch: whether the stall of the axis' motor can be seen, and only there.
 
 use super::Checks;
-use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, EndstopStallConfig, HomingDirection};
+use crate::machine::{ActuatorConfig, ArmSolution, DriverKind, EndstopConfig, EndstopStallConfig, HomingDirection};
 use units::Actuator;
 
 const ENDSTOPS: &str = "endstops";
@@ -42,8 +42,8 @@ fn axis(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         let reason = format_args!("a motor that is stalled has no phase to be compared");
         checks.error(setting("phase_check"), reason, format_args!("delete it"));
     }
-    let driver = config.driver(motor);
-    let (most, wanted) = (driver.map(|driver| driver.max_current), stop.stall.current);
+    threshold(checks, place, stop, motor);
+    let (most, wanted) = (config.max_current(motor), stop.stall.current);
     if let (Some(most), Some(wanted)) = (most, wanted)
         && wanted > most
     {
@@ -55,6 +55,22 @@ fn axis(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
         speed(checks, (place, key), rate.get(), motor);
     }
     run_up(checks, place, stop, motor);
+}
+
+fn threshold(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, motor: Actuator) {
+    let driver = checks.config.actuators[motor].driver;
+    let Some([least, most]) = checks.config.stall_thresholds(motor) else {
+        if driver != DriverKind::External {
+            let reason = format_args!("a {} measures no load", driver.name());
+            checks.error((ENDSTOPS, place, "stall_homing"), reason, format_args!("use a switch"));
+        }
+        return;
+    };
+    let threshold = stop.stall.threshold;
+    if !(least..=most).contains(&threshold) {
+        let reason = format_args!("{threshold} is none of a {}", driver.name());
+        checks.error((ENDSTOPS, place, "stall_threshold"), reason, format_args!("write {least} to {most}"));
+    }
 }
 
 fn full_steps_per_mm(motor: &ActuatorConfig) -> f64 {

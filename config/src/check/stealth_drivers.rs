@@ -6,7 +6,7 @@ use units::{Actuator, Amps};
 
 /// Entries of drivers that no motor has.
 pub(super) fn unused(checks: &mut Checks<'_, '_>) {
-    for kind in [DriverKind::Tmc2130, DriverKind::Tmc5160, DriverKind::Tmc2240] {
+    for kind in DriverKind::OUTSIDE {
         let Some(family) = checks.config.stealth_family(kind) else { continue };
         for actuator in Actuator::ALL {
             let motor = &checks.config.actuators[actuator];
@@ -29,10 +29,15 @@ pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &Act
     let resistor_key = if motor.driver == DriverKind::Tmc2240 { "reference_resistor" } else { "sense_resistor" };
     if !chip.present {
         let reason = format_args!("the motor's driver has no entry in [{section}]");
-        let fix = format_args!("write [{section}] {name}.spi_cs_pin and {name}.{resistor_key}");
+        let select = if motor.driver.is_on_uart() { "" } else { "spi_cs_pin and " };
+        let fix = format_args!("write [{section}] {name}.{select}{resistor_key}");
         return checks.error(("actuator", place, "driver"), reason, fix);
     }
+    if motor.driver.is_on_uart() {
+        line(checks, section, actuator, chip.uart_address);
+    }
     match chip.spi_cs_pin {
+        None if motor.driver.is_on_uart() => {}
         None => {
             let reason = format_args!("the driver needs a chip select");
             checks.error((section, place, "spi_cs_pin"), reason, format_args!("write the pin it is wired to"));
@@ -47,6 +52,12 @@ pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &Act
         let reason =
             format_args!("{} and hysteresis_start {} make more than 15", chip.hysteresis_end, chip.hysteresis_start);
         checks.error((section, place, "hysteresis_end"), reason, format_args!("write less"));
+    }
+    super::motors::cool_step(checks, section, place, chip.cool_step);
+    if motor.driver.is_on_uart() && chip.cool_step.lower > 0 && chip.stealth_threshold.is_none() {
+        let reason = format_args!("a {section} measures load while stealthChop drives, which it never does");
+        let fix = format_args!("write stealthchop_threshold, or delete it");
+        checks.warn((section, place, "coolstep_lower"), reason, fix);
     }
     let Some(resistor) = chip.resistor else {
         if !checks.is_unreadable((section, place, resistor_key)) {
@@ -63,6 +74,33 @@ pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &Act
     {
         let reason = format_args!("{:.0} mA is above max_current", standing * 1_000.0);
         checks.error((section, place, "standstill_current"), reason, format_args!("write less than max_current"));
+    }
+}
+
+/// A line belongs to drivers or to a console, and each driver on it has an address of its own. A TMC2208
+/// takes what is for address 0, and has none to choose.
+fn line(checks: &mut Checks<'_, '_>, section: &str, actuator: Actuator, address: u8) {
+    let config = checks.config;
+    let Some(channel) = config.driver_uart(actuator) else { return };
+    if config.uart.enable && config.uart.channel == channel {
+        let reason =
+            format_args!("UART {channel} is that of [uart console]: a line cannot serve drivers and a console");
+        let fix = format_args!("write the other one here or there, and wire it so");
+        checks.error((section, 0, "uart_channel"), reason, fix);
+    }
+    let of = |motor: Actuator| config.stealth_driver(motor).map_or(0, |driver| driver.uart_address);
+    let mut others = config.actuators().map(|(motor, _)| motor).take_while(|motor| *motor != actuator);
+    let same = others.find(|motor| config.driver_uart(*motor) == Some(channel) && of(*motor) == address);
+    if let Some(other) = same {
+        let reason = format_args!("{} has address {address} on UART {channel} too", other.name());
+        if config.actuators[actuator].driver == DriverKind::Tmc2208 {
+            let fix =
+                format_args!("a tmc2208 needs a UART of its own, or one whose other drivers are not at address 0");
+            checks.error(("actuator", actuator as usize, "driver"), reason, fix);
+        } else {
+            let fix = format_args!("write another, as MS1 and MS2 of the driver are wired");
+            checks.error((section, actuator as usize, "uart_address"), reason, fix);
+        }
     }
 }
 

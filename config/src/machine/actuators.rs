@@ -16,9 +16,22 @@ pub enum DriverKind {
     Tmc2130,
     Tmc5160,
     Tmc2240,
+    Tmc2208,
+    Tmc2209,
+    Tmc2226,
 }
 
 impl DriverKind {
+    /// Those outside the board that are set up by us.
+    pub const OUTSIDE: [Self; 6] =
+        [Self::Tmc2130, Self::Tmc5160, Self::Tmc2240, Self::Tmc2208, Self::Tmc2209, Self::Tmc2226];
+
+    /// Its chip is on an auxiliary UART.
+    #[must_use]
+    pub const fn is_on_uart(self) -> bool {
+        matches!(self, Self::Tmc2208 | Self::Tmc2209 | Self::Tmc2226)
+    }
+
     /// A chip of the board: it takes every edge of STEP as a step, and its supply is the board's. Others are
     /// outside and take pulses.
     #[must_use]
@@ -42,6 +55,9 @@ impl DriverKind {
             Self::Tmc2130 => "tmc2130",
             Self::Tmc5160 => "tmc5160",
             Self::Tmc2240 => "tmc2240",
+            Self::Tmc2208 => "tmc2208",
+            Self::Tmc2209 => "tmc2209",
+            Self::Tmc2226 => "tmc2226",
         }
     }
 }
@@ -75,8 +91,19 @@ pub struct ActuatorConfig {
     pub current: Option<Amps>,
     /// Time from a direction change to the next step, nanoseconds.
     pub dir_setup_ns: u32,
+    /// What its data sheet says of its coils.
+    pub coil: CoilConfig,
     /// What a stall of it leads to; none: as `halt_on_stall` says.
     pub on_stall: Option<OnStall>,
+}
+
+/// What a motor's data sheet says of one of its coils, where somebody has written it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoilConfig {
+    /// Resistance.
+    pub resistance: Option<Ohms>,
+    /// Inductance, henry.
+    pub henries: Option<f32>,
 }
 
 /// What follows when a motor that is watched stalls.

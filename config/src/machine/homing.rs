@@ -55,8 +55,8 @@ pub struct EndstopStallConfig {
     pub homing: bool,
     /// Peak coil current meanwhile; none: the motor's own.
     pub current: Option<Amps>,
-    /// `SGT`, -64 to 63: lower is more sensitive.
-    pub threshold: i8,
+    /// `SGT`, -64 to 63: lower is more sensitive; `SGTHRS` of a TMC2209 and TMC2226, 0 to 255: higher is.
+    pub threshold: i16,
 }
 
 impl EndstopStallConfig {

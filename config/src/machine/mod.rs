@@ -22,7 +22,7 @@ mod system;
 mod temperature_switches;
 
 pub use actuators::{
-    ActuatorConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, OnStall, Slave,
+    ActuatorConfig, CoilConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, OnStall, Slave,
     StallRecoveryConfig, TmcConfig,
 };
 pub use alignment::{
@@ -111,6 +111,12 @@ pub struct MachineConfig {
     pub tmc5160: StealthFamily,
     /// `[tmc2240]`
     pub tmc2240: StealthFamily,
+    /// `[tmc2208]`
+    pub tmc2208: StealthFamily,
+    /// `[tmc2209]`
+    pub tmc2209: StealthFamily,
+    /// `[tmc2226]`
+    pub tmc2226: StealthFamily,
     /// `[extruder]`, enabled ones only after reading.
     pub extruders: Vec<ExtruderConfig, MAX_EXTRUDERS>,
     /// `[temperature control]`, enabled ones only after reading.

@@ -2,14 +2,15 @@
 
 use super::build::{ANY, POSITIVE, bool, integer, number, pin, registers, word};
 use super::{CannotCreate, Form, Instances, PinRole, Section};
-use super::{driver_load, stall};
+use super::{coil, driver_load, stall};
 use crate::machine::{DriverKind, MachineConfig};
 use crate::pin::PinName;
 use units::{Actuator, Amps, Micros, MmPerSecond, MmPerSecond2, Ohms};
 
 const ACTUATOR_NAMES: &[&str] = &["alpha", "beta", "gamma", "delta", "epsilon", "zeta"];
 const MASTERS: &[&str] = &["none", "alpha", "beta", "gamma"];
-const DRIVERS: &[&str] = &["tmc2590", "tmc2660", "external", "tmc2130", "tmc5160", "tmc2240"];
+const DRIVERS: &[&str] =
+    &["tmc2590", "tmc2660", "external", "tmc2130", "tmc5160", "tmc2240", "tmc2208", "tmc2209", "tmc2226"];
 
 pub(super) fn actuator_place(name: &str) -> Result<usize, CannotCreate> {
     Actuator::from_name(name).map(|actuator| actuator as usize).ok_or(CannotCreate::UnknownName(ACTUATOR_NAMES))
@@ -37,6 +38,9 @@ const fn driver(word: usize) -> DriverKind {
         3 => DriverKind::Tmc2130,
         4 => DriverKind::Tmc5160,
         5 => DriverKind::Tmc2240,
+        6 => DriverKind::Tmc2208,
+        7 => DriverKind::Tmc2209,
+        8 => DriverKind::Tmc2226,
         _ => DriverKind::External,
     }
 }
@@ -162,6 +166,8 @@ pub const ACTUATOR: Section = Section {
         .derived("5000 for external drivers, else 500")
         .unit("ns")
         .velvet(),
+        coil::RESISTANCE,
+        coil::INDUCTANCE,
         stall::ON_STALL,
         bool(
             "check_driver_errors",
@@ -248,10 +254,10 @@ macro_rules! driver_section {
                     "1",
                     (0, 1),
                     |c, _, v| c.$family.spi_channel = v as u8,
-                    "SPI bus of these drivers: 1 is SPI4, where the on-board ones are; 0 is SPI1.",
+                    "SPI bus of these drivers: 1 is SPI4, where the on-board ones are; 0 is SPI1 on header GE, for chips of this \
+                     kind on a separate board.",
                 )
-                .common()
-                .not_yet("connect the drivers to SPI bus 1 and leave it out"),
+                .common(),
                 integer(
                     "standstill_time",
                     "10",

@@ -45,9 +45,10 @@ pub(super) const CURRENT: Setting = number(
 pub(super) const THRESHOLD: Setting = integer(
     "stall_threshold",
     "0",
-    (-64, 63),
-    stall!(|s, v| s.threshold = v as i8),
-    "How little load counts as a stall (SGT): lower is more sensitive. Too low stalls on the way, too high never stalls.",
+    (-64, 255),
+    stall!(|s, v| s.threshold = v as i16),
+    "How little load counts as a stall (SGT, -64 to 63): lower is more sensitive. Too low stalls on the way, too high never \
+     stalls. With a TMC2209 or TMC2226 (SGTHRS, 0 to 255) it is the other way round.",
 )
 .klipper("[tmc2660 <stepper>] driver_SGT")
 .velvet();

@@ -43,7 +43,21 @@ const GROUPS: &[(&str, &[&str])] = &[
         "Kinematics",
         &["linear delta", "rotary delta", "morgan scara", "corexz", "deltesian", "generic cartesian", "winch"],
     ),
-    ("Motors", &["actuator", "tmc2590", "tmc2660", "tmc2130", "tmc5160", "tmc2240", "current control"]),
+    (
+        "Motors",
+        &[
+            "actuator",
+            "tmc2590",
+            "tmc2660",
+            "tmc2130",
+            "tmc5160",
+            "tmc2240",
+            "tmc2208",
+            "tmc2209",
+            "tmc2226",
+            "current control",
+        ],
+    ),
     (
         "Extruders and heat",
         &[

@@ -8,6 +8,7 @@ mod actuators;
 mod alignment;
 mod build;
 mod buttons;
+mod coil;
 mod cycles;
 mod docs;
 mod driver_load;
@@ -69,6 +70,9 @@ pub const SECTIONS: &[Section] = &[
     stealth_drivers::TMC2130,
     stealth_drivers::TMC5160,
     stealth_drivers::TMC2240,
+    stealth_drivers::TMC2208,
+    stealth_drivers::TMC2209,
+    stealth_drivers::TMC2226,
     actuators::CURRENT_CONTROL,
     extruder::EXTRUDER,
     heat::TEMPERATURE_CONTROL,

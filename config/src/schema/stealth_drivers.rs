@@ -1,4 +1,5 @@
-//! `[tmc2130]`, `[tmc5160]`, `[tmc2240]`: drivers outside the board that are set up over SPI.
+//! Drivers outside the board that are set up by us: `[tmc2130]`, `[tmc5160]`, `[tmc2240]` over SPI,
+//! `[tmc2208]`, `[tmc2209]`, `[tmc2226]` over a UART.
 
 use super::actuators::{actuator_name, actuator_place, chip, chips, milliamps};
 use super::build::{NOT_NEGATIVE, bool, integer, number, pin, word};
@@ -10,23 +11,25 @@ use units::{Micros, MmPerSecond, Ohms};
 /// Clocks of the blanking time, as words since there are no others.
 const BLANK_TIMES: &[&str] = &["16", "24", "36", "54"];
 const BLANK_CLOCKS: [u8; 4] = [16, 24, 36, 54];
+/// Those of the chips on a UART.
+const WIRE_BLANK_TIMES: &[&str] = &["16", "24", "32", "40"];
+const WIRE_BLANK_CLOCKS: [u8; 4] = [16, 24, 32, 40];
+const UP: &[&str] = &["1", "2", "4", "8"];
+const DOWN: &[&str] = &["32", "8", "2", "1"];
+const LEAST: &[&str] = &["half", "quarter"];
 
 macro_rules! stealth_section {
-    ($name:ident, $section:literal, $family:ident, $kind:expr, $summary:literal, $resistor:expr, $most:literal) => {
+    (
+        $name:ident, $section:literal, $family:ident, $kind:expr, $summary:literal, $channel:expr,
+        [$($bus:expr),*], $resistor:expr, $most:literal,
+        ($times:ident, $clocks:ident, $usual:literal), [$($load:expr),*]
+    ) => {
         pub const $name: Section = Section {
             name: $section,
             summary: $summary,
             form: chips!($family, $kind),
             settings: &[
-                integer(
-                    "spi_channel",
-                    "1",
-                    (0, 1),
-                    |c, _, v| c.$family.spi_channel = v as u8,
-                    "SPI bus of these drivers: 1 is SPI4 on header GA, which the on-board drivers use too; 0 is SPI1 on header GE.",
-                )
-                .common()
-                .velvet(),
+                $channel,
                 integer(
                     "standstill_time",
                     "10",
@@ -37,15 +40,7 @@ macro_rules! stealth_section {
                 .common()
                 .velvet()
                 .unit("s"),
-                pin(
-                    "spi_cs_pin",
-                    "nc",
-                    PinRole::Output,
-                    chip!($family, |chip, v| chip.spi_cs_pin = v.and_then(PinName::digital)),
-                    "Chip select; it is active low by itself, without !.",
-                )
-                .velvet()
-                .klipper(concat!("[", $section, " <stepper>] cs_pin")),
+                $($bus,)*
                 $resistor,
                 integer(
                     "max_current",
@@ -99,9 +94,9 @@ macro_rules! stealth_section {
                 .klipper(concat!("[", $section, " <stepper>] driver_TOFF")),
                 word(
                     "blank_time",
-                    "36",
-                    BLANK_TIMES,
-                    chip!($family, |chip, v| chip.blank_time = BLANK_CLOCKS.get(v).copied().unwrap_or(36)),
+                    $usual,
+                    $times,
+                    chip!($family, |chip, v| chip.blank_time = $clocks.get(v).copied().unwrap_or($clocks[2])),
                     "Clocks after a switching of the bridges in which the current is not measured (TBL).",
                 )
                 .velvet()
@@ -124,9 +119,183 @@ macro_rules! stealth_section {
                 )
                 .velvet()
                 .klipper(concat!("[", $section, " <stepper>] driver_HEND")),
+                $($load),*
             ],
         };
     };
+}
+
+/// The bus of drivers on SPI.
+macro_rules! spi_channel {
+    ($family:ident) => {{
+        const ROW: Setting = integer(
+            "spi_channel",
+            "1",
+            (0, 1),
+            |c, _, v| c.$family.channel = v as u8,
+            "SPI bus of these drivers: 1 is SPI4 on header GA, which the on-board drivers use too; 0 is SPI1 on header GE.",
+        )
+        .common()
+        .velvet();
+        ROW
+    }};
+}
+
+/// The line of drivers on a UART.
+macro_rules! uart_channel {
+    ($family:ident) => {{
+        const ROW: Setting = integer(
+            "uart_channel",
+            "0",
+            (0, 1),
+            |c, _, v| c.$family.channel = v as u8,
+            "UART of these drivers: 0 is on header GD, TX on 4 and RX on 5; 1 is on header GB, TX on 4 and RX on 5. TX goes \
+             over 1 kOhm to PDN_UART, RX straight to it.",
+        )
+        .common()
+        .velvet();
+        ROW
+    }};
+}
+
+macro_rules! chip_select {
+    ($section:literal, $family:ident) => {{
+        const ROW: Setting = pin(
+            "spi_cs_pin",
+            "nc",
+            PinRole::Output,
+            chip!($family, |chip, v| chip.spi_cs_pin = v.and_then(PinName::digital)),
+            "Chip select; it is active low by itself, without !.",
+        )
+        .velvet()
+        .klipper(concat!("[", $section, " <stepper>] cs_pin"));
+        ROW
+    }};
+}
+
+macro_rules! uart_address {
+    ($section:literal, $family:ident) => {{
+        const ROW: Setting = integer(
+            "uart_address",
+            "0",
+            (0, 3),
+            chip!($family, |chip, v| chip.uart_address = v as u8),
+            "The driver's address on its UART: 1 for MS1 high, and 2 for MS2 high.",
+        )
+        .velvet()
+        .klipper(concat!("[", $section, " <stepper>] uart_address"));
+        ROW
+    }};
+}
+
+/// stallGuard2's threshold.
+macro_rules! stall_guard_2 {
+    ($section:literal, $family:ident) => {{
+        const ROW: Setting = integer(
+                "stall_threshold",
+                "0",
+                (-64, 63),
+                chip!($family, |chip, v| chip.stall_threshold = v as i16),
+                "Shifts what the driver measures of the load (SGT), which coolStep goes by: lower reads lower. Homing without a \
+                 switch has a threshold of its own, in [endstops].",
+            )
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SGT"));
+        ROW
+    }};
+}
+
+/// stallGuard2's filter.
+macro_rules! stall_filter {
+    ($section:literal, $family:ident) => {{
+        const ROW: Setting = bool(
+            "stall_filter",
+            "false",
+            chip!($family, |chip, v| chip.stall_filter = v),
+            "Measures over four full steps rather than one (SFILT).",
+        )
+        .velvet()
+        .klipper(concat!("[", $section, " <stepper>] driver_SFILT"));
+        ROW
+    }};
+}
+
+/// coolStep, a module of rows.
+macro_rules! cool_step {
+    ($section:literal, $family:ident) => {
+        mod $family {
+            use super::*;
+
+            pub const LOWER: Setting = integer(
+                "coolstep_lower",
+                "0",
+                (0, 480),
+                chip!($family, |chip, v| chip.cool_step.lower = v as u16),
+                "Lets the driver lower the current by itself where the load is small, and raise it below this reading of the \
+                 load (M911 says it; 32 SEMIN): a multiple of 32. 0 keeps the current as it is.",
+            )
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SEMIN"));
+
+            pub const UPPER: Setting = integer(
+                "coolstep_upper",
+                "0",
+                (0, 992),
+                chip!($family, |chip, v| chip.cool_step.upper = Some(v as u16)),
+                "From this reading on the current falls (32 (SEMIN + SEMAX + 1)): a multiple of 32 above coolstep_lower.",
+            )
+            .derived("coolstep_lower + 64")
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SEMAX"));
+
+            pub const RISE: Setting = word(
+                "coolstep_up",
+                "1",
+                UP,
+                chip!($family, |chip, v| chip.cool_step.up = v as u8),
+                "32nds of the current that a low reading adds (SEUP).",
+            )
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SEUP"));
+
+            pub const FALL: Setting = word(
+                "coolstep_down",
+                "32",
+                DOWN,
+                chip!($family, |chip, v| chip.cool_step.down = v as u8),
+                "High readings that take one 32nd of the current away (SEDN): 32 is the slowest.",
+            )
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SEDN"));
+
+            pub const FLOOR: Setting = word(
+                "coolstep_least",
+                "half",
+                LEAST,
+                chip!($family, |chip, v| chip.cool_step.quarter = v == 1),
+                "How far down the current goes (SEIMIN).",
+            )
+            .velvet()
+            .klipper(concat!("[", $section, " <stepper>] driver_SEIMIN"));
+        }
+    };
+}
+
+/// stallGuard4's threshold.
+macro_rules! stall_guard_4 {
+    ($section:literal, $family:ident) => {{
+        const ROW: Setting = integer(
+            "stall_threshold",
+            "0",
+            (0, 255),
+            chip!($family, |chip, v| chip.stall_threshold = v as i16),
+            "Half of the reading up to which the driver's output DIAG says stall (SGTHRS): higher is more sensitive. Homing \
+             without a switch has a threshold of its own, in [endstops].",
+        )
+        .velvet()
+        .klipper(concat!("[", $section, " <stepper>] driver_SGTHRS"));
+        ROW
+    }};
 }
 
 /// A sense resistor. There is no default: outside the board nobody knows which it is.
@@ -148,7 +317,60 @@ macro_rules! sense_resistor {
     }};
 }
 
-stealth_section!(
+cool_step!("tmc2130", tmc2130);
+cool_step!("tmc5160", tmc5160);
+cool_step!("tmc2240", tmc2240);
+cool_step!("tmc2209", tmc2209);
+cool_step!("tmc2226", tmc2226);
+
+macro_rules! spi_section {
+    ($name:ident, $section:literal, $family:ident, $kind:expr, $summary:literal, $resistor:expr, $most:literal) => {
+        stealth_section!(
+            $name,
+            $section,
+            $family,
+            $kind,
+            $summary,
+            spi_channel!($family),
+            [chip_select!($section, $family)],
+            $resistor,
+            $most,
+            (BLANK_TIMES, BLANK_CLOCKS, "36"),
+            [
+                stall_guard_2!($section, $family),
+                stall_filter!($section, $family),
+                $family::LOWER,
+                $family::UPPER,
+                $family::RISE,
+                $family::FALL,
+                $family::FLOOR
+            ]
+        );
+    };
+}
+
+macro_rules! wire_section {
+    (
+        $name:ident, $section:literal, $family:ident, $kind:expr, $summary:literal,
+        [$($address:expr),*], [$($load:expr),*]
+    ) => {
+        stealth_section!(
+            $name,
+            $section,
+            $family,
+            $kind,
+            $summary,
+            uart_channel!($family),
+            [$($address),*],
+            sense_resistor!($section, $family),
+            "what the sense resistor can measure, at most 2800",
+            (WIRE_BLANK_TIMES, WIRE_BLANK_CLOCKS, "32"),
+            [$($load),*]
+        );
+    };
+}
+
+spi_section!(
     TMC2130,
     "tmc2130",
     tmc2130,
@@ -158,7 +380,7 @@ stealth_section!(
     "what the sense resistor can measure, at most 2500"
 );
 
-stealth_section!(
+spi_section!(
     TMC5160,
     "tmc5160",
     tmc5160,
@@ -168,7 +390,7 @@ stealth_section!(
     "what the sense resistor can measure"
 );
 
-stealth_section!(
+spi_section!(
     TMC2240,
     "tmc2240",
     tmc2240,
@@ -190,4 +412,35 @@ stealth_section!(
         ROW
     },
     "what the reference resistor gives, at most 3000"
+);
+
+wire_section!(
+    TMC2208,
+    "tmc2208",
+    tmc2208,
+    DriverKind::Tmc2208,
+    "Drivers outside the board with a TMC2208 (2202, 2220, 2224, 2225), on a UART of its own. Steps come over step_pin and \
+     dir_pin.",
+    [],
+    []
+);
+
+wire_section!(
+    TMC2209,
+    "tmc2209",
+    tmc2209,
+    DriverKind::Tmc2209,
+    "Drivers outside the board with a TMC2209, up to four on one UART. Steps come over step_pin and dir_pin.",
+    [uart_address!("tmc2209", tmc2209)],
+    [stall_guard_4!("tmc2209", tmc2209), tmc2209::LOWER, tmc2209::UPPER, tmc2209::RISE, tmc2209::FALL, tmc2209::FLOOR]
+);
+
+wire_section!(
+    TMC2226,
+    "tmc2226",
+    tmc2226,
+    DriverKind::Tmc2226,
+    "Drivers outside the board with a TMC2226, which is a TMC2209 in another case: up to four of both on one UART.",
+    [uart_address!("tmc2226", tmc2226)],
+    [stall_guard_4!("tmc2226", tmc2226), tmc2226::LOWER, tmc2226::UPPER, tmc2226::RISE, tmc2226::FALL, tmc2226::FLOOR]
 );

@@ -4,11 +4,13 @@
 //! are two ends: below the one a motor that runs free reads 0 now and then; above the other a motor that
 //! stands does not. The first is measured as it is, at two or three speeds. The second would take stalls; in
 //! their place the axis crawls, for a motor that hardly turns induces as little as one that stands. Between
-//! both lies the threshold. The chopper is left alone: nothing that these chips read says how good it is.
+//! both lies the threshold. The chopper is left alone: nothing that these chips read says how good it is. It
+//! is computed, in [`chopper`], when that is asked for.
 //!
 //! The driver is set as for a search for a stall, which keeps what was set before, and puts it back however
 //! this ends.
 
+mod chopper;
 mod readings;
 mod strokes;
 
@@ -32,10 +34,13 @@ const ABOVE_LEAST: f64 = 1.2;
 const CLEAR: f64 = 5.0;
 /// Thresholds between both ends that are enough to be sure.
 const SURE: i8 = 6;
-const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s";
+const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s, or the word chopper";
 
 /// Speeds, the fastest first.
 type Speeds = heapless::Vec<f64, 3>;
+
+/// The thresholds of a driver whose readings they shift.
+const STALL_GUARD_2: [i16; 2] = [FIRST as i16, LAST as i16];
 
 /// What was found for a current.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +59,10 @@ struct Found {
 /// Where the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is
 /// as it was.
 pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+    if let Some((letter, "chopper")) = arguments.trim().split_once(' ').map(|(axis, what)| (axis, what.trim())) {
+        hands.standstill().await?;
+        return chopper::tune(hands, letter.chars().next().unwrap_or(' '));
+    }
     let (way, speeds) = prepare(hands, arguments)?;
     let from = hands.position();
     hands.enable_motors()?;
@@ -119,7 +128,7 @@ async fn find<P: Ports>(
             break;
         };
         let threshold = middle(lowest, highest);
-        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
         let readings = strokes::there_and_back(hands, way, *rate, false).await?;
         hands.say(format_args!(
             "// at {rate:.0} mm/s free from {lowest} on; with {threshold} it reads {:.0}, noise {:.0}, least {}\n",
@@ -136,11 +145,10 @@ async fn find<P: Ports>(
 
 /// The highest threshold at which a motor that hardly turns reads 0.
 async fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
-    let driver = hands.config().driver(way.motor);
-    let rate = driver.map_or(0.0, |driver| driver.stall_least_speed.0) * CRAWL;
+    let rate = hands.config().load_speed(way.motor).0 * CRAWL;
     let mut halving = Halving::from(FIRST);
     while let Some(threshold) = halving.next() {
-        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
         let readings = strokes::there_and_back(hands, way, rate, true).await?;
         halving.tell(!readings.are_stalled());
     }
@@ -164,7 +172,7 @@ async fn lowest_free<P: Ports>(
 ) -> Result<Option<i8>, Failure> {
     let mut halving = Halving::from(from);
     while let Some(threshold) = halving.next() {
-        strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+        strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
         let readings = strokes::there_and_back(hands, way, rate, false).await?;
         halving.tell(readings.are_free(LEAST_MEAN));
     }
@@ -174,26 +182,25 @@ async fn lowest_free<P: Ports>(
 /// Sets what was found, and says how sure it is.
 fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Both) -> Outcome {
     let (motor, config) = (way.motor, hands.config());
-    let filter = config.driver(motor).and_then(|driver| driver.stall_filter).unwrap_or(true);
+    let filter = config.measures_filtered(motor);
     if let Some(found) = watched {
-        let kept = StallThreshold { threshold: found.threshold, filter };
+        let kept = StallThreshold { threshold: found.threshold.into(), filter };
         let word = kept.words();
         let set = hands.drivers(|drivers| drivers.set_option(motor, 7, &word));
         set.map_err(|fault| strokes::silent(motor, fault))?;
         hands.tuning().stall_thresholds[motor] = Some(kept);
         say(hands, "stall_threshold", &found);
-        let least = config.driver(motor).map_or(0.0, |driver| driver.stall_least_speed.0);
+        let least = config.load_speed(motor).0;
         if found.slowest > ABOVE_LEAST * least + 0.1 {
             hands.say(format_args!("It sees nothing slower: stall_least_speed = {:.0} in config.ini\n", found.slowest));
         }
     }
     if let Some(found) = homing {
-        hands.tuning().homing_thresholds[motor] = Some(found.threshold);
+        hands.tuning().homing_thresholds[motor] = Some(found.threshold.into());
         say(hands, "stall_threshold of its endstop", &found);
     }
-    hands.say(format_args!(
-        "The chopper stays as it is: nothing that the driver reads says whether another is better\n"
-    ));
+    let letter = way.axis.letter();
+    hands.say(format_args!("The chopper stays as it is: tune_driver {letter} chopper computes one\n"));
     hands.say(format_args!("No stall was tried. In use until reset: keep with M500\n"));
     Ok(Answer::Ok)
 }
@@ -237,7 +244,7 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
             return Err(Failure::refused(USAGE));
         }
     }
-    let least = config.driver(motor).map_or(0.0, |driver| driver.stall_least_speed.0);
+    let least = config.load_speed(motor).0;
     if speeds.is_empty() {
         speeds = usual_speeds(hands, &way, least)?;
     }
@@ -252,12 +259,12 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
     Ok((way, speeds))
 }
 
-/// The motor of an axis that has it for itself, with a driver of the board.
+/// The motor of an axis that has it for itself, with a driver that measures load.
 fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
     let motor = motor.ok_or_else(|| Failure::refused("that axis has no motor"))?;
-    if config.driver(motor).is_none() {
-        return Err(Failure::refused("its driver is none of this board's, and measures no load"));
+    if config.stall_thresholds(motor) != Some(STALL_GUARD_2) {
+        return Err(Failure::refused("its driver measures no load, or none that a threshold shifts (stallGuard2)"));
     }
     let is_alone = config.motion.arm_solution == ArmSolution::Cartesian || !AxisSet::PRIMARY.has(axis);
     let has_slave = config.actuators().any(|(_, other)| other.slaved_to == Some(motor));

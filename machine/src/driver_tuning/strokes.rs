@@ -63,6 +63,7 @@ pub(super) fn silent(motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::External => "has no driver of this board",
         DriverFault::Silent | DriverFault::BadAnswer => "its driver does not answer",
+        DriverFault::Reset => "its driver was without power",
         DriverFault::BadSetting => "its driver cannot be set so",
     };
     Failure::Refused(message(format_args!("{}: {why}", motor.name())))

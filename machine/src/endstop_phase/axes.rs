@@ -12,11 +12,11 @@ pub(crate) fn checked(config: &MachineConfig) -> AxisSet {
     AxisSet::collect(stops.filter(|stop| stop.homing_direction != HomingDirection::None).filter_map(|stop| stop.axis))
 }
 
-/// Axes that a driver outside moves, alone or beside others: nobody can read their phases.
+/// Axes that a driver moves which cannot be asked, alone or beside others: nobody can read their phases.
 pub(super) fn is_external(config: &MachineConfig, motion: &MotionConfig, axis: Axis) -> bool {
     let homing = &config.homing;
     let by_motor = homing.delta || homing.rotary_delta || homing.scara;
     let kinematics = if by_motor { Kinematics::Cartesian } else { motion.kinematics };
-    let external = |motor| !config.actuators[motor].driver.is_on_board();
+    let external = |motor| !config.actuators[motor].driver.is_spoken_with();
     Gearing::of(&kinematics, axis).is_some_and(|gearing| gearing.motors().any(|(motor, _)| external(motor)))
 }

@@ -259,7 +259,7 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
         if set.is_err() {
             machine.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
             machine.announce(format_args!(
-                "ERROR: motor driver {} does not answer, check its supply and SPI wiring\n",
+                "ERROR: motor driver {} does not answer, check its supply and wiring\n",
                 motor.name()
             ));
         }

@@ -18,8 +18,8 @@ use crate::ports::Ports;
 use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply};
 use crate::{
-    alignment, arms, autotune, endstop_phase, heat_codes, leveling, motion_codes, motors, probing, reports,
-    saved_settings,
+    alignment, arms, autotune, driver_codes, endstop_phase, heat_codes, leveling, motion_codes, motors, probing,
+    reports, saved_settings,
 };
 
 /// Does one, and waits for its end.
@@ -124,7 +124,8 @@ async fn probe_strategy<P: Ports>(
 /// Those that change what every step or filter means.
 fn stands_first(function: Function, words: &Words<'_>) -> bool {
     match function {
-        Function::StepsPerMm | Function::Microsteps => !words.is_bare(),
+        Function::StepsPerMm | Function::Microsteps | Function::StealthThresholds => !words.is_bare(),
+        Function::StealthMode => true,
         Function::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
         Function::InputShaping => !words.is_bare(),
         Function::MotorsOff | Function::MotorPositions | Function::HomeOffsetsFromHere | Function::DriverRegister => {
@@ -161,6 +162,8 @@ fn set_standing<P: Ports>(
     Some(match function {
         Function::Microsteps => motors::microsteps(ports, config, words, reply),
         Function::DriverRegister => motors::write_register(ports, config, words, reply),
+        Function::StealthThresholds => driver_codes::stealth_thresholds(ports, config, tuning, words, reply),
+        Function::StealthMode => driver_codes::stealth_mode(ports, config, tuning, words, reply),
         Function::MotorPositions => arms::motor_positions(ports, words),
         Function::HomeOffsetsFromHere if !words.has('T') => {
             arms::home_offsets_from_here(ports, config, axes, tuning, words, reply)
@@ -238,6 +241,8 @@ fn motion_or_heat<P: Ports>(
         Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
         Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
         Function::DriverOption => motors::driver_option(ports, config, tuning, words, reply),
+        Function::ForgetDriverTroubles => driver_codes::forget_told(ports, config, words),
+        Function::HomingThresholds => driver_codes::homing_thresholds(config, tuning, words, reply),
         _ => return None,
     })
 }

@@ -9,7 +9,7 @@ use core::fmt::Arguments;
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion, MotionConfig};
 use program::State;
-use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
+use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
 use super::{Machine, probe_script};
 use crate::axes::Axes;
@@ -80,6 +80,11 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Time since boot.
     pub fn now(&self) -> Micros {
         self.machine.ports.now()
+    }
+
+    /// A monitored voltage.
+    pub fn voltage(&mut self, name: &str) -> Option<Volts> {
+        self.machine.ports.voltage(name)
     }
 
     /// The motion object.

@@ -89,6 +89,7 @@ fn said(motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
         Ok(()) | Err(DriverFault::External) => return Ok(()),
         Err(DriverFault::BadSetting) => "cannot be set for homing without a switch",
         Err(DriverFault::Silent | DriverFault::BadAnswer) => "does not answer, check its supply and wiring",
+        Err(DriverFault::Reset) => "was without power, check its supply",
     };
     Err(Failure::Alarm(message(format_args!("motor driver {} {why}", motor.name()))))
 }

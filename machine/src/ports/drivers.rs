@@ -1,6 +1,6 @@
 //! Motor drivers in a machinist's terms: current, on or off, faults. Registers stay behind the port.
 
-use units::{Actuator, Amps};
+use units::{Actuator, Amps, Ohms, Volts};
 
 /// What a driver reports about itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,8 +41,40 @@ pub struct ElectricalPhase {
 pub struct StallSearch {
     /// Peak coil current; none: the present one.
     pub current: Option<Amps>,
-    /// `SGT`: lower is more sensitive.
-    pub threshold: i8,
+    /// `SGT`: lower is more sensitive; of a driver with stallGuard4 `SGTHRS`: higher is.
+    pub threshold: i16,
+}
+
+/// What a motor's data sheet says of one of its coils.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coil {
+    /// Its resistance.
+    pub resistance: Ohms,
+    /// Its inductance, henry.
+    pub henries: f32,
+}
+
+/// How a driver regulates the current of a coil, computed, and why so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChopperFit {
+    /// Slow decay phase, as the chip counts it.
+    pub off_time: u8,
+    /// Blanking time, clocks, as it was.
+    pub blank_clocks: u8,
+    /// Hysteresis to begin with, above its end.
+    pub hysteresis_start: u8,
+    /// Hysteresis in the end.
+    pub hysteresis_end: i8,
+    /// What start and end would have to be together.
+    pub needed: f32,
+    /// Time of a slow decay, s.
+    pub off_s: f32,
+    /// Blanking time, s.
+    pub blank_s: f32,
+    /// By how much the current rises while it is not measured.
+    pub rise: Amps,
+    /// By how much it falls in the two slow decays of a cycle.
+    pub fall: Amps,
 }
 
 /// Why a driver could not be talked to.
@@ -54,6 +86,8 @@ pub enum DriverFault {
     Silent,
     /// The answer is malformed.
     BadAnswer,
+    /// It was without power since it was initialised: its settings are lost, and its motor is off.
+    Reset,
     /// The chip cannot be set so.
     BadSetting,
 }
@@ -93,18 +127,26 @@ pub trait MotorDrivers {
     /// before.
     fn begin_stall_search(&mut self, motor: Actuator, search: StallSearch) -> Result<(), DriverFault>;
 
-    /// Reads how little load the motor has: 0 for a stall to 1023 (stallGuard2), as measured with the last
-    /// full step.
+    /// Reads how little load the motor has: 0 for a stall to 1023 (stallGuard2, or stallGuard4 above its
+    /// threshold), as measured with the last full step.
     fn reserve(&mut self, motor: Actuator) -> Result<u16, DriverFault>;
 
     /// Sets again what was set before a search; nothing where there was none.
     fn end_stall_search(&mut self, motor: Actuator) -> Result<(), DriverFault>;
+
+    /// Computes spreadCycle for a coil at this supply and the current that is set, and sets it. None where
+    /// the supply does not drive that current through the coil; nothing is set then.
+    fn fit_chopper(&mut self, motor: Actuator, coil: Coil, supply: Volts) -> Result<Option<ChopperFit>, DriverFault>;
 
     /// Prints what a person debugging the driver wants to know (M911), one line per `\n`.
     fn describe(&mut self, motor: Actuator, what: Description, out: &mut dyn core::fmt::Write) -> core::fmt::Result;
 
     /// Sets the microsteps per full step (M909): a power of two up to 256. Returns what they were.
     fn set_microsteps(&mut self, motor: Actuator, count: u16) -> Result<u16, DriverFault>;
+
+    /// Sets the speed up to which stealthChop drives the motor, full steps a second; none: never. The motor
+    /// stands. [`DriverFault::External`] where there is no stealthChop.
+    fn set_stealth_threshold(&mut self, motor: Actuator, full_steps_per_s: Option<f32>) -> Result<(), DriverFault>;
 
     /// Writes one of the chip's registers, counted from 1 (M911.2, `setregs`).
     fn write_register(&mut self, motor: Actuator, number: u8, value: u32) -> Result<(), DriverFault>;

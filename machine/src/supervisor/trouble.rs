@@ -68,7 +68,7 @@ impl DriverTrouble {
             Self::OpenA => "no current through coil A: check the motor's plug and cable",
             Self::OpenB => "no current through coil B: check the motor's plug and cable",
             Self::Reset => "the driver was without power, the motor was off and is elsewhere: check its supply, home",
-            Self::Silent => "driver does not answer, check its supply and SPI wiring",
+            Self::Silent => "driver does not answer, check its supply and wiring",
         }
     }
 

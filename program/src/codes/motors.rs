@@ -155,6 +155,18 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Standstill)
         .differs("not known"),
+    CodeInfo::asks(Code::m(122), Function::DriverStatus, "the same as M911")
+        .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(569), Function::StealthMode, "how drivers outside drive motors, all or those named")
+        .takes(by_axis!(
+            Unit::Flag,
+            "this motor",
+            word('S', Unit::Number, "1: stealthChop at any speed; 0: spreadCycle")
+        ))
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(906), Function::MotorMilliamps, "motor currents in mA")
         .takes(by_axis!(Unit::Milliamps, "of this motor")),
     CodeInfo::asks(Code::m(907), Function::MotorAmps, "motor currents in A")
@@ -202,7 +214,31 @@ pub const ROWS: &[CodeInfo] = &[
             },
         )
         .differs("S3, double edges, can be switched off"),
+    CodeInfo::asks(
+        Code::m(912),
+        Function::ForgetDriverTroubles,
+        "tell again what is wrong with drivers, if it still is",
+    )
+    .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(913),
+        Function::StealthThresholds,
+        "up to which speed stealthChop drives motors; without words, say it",
+    )
+    .takes(by_axis!(Unit::MmPerSecond, "of this motor; 0: never"))
+    .waits(Waits::Standstill)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(914),
+        Function::HomingThresholds,
+        "what counts as a stall where an axis homes without a switch",
+    )
+    .takes(by_axis!(Unit::Number, "of this motor, as stall_threshold of its endstop"))
+    .differs(NOT_KNOWN),
 ];
+
+const NOT_KNOWN: &str = "not known";
 
 const fn microsteps(code: Code, help: &'static str) -> CodeInfo {
     CodeInfo::asks(code, Function::Microsteps, help)

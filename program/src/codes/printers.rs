@@ -127,12 +127,10 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(486), Function::LabelObject, "which object the lines that follow make; leave one out")
         .differs(NOT_KNOWN),
     quiet(555, "where on the bed the part is"),
-    quiet(569, "mode of a motor driver: see the configuration"),
     quiet(862, "which printer the file is for").any_subcode(),
     quiet(908, "motor current as a number of its converter"),
     quiet(910, "settings of a motor driver"),
-    quiet(913, "threshold of a motor driver's modes"),
-    quiet(914, "sensitivity of a motor driver's stall detection"),
+    missing(915, "level the motors of Z by pushing them against their end"),
     missing(163, "share of a mixing extruder"),
     missing(125, "park, and wait for a person"),
     missing(291, "show a text, and wait for an answer"),

@@ -5,9 +5,8 @@
 //! register layout; they differ in current scale, in the fourth read-back format and in the DRVCONF bits
 //! below bit 4, which the TMC2660 ignores.
 //!
-//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time,
-//! CoolStep's regulation (the read-back current is the set one). What StallGuard reads the world gives, see
-//! [`super::rotor`].
+//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time. What
+//! StallGuard reads the world gives, see [`super::rotor`].
 
 /// Which chip is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +99,9 @@ pub struct Tmc26x {
     /// Shorts met while driving; cleared by switching the bridges off (TOFF = 0 or ENN high).
     shorts: Shorts,
     /// StallGuard reading, 0 is a stalled motor.
-    pub stall_guard: u16,
+    stall_guard: u16,
+    /// CoolStep: 32nds that it has taken off the current, and high readings in a row.
+    cool: (u32, u32),
     /// What is wrong with it.
     pub condition: Condition,
     frames: u64,
@@ -135,6 +136,7 @@ impl Tmc26x {
             overheated: false,
             shorts: Shorts::default(),
             stall_guard: 0x1FF,
+            cool: (0, 0),
             condition: Condition { temperature_c: 40, ..Condition::default() },
             frames: 0,
             words: Vec::new(),
@@ -204,7 +206,10 @@ impl Tmc26x {
             0 | 1 => self.registers.drvctrl = frame,
             4 => self.registers.chopconf = frame & 0x1_FFFF,
             5 => self.registers.smarten = frame & 0x1_FFFF,
-            6 => self.registers.sgcsconf = frame & 0x1_FFFF,
+            6 => {
+                self.registers.sgcsconf = frame & 0x1_FFFF;
+                self.cool = (0, 0);
+            }
             7 => self.registers.drvconf = frame & 0x1_FFFF,
             _ => {}
         }
@@ -253,6 +258,35 @@ impl Tmc26x {
         self.registers.sgcsconf & 0x1F
     }
 
+    /// The current scale that is in force: CoolStep may have lowered it ("SE").
+    #[must_use]
+    pub const fn scale_in_force(&self) -> u32 {
+        self.current_scale().saturating_sub(self.cool.0)
+    }
+
+    /// StallGuard has a new reading, 0 for a stalled motor. CoolStep raises the current by SEUP where it is
+    /// below 32 SEMIN, and lowers it by one after SEDN readings from 32 (SEMIN + SEMAX + 1) on, to a half or
+    /// a quarter of CS (SEIMIN) ("coolStep", SMARTEN).
+    pub fn measure(&mut self, reading: u16) {
+        self.stall_guard = reading;
+        let (word, reading) = (self.registers.smarten, u32::from(reading));
+        let (least, width) = (word & 0xF, word >> 8 & 0xF);
+        if least == 0 {
+            self.cool = (0, 0);
+            return;
+        }
+        let (lowered, high) = self.cool;
+        let most_lowered = self.current_scale() - (self.current_scale() >> if word >> 15 & 1 == 1 { 2 } else { 1 });
+        self.cool = if reading < 32 * least {
+            (lowered.saturating_sub(1 << (word >> 5 & 3)), 0)
+        } else if reading >= 32 * (least + width + 1) {
+            let needed = [32, 8, 2, 1][(word >> 13 & 3) as usize];
+            if high + 1 >= needed { ((lowered + 1).min(most_lowered), 0) } else { (lowered, high + 1) }
+        } else {
+            (lowered, 0)
+        };
+    }
+
     /// VSENSE, DRVCONF bit 6.
     #[must_use]
     pub const fn high_sensitivity(&self) -> bool {
@@ -287,7 +321,7 @@ impl Tmc26x {
     /// Peak coil current the chopper regulates to, in amperes, for a sense resistor in ohms.
     #[must_use]
     pub fn peak_current_amps(&self, sense_ohms: f64) -> f64 {
-        let scale = f64::from(self.current_scale() + 1) / 32.0;
+        let scale = f64::from(self.scale_in_force() + 1) / 32.0;
         scale * self.chip.full_scale_volts(self.high_sensitivity()) / sense_ohms
     }
 
@@ -313,12 +347,19 @@ impl Tmc26x {
     pub fn set_supply(&mut self, volts: f64) {
         self.supply_volts = volts;
         if volts < self.lockout_volts() {
-            self.registers = Registers::default();
-            self.microstep_counter = 0;
-            self.overheated = false;
-            self.shorts = Shorts::default();
-            self.last_step_ns = None;
+            self.reset();
         }
+    }
+
+    /// The chip's power-on reset: its supply was gone for a moment, or dipped. Registers are zero again
+    /// ("Register set": reset value), the place in the sine table too.
+    pub fn reset(&mut self) {
+        self.registers = Registers::default();
+        self.cool = (0, 0);
+        self.microstep_counter = 0;
+        self.overheated = false;
+        self.shorts = Shorts::default();
+        self.last_step_ns = None;
     }
 
     /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep
@@ -371,7 +412,7 @@ impl Tmc26x {
         let selected = match (self.registers.drvconf >> 4 & 3, self.chip) {
             (0, _) => u32::from(self.microstep_counter),
             (1, _) => stall_guard,
-            (2, _) => (stall_guard >> 5) << 5 | self.current_scale(),
+            (2, _) => (stall_guard >> 5) << 5 | self.scale_in_force(),
             (_, Chip::Tmc2590) => self.diagnostics(),
             (_, Chip::Tmc2660) => 0,
         };

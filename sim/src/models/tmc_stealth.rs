@@ -1,10 +1,11 @@
-//! TMC2130, TMC5160 and TMC2240 in STEP/DIR mode, as their SPI and logic pins show them.
+//! TMC2130, TMC5160, TMC2240, TMC2208 and TMC2209 in STEP/DIR mode, as their buses and logic pins show them.
 //!
 //! Sources: TMC2130 datasheet rev. 1.10, TMC5160 datasheet rev. 1.14, TMC2240 datasheet rev. 1, chapters "SPI
-//! interface" and "Register mapping".
+//! interface" and "Register mapping"; TMC220x and TMC222x datasheet rev. 1.02, TMC2209 datasheet rev. 1.03,
+//! chapter "Register map". How the last two speak is in [`super::tmc_wire`].
 //!
 //! Not modelled: encoder, motion controller, coil currents in time, stealthChop's and coolStep's regulation,
-//! readings of the load.
+//! the voltage at VREF (it is open). What the load measurement reads the world gives.
 
 use super::tmc26x::Condition;
 
@@ -15,11 +16,15 @@ pub enum StealthKind {
     Tmc2130,
     Tmc5160,
     Tmc2240,
+    Tmc2208,
+    Tmc2209,
 }
 
 const GCONF: usize = 0x00;
 const GSTAT: usize = 0x01;
+const IFCNT: usize = 0x02;
 const IOIN: usize = 0x04;
+const WIRE_IOIN: usize = 0x06;
 const DRV_CONF: usize = 0x0A;
 const GLOBALSCALER: usize = 0x0B;
 const IHOLD_IRUN: usize = 0x10;
@@ -29,9 +34,10 @@ const CHOPCONF: usize = 0x6C;
 const DRV_STATUS: usize = 0x6F;
 const PWMCONF: usize = 0x70;
 const SG4_RESULT: usize = 0x75;
+const SG_RESULT: usize = 0x41;
+const TPWMTHRS: usize = 0x13;
+const TCOOLTHRS: usize = 0x14;
 
-/// "drv_enn" among the inputs.
-const ENN: u32 = 1 << 4;
 /// Temperature warning, shutdown, and where a chip that has shut down comes back.
 const PREWARNING_C: i32 = 120;
 const SHUTDOWN_C: i32 = 150;
@@ -43,6 +49,8 @@ impl StealthKind {
             Self::Tmc2130 => 0x11,
             Self::Tmc5160 => 0x30,
             Self::Tmc2240 => 0x40,
+            Self::Tmc2208 => 0x20,
+            Self::Tmc2209 => 0x21,
         }
     }
 
@@ -50,8 +58,24 @@ impl StealthKind {
     const fn clock_mhz(self) -> u64 {
         match self {
             Self::Tmc2130 => 13,
-            Self::Tmc5160 | Self::Tmc2240 => 12,
+            _ => 12,
         }
+    }
+
+    /// It is on a UART.
+    const fn is_on_wire(self) -> bool {
+        matches!(self, Self::Tmc2208 | Self::Tmc2209)
+    }
+
+    /// The register of the inputs, and "drv_enn" or "ENN" among them.
+    const fn inputs(self) -> (usize, u32) {
+        if self.is_on_wire() { (WIRE_IOIN, 1) } else { (IOIN, 1 << 4) }
+    }
+
+    /// DIAG is high for a stall; the outputs of others are open drain, and low for one.
+    #[must_use]
+    pub const fn stall_is_high(self) -> bool {
+        self.is_on_wire()
     }
 
     /// "reset default" of the registers where it is not 0.
@@ -60,17 +84,34 @@ impl StealthKind {
             Self::Tmc2130 => &[(GSTAT, 1), (PWMCONF, 0x0005_0480)],
             Self::Tmc5160 => &[(GSTAT, 1), (DRV_CONF, 0x0008_0400), (CHOPCONF, 0x1041_0150), (PWMCONF, 0xC40C_001E)],
             Self::Tmc2240 => &[(GSTAT, 1), (CHOPCONF, 0x1041_0150), (PWMCONF, 0xC40C_001D)],
+            // Without anything programmed once for all (OTP).
+            Self::Tmc2208 | Self::Tmc2209 => &[
+                (GCONF, 0x101),
+                (GSTAT, 1),
+                (IHOLD_IRUN, 0x0001_1F10),
+                (0x11, 20),
+                (CHOPCONF, 0x1000_0053),
+                (PWMCONF, 0xC10D_0024),
+            ],
         }
     }
 
     /// Access "R", "RW", "R+C" or "R+WC": others read as 0. A TMC2240's can all be read.
     fn can_be_read(self, address: usize) -> bool {
         const READABLE: [usize; 7] = [GCONF, GSTAT, IOIN, TSTEP, MSCNT, CHOPCONF, DRV_STATUS];
-        self == Self::Tmc2240 || READABLE.contains(&address)
+        const ON_WIRE: [usize; 9] = [GCONF, GSTAT, IFCNT, WIRE_IOIN, TSTEP, MSCNT, CHOPCONF, DRV_STATUS, PWMCONF];
+        match self {
+            Self::Tmc2240 => true,
+            Self::Tmc2208 => ON_WIRE.contains(&address),
+            Self::Tmc2209 => address == SG_RESULT || ON_WIRE.contains(&address),
+            _ => READABLE.contains(&address),
+        }
     }
 
     fn can_be_written(self, address: usize) -> bool {
-        !matches!(address, IOIN | TSTEP | MSCNT | DRV_STATUS | SG4_RESULT)
+        let (inputs, _) = self.inputs();
+        let is_result = if self.is_on_wire() { matches!(address, IFCNT | SG_RESULT) } else { address == SG4_RESULT };
+        address != inputs && !matches!(address, TSTEP | MSCNT | DRV_STATUS) && !is_result
     }
 }
 
@@ -84,6 +125,12 @@ pub struct TmcStealth {
     /// Place in the electrical period: 1024 positions of 1/256 full step.
     microstep_counter: u16,
     last_step_ns: Option<u64>,
+    /// Between the last two steps.
+    step_ns: Option<u64>,
+    /// Levels of MS1 and MS2: address on a UART, and microsteps until a register says how many.
+    address: u8,
+    /// What the load measurement reads: stallGuard2, or stallGuard4 of a TMC2209.
+    pub load: u16,
     overheated: bool,
     short_to_ground: [bool; 2],
     short_to_supply: [bool; 2],
@@ -103,6 +150,9 @@ impl TmcStealth {
             answer: 0,
             microstep_counter: 0,
             last_step_ns: None,
+            step_ns: None,
+            address: 0,
+            load: 0x1FF,
             overheated: false,
             short_to_ground: [false; 2],
             short_to_supply: [false; 2],
@@ -115,15 +165,28 @@ impl TmcStealth {
         chip
     }
 
+    /// One on a UART, its pins MS1 and MS2 as this address says.
+    #[must_use]
+    pub fn on_wire(kind: StealthKind, address: u8, enn_high: bool) -> Self {
+        Self { address, ..Self::new(kind, enn_high) }
+    }
+
+    /// Its address on a UART.
+    #[must_use]
+    pub const fn address(&self) -> u8 {
+        self.address
+    }
+
     /// Its supply was gone, and is back.
     pub fn reset(&mut self) {
-        let inputs = self.registers[IOIN] & ENN;
+        let (inputs, enn) = self.kind.inputs();
+        let levels = self.registers[inputs] & enn;
         self.registers = [0; 128];
-        self.registers[IOIN] = self.kind.version() << 24 | inputs;
+        self.registers[inputs] = self.kind.version() << 24 | levels;
         for &(address, value) in self.kind.reset_values() {
             self.registers[address] = value;
         }
-        (self.answer, self.microstep_counter, self.last_step_ns) = (0, 0, None);
+        (self.answer, self.microstep_counter, self.last_step_ns, self.step_ns) = (0, 0, None, None);
         (self.overheated, self.short_to_ground, self.short_to_supply) = (false, [false; 2], [false; 2]);
     }
 
@@ -154,12 +217,28 @@ impl TmcStealth {
     /// One datagram of 40 bits. Back come the status as select fell, and what the one before asked for, or
     /// wrote.
     pub fn transfer(&mut self, now_ns: u64, datagram: [u8; 5]) -> [u8; 5] {
+        let shown = self.shown(now_ns);
+        self.take(now_ns, datagram);
+        shown
+    }
+
+    /// Select fell: what is shifted out from now on.
+    pub fn shown(&mut self, now_ns: u64) -> [u8; 5] {
         if self.condition.silent {
             return [0xFF; 5];
         }
         self.datagrams += 1;
         self.notice_faults();
         let reply = u64::from(self.spi_status(now_ns)) << 32 | u64::from(self.answer);
+        let [_, _, _, reply @ ..] = (reply ^ self.bit_error()).to_be_bytes();
+        reply
+    }
+
+    /// Select rose behind these 40 bits.
+    pub fn take(&mut self, now_ns: u64, datagram: [u8; 5]) {
+        if self.condition.silent {
+            return;
+        }
         let [address, data @ ..] = datagram;
         let (place, data) = (usize::from(address & 0x7F), u32::from_be_bytes(data));
         if address & 0x80 == 0 {
@@ -171,8 +250,25 @@ impl TmcStealth {
             self.write(place, data);
             self.answer = data;
         }
-        let [_, _, _, reply @ ..] = (reply ^ self.bit_error()).to_be_bytes();
-        reply
+    }
+
+    /// A read request over a UART; what stands in the register, as it leaves the chip.
+    pub fn read_wire(&mut self, now_ns: u64, register: u8) -> u32 {
+        self.datagrams += 1;
+        self.notice_faults();
+        self.read(now_ns, usize::from(register & 0x7F)) ^ self.bit_error() as u32
+    }
+
+    /// A write over a UART, which is counted.
+    pub fn write_wire(&mut self, register: u8, data: u32) {
+        self.datagrams += 1;
+        let [a, b, c, d] = data.to_be_bytes();
+        let datagram = [register | 0x80, a, b, c, d];
+        if !self.written.contains(&datagram) {
+            self.written.push(datagram);
+        }
+        self.write(usize::from(register & 0x7F), data);
+        self.registers[IFCNT] = (self.registers[IFCNT] + 1) & 0xFF;
     }
 
     /// The bit of this reply that arrives wrong, another one each time.
@@ -187,7 +283,10 @@ impl TmcStealth {
         }
         match place {
             MSCNT => u32::from(self.microstep_counter),
+            DRV_STATUS if self.kind.is_on_wire() => self.wire_status(now_ns),
             DRV_STATUS => self.drv_status(now_ns),
+            SG_RESULT if self.kind.is_on_wire() => u32::from(self.load),
+            TSTEP => self.step_time(now_ns),
             GSTAT => {
                 let value = self.gstat();
                 if self.kind == StealthKind::Tmc2130 {
@@ -247,6 +346,32 @@ impl TmcStealth {
             (31, standing),
         ];
         let scale = self.registers[IHOLD_IRUN] >> if standing { 0 } else { 8 } & 0x1F;
+        let load = scale << 16 | u32::from(self.load) & 0x3FF;
+        flags.into_iter().fold(load, |word, (bit, set)| word | u32::from(set) << bit)
+    }
+
+    /// DRV_STATUS of the chips on a UART.
+    fn wire_status(&self, now_ns: u64) -> u32 {
+        let (standing, driving) = (self.stands(now_ns), self.off_time() != 0 && !self.enn_high());
+        let open = |coil: usize| self.condition.open_load[coil] && driving && !standing;
+        let over = |celsius: i32| self.condition.temperature_c >= celsius;
+        let flags = [
+            (0, over(PREWARNING_C)),
+            (1, self.overheated),
+            (2, self.short_to_ground[0]),
+            (3, self.short_to_ground[1]),
+            (4, self.short_to_supply[0]),
+            (5, self.short_to_supply[1]),
+            (6, open(0)),
+            (7, open(1)),
+            (8, over(120)),
+            (9, over(143)),
+            (10, over(150)),
+            (11, over(157)),
+            (30, self.uses_stealth_chop(now_ns)),
+            (31, standing),
+        ];
+        let scale = self.registers[IHOLD_IRUN] >> if standing { 0 } else { 8 } & 0x1F;
         flags.into_iter().fold(scale << 16, |word, (bit, set)| word | u32::from(set) << bit)
     }
 
@@ -256,9 +381,18 @@ impl TmcStealth {
         self.registers[CHOPCONF] & 0xF
     }
 
-    /// Microsteps per full step from MRES, CHOPCONF bits 27..24.
+    /// Microsteps per full step from MRES, CHOPCONF bits 27..24; on a UART from MS1 and MS2, unless
+    /// "mstep_reg_select" (GCONF bit 7) is set.
     #[must_use]
     pub const fn microsteps(&self) -> u32 {
+        if self.kind.is_on_wire() && self.registers[GCONF] & 1 << 7 == 0 {
+            return match self.address {
+                0 => 8,
+                1 => 32,
+                2 => 64,
+                _ => 16,
+            };
+        }
         let mres = self.registers[CHOPCONF] >> 24 & 0xF;
         256 >> (if mres > 8 { 8 } else { mres })
     }
@@ -270,12 +404,14 @@ impl TmcStealth {
     }
 
     const fn enn_high(&self) -> bool {
-        self.registers[IOIN] & ENN != 0
+        let (inputs, enn) = self.kind.inputs();
+        self.registers[inputs] & enn != 0
     }
 
     /// The level of DRV_ENN: high switches the bridges off.
     pub fn set_enn(&mut self, high: bool) {
-        self.registers[IOIN] = self.registers[IOIN] & !ENN | if high { ENN } else { 0 };
+        let (inputs, enn) = self.kind.inputs();
+        self.registers[inputs] = self.registers[inputs] & !enn | if high { enn } else { 0 };
         if high {
             (self.short_to_ground, self.short_to_supply) = ([false; 2], [false; 2]);
         }
@@ -302,6 +438,10 @@ impl TmcStealth {
                     let volts = if self.registers[CHOPCONF] & 1 << 17 != 0 { 0.18 } else { 0.32 };
                     volts / (resistor_ohms + 0.02)
                 }
+                StealthKind::Tmc2208 | StealthKind::Tmc2209 => {
+                    let volts = if self.registers[CHOPCONF] & 1 << 17 != 0 { 0.18 } else { 0.325 };
+                    volts / (resistor_ohms + 0.02)
+                }
                 StealthKind::Tmc5160 => global * 0.325 / resistor_ohms,
                 StealthKind::Tmc2240 => {
                     let volts = [11_750.0, 24_000.0, 36_000.0, 36_000.0][(self.registers[DRV_CONF] & 3) as usize];
@@ -323,7 +463,7 @@ impl TmcStealth {
             self.microstep_counter.wrapping_add(size)
         };
         self.microstep_counter = moved & 0x3FF;
-        self.last_step_ns = Some(now_ns);
+        self.step_ns = self.last_step_ns.replace(now_ns).map(|last| now_ns.saturating_sub(last));
         self.notice_faults();
         Some(if dir_high { -i32::from(size) } else { i32::from(size) })
     }
@@ -349,53 +489,6 @@ impl TmcStealth {
     }
 }
 
+mod stall;
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(chip: &mut TmcStealth, address: u8) -> u32 {
-        chip.transfer(0, [address, 0, 0, 0, 0]);
-        let [_, data @ ..] = chip.transfer(0, [address, 0, 0, 0, 0]);
-        u32::from_be_bytes(data)
-    }
-
-    #[test]
-    fn the_answer_comes_with_the_next_datagram() {
-        let mut chip = TmcStealth::new(StealthKind::Tmc5160, false);
-        chip.transfer(0, [0x6C, 0, 0, 0, 0]);
-        assert_eq!(chip.transfer(0, [0x04, 0, 0, 0, 0])[1..], [0x10, 0x41, 0x01, 0x50]);
-        assert_eq!(chip.transfer(0, [0xEC, 1, 2, 3, 4])[1..], [0x30, 0, 0, 0]);
-        assert_eq!(chip.transfer(0, [0, 0, 0, 0, 0])[1..], [1, 2, 3, 4], "what was written");
-    }
-
-    #[test]
-    fn a_reset_is_flagged_until_it_is_cleared_as_each_chip_wants_it() {
-        for kind in [StealthKind::Tmc5160, StealthKind::Tmc2240] {
-            let mut chip = TmcStealth::new(kind, false);
-            assert_eq!((read(&mut chip, 1), read(&mut chip, 1)), (1, 1));
-            chip.transfer(0, [0x81, 0, 0, 0, 1]);
-            assert_eq!(read(&mut chip, 1), 0);
-        }
-        let mut chip = TmcStealth::new(StealthKind::Tmc2130, false);
-        chip.transfer(0, [1, 0, 0, 0, 0]);
-        assert_eq!(chip.transfer(0, [1, 0, 0, 0, 0])[4], 1);
-        assert_eq!(chip.transfer(0, [1, 0, 0, 0, 0])[4], 0, "reading clears");
-    }
-
-    #[test]
-    fn shorts_and_heat_shut_the_bridges() {
-        let mut chip = TmcStealth::new(StealthKind::Tmc5160, false);
-        chip.transfer(0, [0xEC, 0, 0, 0, 3]);
-        assert!(chip.drives());
-        chip.condition.short_to_supply[0] = true;
-        assert_eq!(read(&mut chip, 0x6F) & 1 << 12, 1 << 12);
-        assert!(!chip.drives());
-        chip.condition.short_to_supply[0] = false;
-        chip.transfer(0, [0xEC, 0, 0, 0, 0]);
-        chip.transfer(0, [0xEC, 0, 0, 0, 3]);
-        assert!(chip.drives(), "off and on again");
-        chip.condition.temperature_c = 155;
-        assert_eq!(read(&mut chip, 0x6F) >> 25 & 0b11, 0b11);
-        assert!(!chip.drives());
-    }
-}
+mod tests;

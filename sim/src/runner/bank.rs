@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use config::MachineConfig;
-use driver_bank::{DriverBank, MotorDriver};
+use driver_bank::{DriverBank, MotorDriver, OutsideBus, SingleWire, SpiRegisters, WireFault, WireRegisters};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use units::Actuator;
@@ -112,8 +112,47 @@ impl Enable {
     }
 }
 
+/// An auxiliary UART with the drivers on it, TX over a resistor.
+pub struct Line {
+    shared: Rc<Shared>,
+    channel: u8,
+}
+
+impl std::fmt::Debug for Line {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "line {}", self.channel)
+    }
+}
+
+/// 250,000 baud, and what the wire is idle before a datagram.
+const BIT_NS: u64 = 4_000;
+const IDLE_NS: u64 = 16 * BIT_NS;
+
+impl SingleWire for Line {
+    type Error = Infallible;
+
+    /// All of it at once, as far as the machine is concerned, though to the chips in its time.
+    fn exchange(&mut self, datagram: &[u8], answer: &mut [u8]) -> Result<(), WireFault<Infallible>> {
+        let clock = &self.shared.wires_ns[usize::from(self.channel)];
+        let mut at_ns = clock.get().max(self.shared.now_ns.get()) + IDLE_NS;
+        let mut world = self.shared.world.borrow_mut();
+        let mut said = None;
+        for byte in datagram {
+            at_ns += 10 * BIT_NS;
+            said = world.wire_byte(at_ns, self.channel, *byte);
+        }
+        clock.set(said.map_or(at_ns, |answer| answer[7].0));
+        if answer.is_empty() {
+            return Ok(());
+        }
+        let said = said.ok_or(WireFault::NoAnswer)?;
+        answer.iter_mut().zip(said).for_each(|(to, (_, byte))| *to = byte);
+        Ok(())
+    }
+}
+
 /// The drivers of all actuators.
-pub type Bank = DriverBank<Bus, Enable>;
+pub type Bank = DriverBank<Bus, Line, Enable>;
 
 /// Gives every configured motor its driver. Reports settings a chip cannot take.
 pub fn configure(shared: &Rc<Shared>, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> (Bank, bool) {
@@ -123,9 +162,17 @@ pub fn configure(shared: &Rc<Shared>, config: &MachineConfig, report: &mut dyn F
         let bus = |select| Bus { shared: Rc::clone(shared), select };
         let set_up = if let Some(chip) = config.stealth_driver(motor) {
             let enable = settings.en_pin.map(|_| enable);
-            driver_bank::set_up_outside(bus(Select::Outside(motor)), enable, settings, chip)
+            let bus = match config.driver_uart(motor) {
+                Some(channel) => {
+                    let line = Line { shared: Rc::clone(shared), channel };
+                    OutsideBus::Wire(WireRegisters::new(line, chip.uart_address))
+                }
+                None => OutsideBus::Spi(SpiRegisters(bus(Select::Outside(motor)))),
+            };
+            driver_bank::set_up_outside(bus, enable, config, motor).map_err(|error| error.to_string())
         } else if let Some(chip) = config.driver(motor) {
-            driver_bank::set_up(bus(Select::OnBoard(motor as usize)), settings, chip)
+            let set_up = driver_bank::set_up(bus(Select::OnBoard(motor as usize)), settings, chip);
+            set_up.map_err(|error| error.to_string())
         } else {
             Ok(MotorDriver::External(enable))
         };

@@ -50,6 +50,8 @@ impl Sent {
 /// What the controller, the tasks and the runner look at in turns.
 pub struct Shared {
     pub now_ns: Flag<u64>,
+    /// When the last bit on each auxiliary UART is over.
+    pub wires_ns: [Flag<u64>; 2],
     pub world: Turns<World>,
     pub motion: Turns<Motion>,
     pub heat: Turns<HeatControl>,
@@ -88,6 +90,7 @@ impl Shared {
         };
         let shared = Self {
             now_ns: Flag::new(0),
+            wires_ns: [const { Flag::new(0) }; 2],
             world: Turns::new(world),
             motion: Turns::new(Motion::new()),
             heat: Turns::new(HeatControl::new()),

@@ -80,12 +80,33 @@ pub enum DriverConfig {
         /// Level of the enable pin that energises the motor; `None` when it is always on.
         enable_high: Option<bool>,
     },
-    /// A driver on a header with a chip that is set up over SPI.
+    /// A driver on a header with a chip that is set up.
     Outside {
         /// Its chip.
         kind: StealthKind,
         /// Level of the enable pin that lets the chip drive; `None` where that input is tied so.
         enable_high: Option<bool>,
+        /// How it is spoken with.
+        port: OutsidePort,
+    },
+}
+
+/// What the chip of a driver on a header is connected to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutsidePort {
+    /// SPI1 (0) or SPI4 (1), and its select.
+    Spi {
+        /// The bus.
+        channel: u8,
+        /// Low while it is spoken with.
+        select: Option<Pin>,
+    },
+    /// USART3 (0) or UART4 (1): one wire, on which TX is over a resistor.
+    Uart {
+        /// The port.
+        channel: u8,
+        /// Levels of MS1 and MS2.
+        address: u8,
     },
 }
 
@@ -106,6 +127,8 @@ pub struct ActuatorConfig {
     pub direction_pin: Option<Pin>,
     /// See `step_pin`.
     pub enable_pin: Option<Pin>,
+    /// The resistor that the current of a driver with a chip outside is set by, ohms.
+    pub sense_ohms: f64,
     /// Where the carriage stands at power-on, millimetres.
     pub start_mm: f64,
     /// Hard stops, millimetres.
@@ -249,6 +272,7 @@ impl Default for WorldConfig {
             step_pin: None,
             direction_pin: None,
             enable_pin: None,
+            sense_ohms: 0.0,
             start_mm,
             limits_mm,
             rotor: None,

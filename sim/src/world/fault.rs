@@ -56,7 +56,7 @@ pub enum Fault {
     DriverShort(Actuator),
     /// Coil A of the motor is shorted to the motor supply.
     DriverShortToSupply(Actuator),
-    /// The chip of a driver outside the board was without supply for a moment.
+    /// A driver chip was without supply for a moment, which nobody but it has noticed.
     DriverReset(Actuator),
     /// The motor supply has this voltage.
     MotorSupply(f64),

@@ -4,12 +4,12 @@ use board_facts::wiring;
 use config::{
     ArmSolution, DriverKind, EndstopConfig, HomingDirection, MachineConfig, OutputPin, SensorKind, TemperatureConfig,
 };
-use units::{Actuator, Axis};
+use units::{Actuator, Axis, PerActuator};
 
 use super::delta::DeltaFrame;
 use super::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, Pin, SwitchConfig, WorldConfig,
+    Operator, OutsidePort, Pin, SwitchConfig, WorldConfig,
 };
 use crate::models::converter::{Kind, Thermocouple};
 use crate::models::gantry::Gantry;
@@ -72,15 +72,33 @@ fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
 /// Rotors cost time, so only a machine that looks at their load has them.
 fn rotor(machine: &MachineConfig, actuator: Actuator) -> Option<rotor::Plant> {
     let config = &machine.actuators[actuator];
-    if !config.driver.is_on_board() || !machine.looks_at_stalls() {
+    if !config.driver.is_spoken_with() || !machine.looks_at_stalls() {
         return None;
     }
     let rated_amps = config.current.map_or(rotor::Plant::PRINTER.rated_amps, |current| f64::from(current.0));
     Some(rotor::Plant { rated_amps, ..rotor::Plant::PRINTER })
 }
 
-fn outside(kind: StealthKind, motor: &config::ActuatorConfig) -> DriverConfig {
-    DriverConfig::Outside { kind, enable_high: motor.en_pin.map(|pin| !pin.inverted) }
+fn outside(machine: &MachineConfig, actuator: Actuator) -> DriverConfig {
+    let motor = &machine.actuators[actuator];
+    let kind = match motor.driver {
+        DriverKind::Tmc2130 => StealthKind::Tmc2130,
+        DriverKind::Tmc5160 => StealthKind::Tmc5160,
+        DriverKind::Tmc2208 => StealthKind::Tmc2208,
+        DriverKind::Tmc2209 | DriverKind::Tmc2226 => StealthKind::Tmc2209,
+        _ => StealthKind::Tmc2240,
+    };
+    let settings = machine.stealth_driver(actuator);
+    let port = match (machine.driver_uart(actuator), settings) {
+        (Some(channel), settings) => {
+            OutsidePort::Uart { channel, address: settings.map_or(0, |settings| settings.uart_address) }
+        }
+        (None, settings) => OutsidePort::Spi {
+            channel: machine.stealth_family(motor.driver).map_or(1, |family| family.channel),
+            select: settings.and_then(|settings| settings.spi_cs_pin).map(pin),
+        },
+    };
+    DriverConfig::Outside { kind, enable_high: motor.en_pin.map(|pin| !pin.inverted), port }
 }
 
 fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> ActuatorConfig {
@@ -104,10 +122,9 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
                 enable_high: config.en_pin.map(|pin| !pin.inverted),
             },
             DriverKind::Tmc2590 | DriverKind::Tmc2660 => DriverConfig::OnBoard,
-            DriverKind::Tmc2130 => outside(StealthKind::Tmc2130, config),
-            DriverKind::Tmc5160 => outside(StealthKind::Tmc5160, config),
-            DriverKind::Tmc2240 => outside(StealthKind::Tmc2240, config),
+            _ => outside(machine, actuator),
         },
+        sense_ohms: machine.stealth_driver(actuator).and_then(|chip| chip.resistor).map_or(0.0, |r| f64::from(r.0)),
         mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
         // The wiring of a working machine; `!` says that this motor's is the other way round.
         forward_high: config.direction_inverted() != wiring::UP_IS_HIGH,
@@ -151,7 +168,9 @@ fn belt_start(machine: &MachineConfig, axis: Axis) -> f64 {
 }
 
 fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
-    let endstops = machine.endstops.iter().filter_map(|stop| endstop(&placed(machine, stop, linkage), linkage));
+    let drivers = PerActuator(machine.actuators.0.map(|motor| motor.driver));
+    let endstops =
+        machine.endstops.iter().filter_map(|stop| endstop(&placed(machine, stop, linkage), linkage, &drivers));
     let probe = machine.probe.enable.then_some(machine.probe.pin).flatten().map(|input| SwitchConfig {
         name: "probe".into(),
         pin: pin(input),
@@ -218,14 +237,19 @@ fn stall_output(input: config::Pin) -> Option<Actuator> {
     Actuator::from_index(socket)
 }
 
-fn endstop(stop: &EndstopConfig, linkage: Linkage) -> Option<SwitchConfig> {
+fn endstop(stop: &EndstopConfig, linkage: Linkage, drivers: &PerActuator<DriverKind>) -> Option<SwitchConfig> {
     let (input, axis) = (stop.pin?, stop.axis?);
     if stop.stall.homing {
+        let motor = Actuator::from_index(axis as usize)?;
+        // The outputs of the chips on SPI are low for a stall, and the board's pull-ups make them high.
+        let is_low_for_stall =
+            matches!(drivers[motor], DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240);
+        let outside = (DriverKind::OUTSIDE.contains(&drivers[motor])).then_some(motor);
         return Some(SwitchConfig {
             name: stop.name.as_str().into(),
             pin: pin(input),
-            operated_high: !input.inverted,
-            operator: stall_output(input).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
+            operated_high: if outside.is_some() { !is_low_for_stall } else { !input.inverted },
+            operator: outside.or_else(|| stall_output(input)).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
         });
     }
     let operator = match (linkage, axis) {

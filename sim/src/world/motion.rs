@@ -2,11 +2,12 @@
 
 use units::{Actuator, Direction};
 
-use super::{ActuatorConfig, DriverConfig, Linkage, Operator, SwitchChange, SwitchConfig, World};
+use super::{ActuatorConfig, DriverConfig, Linkage, Operator, OutsidePort, SwitchChange, SwitchConfig, World};
 use crate::models::carriage::Carriage;
 use crate::models::rotor::{Drive, Rotor};
 use crate::models::surface::{Surface, TouchNoise};
 use crate::models::switch::{self, Side, Switch};
+use crate::models::tmc_wire::Answer;
 use crate::trace::StepEdge;
 
 /// DIR must be stable this long before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR
@@ -15,6 +16,10 @@ const DIRECTION_SETUP_NS: u64 = 20;
 
 /// STEP of a chip outside must stay high or low this long ("STEP/DIR interface timing": 100 ns).
 const PULSE_NS: u64 = 100;
+
+/// The threshold with which a rotor's reading is what it measures, as stallGuard4's is: once a full step, and
+/// not filtered (TMC2209 datasheet rev. 1.03, 5.5).
+const UNSHIFTED: i32 = 10;
 
 /// A motor with its driver's logic inputs and its carriage.
 #[derive(Clone, Debug)]
@@ -29,6 +34,7 @@ pub(super) struct Motor {
     enabled: bool,
     pub(super) carriage: Carriage,
     rotor: Option<Rotor>,
+    sense_ohms: f64,
 }
 
 impl Motor {
@@ -43,6 +49,7 @@ impl Motor {
             enabled: matches!(config.driver, DriverConfig::External { enable_high: None, .. }),
             carriage: Carriage::new(config.start_mm, config.limits_mm, config.mm_per_full_step),
             rotor: config.rotor.map(Rotor::new),
+            sense_ohms: config.sense_ohms,
         }
     }
 }
@@ -97,13 +104,22 @@ impl World {
 
     /// The field of a motor with current turns by so many 1/256 full steps.
     fn turn_motor(&mut self, at_ns: u64, actuator: Actuator, field: i64) {
-        let Some(Motor { carriage, rotor, .. }) = &mut self.motors[actuator as usize] else { return };
-        let (Some(rotor), Some(driver)) = (rotor, self.drivers.get_mut(actuator as usize)) else {
-            return carriage.turn(field);
-        };
+        let Some(Motor { carriage, rotor, sense_ohms, .. }) = &mut self.motors[actuator as usize] else { return };
+        let Some(rotor) = rotor else { return carriage.turn(field) };
         let (went, lost) = rotor.follow(field, |wanted| carriage.room(wanted));
         carriage.turn(went);
         carriage.lose(lost);
+        if let Some(chip) = &mut self.outside[actuator as usize] {
+            let (threshold, filter) = chip.stall_guard_2().unwrap_or((UNSHIFTED, false));
+            let amps = chip.peak_current_amps(*sense_ohms);
+            let drive = Drive { amps, supply_volts: self.config.vmotor_v, threshold, filter };
+            if let Some(reading) = rotor.reading(at_ns, drive) {
+                // stallGuard4 has half the range: 0 to 510.
+                chip.load = if chip.stall_guard_2().is_some() { reading } else { (reading / 2).min(510) };
+            }
+            return;
+        }
+        let Some(driver) = self.drivers.get_mut(actuator as usize) else { return };
         let drive = Drive {
             amps: driver.peak_current_amps(driver.chip().sense_ohms()),
             supply_volts: driver.supply_volts(),
@@ -111,7 +127,7 @@ impl World {
             filter: driver.filters_stall_guard(),
         };
         if let Some(reading) = rotor.reading(at_ns, drive) {
-            driver.stall_guard = reading;
+            driver.measure(reading);
         }
     }
 
@@ -189,6 +205,31 @@ impl World {
     pub fn outside_spi(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) -> [u8; 5] {
         self.advance(at_ns);
         self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.transfer(at_ns, datagram))
+    }
+
+    /// What the chip of a driver outside shifts out from now on: its select fell.
+    pub fn outside_shown(&mut self, at_ns: u64, motor: Actuator) -> [u8; 5] {
+        self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.shown(at_ns))
+    }
+
+    /// It has been sent this datagram: its select rose.
+    pub fn outside_taken(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) {
+        if let Some(chip) = &mut self.outside[motor as usize] {
+            chip.take(at_ns, datagram);
+        }
+    }
+
+    /// A byte on an auxiliary UART whose stop bit ends now; what a driver's chip there answers.
+    pub fn wire_byte(&mut self, at_ns: u64, channel: u8, byte: u8) -> Option<Answer> {
+        let on_it = |motor: usize| {
+            let mut motors = self.config.actuators.iter().filter(|entry| entry.actuator as usize == motor);
+            motors.any(|entry| {
+                matches!(entry.driver, DriverConfig::Outside { port: OutsidePort::Uart { channel: of, .. }, .. } if of == channel)
+            })
+        };
+        let chips = self.outside.iter_mut().enumerate().filter(|(motor, _)| on_it(*motor));
+        let mut chips: Vec<_> = chips.filter_map(|(_, chip)| chip.as_mut()).collect();
+        self.wires.get_mut(usize::from(channel))?.hear(at_ns, byte, &mut chips)
     }
 
     /// Where a motor's carriage is, millimetres; `None` when the machine has no such motor.
@@ -347,7 +388,10 @@ impl World {
                 }
                 Some((Operator::Stall(motor), ..)) => {
                     // The switch is operated below 0.
-                    let stalls = self.drivers.get(motor as usize).is_some_and(|driver| driver.stall_output());
+                    let stalls = match &self.outside[motor as usize] {
+                        Some(chip) => chip.stall_output(at_ns),
+                        None => self.drivers.get(motor as usize).is_some_and(|driver| driver.stall_output()),
+                    };
                     if stalls { -1.0 } else { 1.0 }
                 }
                 None => 0.0,

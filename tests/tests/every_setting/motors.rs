@@ -1,4 +1,5 @@
-//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[current control]`.
+//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[tmc2208]`,
+//! `[tmc2209]`, `[tmc2226]`, `[current control]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::system::EXTERNAL;
@@ -96,6 +97,8 @@ pub const ROWS: &[Row] = &[
     row("[tmc2660] alpha.stall_watch", "false", "true", Look(crash)).with(OTHER_WATCH),
     row("[tmc2660] alpha.stall_least_speed", "", "120", Look(crash)).with(OTHER_WATCH),
     row("[actuator] common.halt_on_stall", "true", "false", Look(crash)).with(WATCH),
+    row("[tmc2590] common.spi_channel", "1", "0", Boot).with(&["[switch] fan.output_pin = PA5"]),
+    row("[tmc2660] common.spi_channel", "1", "0", Boot).with(BUS_2660),
     row("[tmc2130] common.spi_channel", "1", "0", Boot).with(BUS_2130),
     row("[tmc2130] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2130),
     row("[tmc2130] delta.spi_cs_pin", "PJ9", "PE1", Boot).with(OUTSIDE_2130),
@@ -132,6 +135,76 @@ pub const ROWS: &[Row] = &[
     row("[tmc2240] delta.blank_time", "36", "24", Look(outside_registers)).with(OUTSIDE_2240),
     row("[tmc2240] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2240),
     row("[tmc2240] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2130] delta.stall_threshold", "0", "-5", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.stall_filter", "false", "true", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.coolstep_lower", "0", "64", Look(outside_registers)).with(OUTSIDE_2130),
+    row("[tmc2130] delta.coolstep_upper", "128", "256", Look(outside_registers)).with(COOL_2130),
+    row("[tmc2130] delta.coolstep_up", "1", "4", Look(outside_registers)).with(COOL_2130),
+    row("[tmc2130] delta.coolstep_down", "32", "8", Look(outside_registers)).with(COOL_2130),
+    row("[tmc2130] delta.coolstep_least", "half", "quarter", Look(outside_registers)).with(COOL_2130),
+    row("[tmc5160] delta.stall_threshold", "0", "-5", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.stall_filter", "false", "true", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.coolstep_lower", "0", "64", Look(outside_registers)).with(OUTSIDE_5160),
+    row("[tmc5160] delta.coolstep_upper", "128", "256", Look(outside_registers)).with(COOL_5160),
+    row("[tmc5160] delta.coolstep_up", "1", "4", Look(outside_registers)).with(COOL_5160),
+    row("[tmc5160] delta.coolstep_down", "32", "8", Look(outside_registers)).with(COOL_5160),
+    row("[tmc5160] delta.coolstep_least", "half", "quarter", Look(outside_registers)).with(COOL_5160),
+    row("[tmc2240] delta.stall_threshold", "0", "-5", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.stall_filter", "false", "true", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.coolstep_lower", "0", "64", Look(outside_registers)).with(OUTSIDE_2240),
+    row("[tmc2240] delta.coolstep_upper", "128", "256", Look(outside_registers)).with(COOL_2240),
+    row("[tmc2240] delta.coolstep_up", "1", "4", Look(outside_registers)).with(COOL_2240),
+    row("[tmc2240] delta.coolstep_down", "32", "8", Look(outside_registers)).with(COOL_2240),
+    row("[tmc2240] delta.coolstep_least", "half", "quarter", Look(outside_registers)).with(COOL_2240),
+    row("[tmc2208] common.uart_channel", "0", "1", Boot).with(LINE_2208),
+    row("[tmc2208] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.sense_resistor", "110", "150", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_2208),
+    row("[tmc2208] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.blank_time", "32", "24", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2208] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2208),
+    row("[tmc2209] common.uart_channel", "0", "1", Boot).with(LINE_2209),
+    row("[tmc2209] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.sense_resistor", "110", "150", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_2209),
+    row("[tmc2209] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.blank_time", "32", "24", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.uart_address", "0", "2", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.stall_threshold", "0", "60", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.coolstep_lower", "0", "64", Look(outside_registers)).with(OUTSIDE_2209),
+    row("[tmc2209] delta.coolstep_upper", "128", "256", Look(outside_registers)).with(COOL_2209),
+    row("[tmc2209] delta.coolstep_up", "1", "4", Look(outside_registers)).with(COOL_2209),
+    row("[tmc2209] delta.coolstep_down", "32", "8", Look(outside_registers)).with(COOL_2209),
+    row("[tmc2209] delta.coolstep_least", "half", "quarter", Look(outside_registers)).with(COOL_2209),
+    row("[tmc2226] common.uart_channel", "0", "1", Boot).with(LINE_2226),
+    row("[tmc2226] common.standstill_time", "2", "20", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.sense_resistor", "110", "150", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.max_current", "2000", "500", Say(&["M907 A1", "M907"])).with(OUTSIDE_2226),
+    row("[tmc2226] delta.step_interpolation", "true", "false", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.standstill_current", "0", "600", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.stealthchop_threshold", "0", "50", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.off_time", "3", "5", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.blank_time", "32", "24", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.hysteresis_start", "5", "3", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.hysteresis_end", "-2", "4", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.uart_address", "0", "2", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.stall_threshold", "0", "60", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.coolstep_lower", "0", "64", Look(outside_registers)).with(OUTSIDE_2226),
+    row("[tmc2226] delta.coolstep_upper", "128", "256", Look(outside_registers)).with(COOL_2226),
+    row("[tmc2226] delta.coolstep_up", "1", "4", Look(outside_registers)).with(COOL_2226),
+    row("[tmc2226] delta.coolstep_down", "32", "8", Look(outside_registers)).with(COOL_2226),
+    row("[tmc2226] delta.coolstep_least", "half", "quarter", Look(outside_registers)).with(COOL_2226),
+    row("[actuator] alpha.coil_resistance", "1", "3", Say(&["tune_driver X chopper"])).with(COIL),
+    row("[actuator] alpha.coil_inductance", "2", "4", Say(&["tune_driver X chopper"])).with(COIL),
     row("[actuator] alpha.on_stall", "halt", "tell", Look(crash)).with(WATCH),
     row("[actuator] common.stall_recoveries", "1", "2", Look(crash_in_a_job)).with(RECOVER),
     row("[actuator] common.stall_recovery_time", "600", "5", Look(crash_in_a_job)).with(RECOVER),
@@ -139,15 +212,26 @@ pub const ROWS: &[Row] = &[
     row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
 ];
 
-/// The fourth motor with a driver outside.
+/// A TMC2660, with something on a pin of the other bus.
+const BUS_2660: &[&str] =
+    &["[actuator] alpha.driver = tmc2660", "[tmc2660] alpha.spi_cs_pin = PJ13", "[switch] fan.output_pin = PA5"];
+/// A motor whose data sheet is known.
+const COIL: &[&str] = &["[actuator] alpha.coil_resistance = 1", "[actuator] alpha.coil_inductance = 2"];
+/// The fourth motor with a driver outside, on SPI.
 macro_rules! outside {
-    ($kind:literal, $resistor:literal $(, $more:literal)*) => {
+    ($kind:literal, $resistor:literal $(, $more:expr)*) => {
+        wired!($kind, $resistor, concat!("[", $kind, "] delta.spi_cs_pin = PJ9") $(, $more)*)
+    };
+}
+/// The same on a UART.
+macro_rules! wired {
+    ($kind:literal, $resistor:literal $(, $more:expr)*) => {
         &[
             "[extruder] hotend.enable = false",
+            "[uart console] enable = false",
             concat!("[actuator] delta.driver = ", $kind),
             "[actuator] delta.step_pin = PJ5",
             "[actuator] delta.dir_pin = PJ1",
-            concat!("[", $kind, "] delta.spi_cs_pin = PJ9"),
             concat!("[", $kind, "] delta.", $resistor),
             concat!("[", $kind, "] delta.standstill_current = 600"),
             concat!("[", $kind, "] common.standstill_time = 2"),
@@ -165,14 +249,30 @@ const OUTSIDE_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000");
 /// With something on a pin of the other bus.
 const BUS_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000", "[switch] fan.output_pin = PA5");
 
+const COOL_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110", "[tmc2130] delta.coolstep_lower = 64");
+const COOL_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75", "[tmc5160] delta.coolstep_lower = 64");
+const COOL_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000", "[tmc2240] delta.coolstep_lower = 64");
+const OUTSIDE_2208: &[&str] = wired!("tmc2208", "sense_resistor = 110");
+/// With something on a pin of the other UART.
+const LINE_2208: &[&str] = wired!("tmc2208", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
+const OUTSIDE_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110");
+/// With something on a pin of the other UART.
+const LINE_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
+const COOL_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110", "[tmc2209] delta.coolstep_lower = 64");
+const OUTSIDE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110");
+/// With something on a pin of the other UART.
+const LINE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
+const COOL_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[tmc2226] delta.coolstep_lower = 64");
+
 /// What the chip of a driver outside has in its registers while its motor rests: chopper, microsteps,
-/// current, stealthChop.
+/// current, stealthChop, load measurement; and its address on a UART.
 fn outside_registers(bench: &mut Bench) -> String {
     bench.run(&["G91", "G1 A1 F600", "M400"]);
     bench.hear(4.0);
     bench.world(|world| {
         let chip = world.outside_driver(Delta).expect("a driver outside");
-        format!("{:x?}", [0x00, 0x0A, 0x0B, 0x10, 0x13, 0x6C].map(|address| chip.register(address)))
+        let registers = [0x00, 0x0A, 0x0B, 0x10, 0x13, 0x14, 0x40, 0x42, 0x6C, 0x6D];
+        format!("{} {:x?}", chip.address(), registers.map(|address| chip.register(address)))
     })
 }
 

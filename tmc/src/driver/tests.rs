@@ -14,6 +14,10 @@ struct FakeChip {
     flags: u32,
     powered: bool,
     line_when_dead: u8,
+    /// The answer in so many frames has these bits wrong.
+    disturbed: Option<(u32, u32)>,
+    /// What coolStep has brought the current scale to.
+    scale: Option<u32>,
     /// Every CHOPCONF, SGCSCONF and DRVCONF state in order, as (on, peak current in units of 1/32 V at 1
     /// Ohm).
     history: Vec<(bool, f32)>,
@@ -21,14 +25,26 @@ struct FakeChip {
 
 impl Default for FakeChip {
     fn default() -> Self {
-        Self { words: [0; 8], flags: 0, powered: true, line_when_dead: 0, history: Vec::new() }
+        Self {
+            words: [0; 8],
+            flags: 0,
+            powered: true,
+            line_when_dead: 0,
+            disturbed: None,
+            scale: None,
+            history: Vec::new(),
+        }
     }
 }
 
 impl FakeChip {
     fn answer(&self) -> u32 {
         let select = self.words[7] >> 4 & 3;
-        let reading = if select == 3 { 0b11 << 8 } else { 0x155 << 10 };
+        let reading = match select {
+            3 => 0b11 << 8,
+            2 => (0x140 | self.scale.unwrap_or(self.words[6] & 31)) << 10,
+            _ => 0x155 << 10,
+        };
         reading | self.flags
     }
 
@@ -51,7 +67,15 @@ impl SpiDevice for FakeChip {
             return Ok(());
         }
         let sent = u32::from_be_bytes([0, a, b, c]);
-        let back = self.answer() << 4 | sent >> 20;
+        let wrong = match &mut self.disturbed {
+            Some((0, bits)) => core::mem::take(bits),
+            Some((frames, _)) => {
+                *frames -= 1;
+                0
+            }
+            None => 0,
+        };
+        let back = (self.answer() ^ wrong) << 4 | sent >> 20;
         frame.copy_from_slice(&back.to_be_bytes()[1..]);
         let word = sent & WORD_MASK;
         // DRVCTRL is addressed by two bits only.
@@ -173,17 +197,94 @@ fn a_dead_line_is_absent_and_a_strange_answer_is_wrong() {
     assert!(matches!(driver.start(), Err(Error::WrongAnswer(0xA5_A5A5))));
 }
 
-#[test]
-fn a_chip_that_lost_its_settings_answers_wrong_until_started_again() {
-    let mut driver = driver(Chip::Tmc2590);
+/// A chip that works, and was reset.
+fn reset(chip: Chip, current: f32) -> (Driver<FakeChip>, [u32; 8]) {
+    let mut driver = driver(chip);
     driver.start().unwrap();
-    driver.set_current(Amps(3.0)).unwrap();
+    driver.set_current(Amps(current)).unwrap();
     driver.enable().unwrap();
-    let before = driver.spi.words;
-    driver.spi.words = [0; 8];
-    assert!(matches!(driver.status(), Err(Error::WrongAnswer(_))));
+    assert!(driver.status().is_ok());
+    let before = core::mem::take(&mut driver.spi.words);
+    (driver, before)
+}
+
+#[test]
+fn a_chip_that_lost_its_settings_is_seen_until_started_again() {
+    for chip in [Chip::Tmc2590, Chip::Tmc2660] {
+        let (mut driver, before) = reset(chip, 3.0);
+        for _ in 0..3 {
+            assert_eq!(driver.status(), Err(Error::Reset), "{}", chip.name());
+        }
+        assert_eq!(driver.enable(), Err(Error::Reset));
+        driver.start().unwrap();
+        assert_eq!(driver.spi.words, before);
+        assert!(driver.status().is_ok());
+    }
+}
+
+/// Whatever is written first selects a reading again, or gives the chip a current.
+#[test]
+fn no_setting_hides_that_a_chip_lost_the_others() {
+    type Write = fn(&mut Driver<FakeChip>);
+    let writes: [(&str, Write); 6] = [
+        ("a current", |driver| assert_eq!(driver.set_current(Amps(1.0)), Err(Error::Reset))),
+        ("a higher current", |driver| assert_eq!(driver.set_current(Amps(3.1)), Err(Error::Reset))),
+        ("a threshold", |driver| {
+            let done = driver.set_stall_guard(StallGuard { threshold: 3, filter: false });
+            assert_eq!(done, Err(Error::Reset));
+        }),
+        ("a search", |driver| {
+            let begun = driver.begin_search(StallGuard { threshold: 3, filter: false }, Some(Amps(0.9)));
+            assert_eq!(begun, Err(Error::Reset));
+        }),
+        // These select no reading that hides it, and a TMC2660 takes them.
+        ("gate drive", |driver| _ = driver.set_gate_drive(2)),
+        ("a reading", |driver| _ = driver.read(ReadSelect::Microstep)),
+    ];
+    for chip in [Chip::Tmc2590, Chip::Tmc2660] {
+        for (what, write) in writes {
+            let (mut driver, _) = reset(chip, 3.0);
+            write(&mut driver);
+            assert_eq!(driver.status(), Err(Error::Reset), "{} after {what}", chip.name());
+            driver.start().unwrap();
+            assert!(driver.status().is_ok());
+        }
+    }
+}
+
+/// One bit at a time: of a TMC2660 whose scale has one bit, too.
+#[test]
+fn a_disturbed_bit_is_no_reset() {
+    for (chip, current) in [(Chip::Tmc2590, 3.0), (Chip::Tmc2660, 3.0), (Chip::Tmc2660, 1.75)] {
+        let mut driver = driver(chip);
+        driver.start().unwrap();
+        driver.set_current(Amps(current)).unwrap();
+        for bit in 0..20 {
+            for frame in 0..2 {
+                driver.spi.disturbed = Some((frame, 1 << bit));
+                let status = driver.status();
+                assert!(!matches!(status, Err(Error::Reset)), "{} bit {bit} of frame {frame}", chip.name());
+                driver.spi.disturbed = None;
+                assert!(driver.status().is_ok());
+            }
+        }
+    }
+}
+
+/// coolStep may bring a scale of 1 to 0, which is that of a chip after a reset.
+#[test]
+fn a_scale_that_may_be_0_tells_nothing() {
+    let mut driver = driver(Chip::Tmc2660);
     driver.start().unwrap();
-    assert_eq!(driver.spi.words, before);
+    for (current, cool_step) in [(0.01, false), (0.2, true)] {
+        let by_load =
+            CoolStep { lower_threshold: 2, threshold_width: 1, increment: 0, decrement: 0, quarter_current: true };
+        driver.set_cool_step(cool_step.then_some(by_load)).unwrap();
+        driver.set_current(Amps(current)).unwrap();
+        driver.spi.scale = Some(0);
+        assert!(driver.status().is_ok(), "{current} A");
+        driver.spi.scale = None;
+    }
 }
 
 #[test]

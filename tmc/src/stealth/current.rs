@@ -2,6 +2,7 @@
 //!
 //! - TMC2130, "Selecting sense resistors": (`CS` + 1) / 32 * `V_FS` / (sense resistor + 20 mOhm), `V_FS`
 //!   being 0.32 V, or 0.18 V with `vsense`.
+//! - TMC2208 and TMC2209, chapter 8: the same with 0.325 V and 0.18 V.
 //! - TMC5160, "Selecting sense resistors": `GLOBALSCALER` / 256 * (`CS` + 1) / 32 * 0.325 V / sense resistor.
 //! - TMC2240, "Setting the motor current": `GLOBALSCALER` / 256 * (`CS` + 1) / 32 * `K_IFS` / reference
 //!   resistor, `K_IFS` being 11.75, 24 or 36 A kOhm by `CURRENT_RANGE`.
@@ -17,7 +18,7 @@ const LOWEST_GOOD_CS: u8 = 16;
 /// `GLOBALSCALER` of full scale, written as 0, and the least that works.
 const FULL_SCALER: u16 = 256;
 const LEAST_SCALER: u16 = 32;
-/// What leads from the bridge to the sense resistor inside a TMC2130.
+/// What leads from the bridge to the sense resistor inside a chip with bridges of its own.
 const INTERNAL_OHMS: f32 = 0.020;
 
 /// A current as the chip's fields. Those that a chip does not have do not count.
@@ -25,7 +26,7 @@ const INTERNAL_OHMS: f32 = 0.020;
 pub struct StealthCurrent {
     /// `IRUN`, 0 to 31.
     pub cs: u8,
-    /// `vsense` of a TMC2130: the lower full-scale voltage.
+    /// `vsense` of a chip without GLOBALSCALER: the lower full-scale voltage.
     pub low_range: bool,
     /// `GLOBALSCALER`, 32 to 256.
     pub scaler: u16,
@@ -44,6 +45,7 @@ impl StealthChip {
     pub fn full_scale(self, resistor: Ohms, low_range: bool, range: u8) -> Amps {
         Amps(match self {
             Self::Tmc2130 => (if low_range { 0.18 } else { 0.32 }) / (resistor.0 + INTERNAL_OHMS),
+            Self::Tmc2208 | Self::Tmc2209 => (if low_range { 0.18 } else { 0.325 }) / (resistor.0 + INTERNAL_OHMS),
             Self::Tmc5160 => 0.325 / resistor.0,
             Self::Tmc2240 => {
                 let volts = match range {
@@ -67,7 +69,7 @@ impl StealthChip {
 #[must_use]
 pub fn stealth_current(chip: StealthChip, resistor: Ohms, peak: Amps, least_range: u8) -> StealthCurrent {
     let low_range =
-        chip == StealthChip::Tmc2130 && scale(peak, chip.full_scale(resistor, true, 0)) <= f32::from(HIGHEST_CS) + 0.5;
+        !chip.has_global_scaler() && scale(peak, chip.full_scale(resistor, true, 0)) <= f32::from(HIGHEST_CS) + 0.5;
     let range = (least_range..2).find(|range| chip.full_scale(resistor, false, *range) >= peak).unwrap_or(2);
     let full = chip.full_scale(resistor, low_range, range);
     let scaler = if chip.has_global_scaler() { scaler(peak, full) } else { FULL_SCALER };

@@ -1,12 +1,13 @@
 //! One chip in a person's terms. The driver keeps its settings, so that it can write all of them again after
 //! the chip was without supply.
 
-use super::StealthChip;
 use super::bus::RegisterBus;
 use super::current::{StealthCurrent, stealth_current};
 use super::register::{self, Register, gstat, ioin};
+use super::search::Search;
 use super::settings::{StealthSettings, range, scale, scaler};
 use super::status::StealthStatus;
+use super::{LoadMeasurement, StealthChip};
 use crate::Error;
 use crate::driver::Microsteps;
 use units::Amps;
@@ -14,42 +15,47 @@ use units::Amps;
 /// A chip with its settings.
 #[derive(Debug)]
 pub struct StealthDriver<BUS> {
-    bus: BUS,
-    chip: StealthChip,
-    settings: StealthSettings,
-    current: StealthCurrent,
+    pub(super) bus: BUS,
+    pub(super) chip: StealthChip,
+    pub(super) settings: StealthSettings,
+    pub(super) current: StealthCurrent,
     enabled: bool,
     /// A TMC2130 that was found reset, until it is set up again: reading has cleared its flag.
     was_reset: bool,
+    /// A stall is searched for.
+    pub(super) search: Option<Search>,
+    /// The chip has not taken what was set again after a search.
+    pub(super) is_stale: bool,
 }
 
 impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// A driver with these settings, disabled, at the lowest current. Sends nothing.
     ///
     /// # Errors
-    /// [`Error::Setting`] for what no chip can take.
+    /// [`Error::Setting`] for what the chip cannot take.
     pub fn new(bus: BUS, chip: StealthChip, settings: StealthSettings) -> Result<Self, Error<BUS::Error>> {
-        settings.check()?;
+        settings.check(chip)?;
         let current = stealth_current(chip, settings.resistor, Amps(0.0), 0);
-        Ok(Self { bus, chip, settings, current, enabled: false, was_reset: false })
+        Ok(Self { bus, chip, settings, current, enabled: false, was_reset: false, search: None, is_stale: false })
     }
 
     /// Writes every register with the bridges off, clears what the chip has latched, and checks that a chip
-    /// of this kind has taken it. Takes about 20 datagrams.
+    /// of this kind has taken it. Takes about 20 datagrams; to nobody, two.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
     pub fn start(&mut self) -> Result<(), Error<BUS::Error>> {
         self.enabled = false;
-        for (register, word) in self.settings.words(self.chip, &self.current, false) {
+        self.answers()?;
+        for (register, word) in self.in_force().words(self.chip, &self.current, false) {
             self.bus.write(register.address, word)?;
         }
         self.bus.write(register::GSTAT.address, gstat::ALL)?;
         let chopconf = self.settings.chopconf(self.chip, &self.current, false);
-        let [_cleared, taken, inputs] =
-            self.bus.read([register::GSTAT.address, register::CHOPCONF.address, register::IOIN.address])?;
+        let addresses = [register::GSTAT.address, register::CHOPCONF.address, self.chip.inputs().address];
+        let [_cleared, taken, inputs] = self.bus.read(addresses)?;
         self.is_of_this_kind(inputs)?;
-        self.was_reset = false;
+        (self.was_reset, self.is_stale) = (false, false);
         if taken == chopconf { Ok(()) } else { Err(Error::WrongAnswer(taken)) }
     }
 
@@ -58,7 +64,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
     pub fn status(&mut self) -> Result<StealthStatus, Error<BUS::Error>> {
-        let addresses = [register::DRV_STATUS.address, register::GSTAT.address, register::IOIN.address];
+        let addresses = [register::DRV_STATUS.address, register::GSTAT.address, self.chip.inputs().address];
         let [status, global, inputs] = self.bus.read(addresses)?;
         self.is_of_this_kind(inputs)?;
         let mut status = StealthStatus::decode(self.chip, status, global);
@@ -75,7 +81,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// Whether the reset flag was no disturbed bit: asked once more, or, where reading has cleared it, by
     /// CHOPCONF, which is 0 after a reset of a TMC2130.
     fn is_reset(&mut self) -> Result<bool, Error<BUS::Error>> {
-        let addresses = [register::GSTAT.address, register::CHOPCONF.address, register::IOIN.address];
+        let addresses = [register::GSTAT.address, register::CHOPCONF.address, self.chip.inputs().address];
         let [global, chopconf, _] = self.bus.read(addresses)?;
         Ok(if self.chip == StealthChip::Tmc2130 { chopconf == 0 } else { gstat::RESET.get(global) == 1 })
     }
@@ -85,7 +91,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// # Errors
     /// As [`Self::status`].
     pub fn read(&mut self, register: Register) -> Result<u32, Error<BUS::Error>> {
-        let [value, inputs] = self.bus.read([register.address, register::IOIN.address])?;
+        let [value, inputs] = self.bus.read([register.address, self.chip.inputs().address])?;
         self.is_of_this_kind(inputs)?;
         Ok(value)
     }
@@ -95,6 +101,9 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
     /// # Errors
     /// As [`Self::status`].
     pub fn enable(&mut self) -> Result<(), Error<BUS::Error>> {
+        if self.is_stale {
+            self.start()?;
+        }
         self.enabled = true;
         self.write_chopconf()
     }
@@ -146,6 +155,44 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
+    /// Sets interpolation.
+    ///
+    /// # Errors
+    /// As [`Self::status`].
+    pub fn set_interpolation(&mut self, on: bool) -> Result<(), Error<BUS::Error>> {
+        self.settings.interpolation = on;
+        self.write_chopconf()
+    }
+
+    /// Sets what these settings say otherwise than those in force: the chopper, the load measurement, the
+    /// speed up to which stealthChop drives. The motor is to stand.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for what the chip cannot take, and nothing is sent; else as [`Self::status`].
+    pub fn set(&mut self, settings: StealthSettings) -> Result<(), Error<BUS::Error>> {
+        settings.check(self.chip)?;
+        self.settings = settings;
+        self.write_mode_and_load()?;
+        self.write_chopconf()
+    }
+
+    /// Reads how little load the motor has: 0 for a stall, to 1023. A TMC2209's reading is counted from its
+    /// threshold on, and doubled to the range of the others.
+    ///
+    /// # Errors
+    /// As [`Self::status`]; [`Error::Setting`] for a chip that measures none.
+    pub fn reserve(&mut self) -> Result<u16, Error<BUS::Error>> {
+        match self.chip.load() {
+            LoadMeasurement::StallGuard2 => Ok(self.status()?.stall_guard),
+            LoadMeasurement::StallGuard4 => {
+                let reading = self.read(register::wire::SG_RESULT)? as u16;
+                let stall = 2 * self.in_force().stall_threshold.cast_unsigned();
+                Ok((2 * reading.saturating_sub(stall)).min(1023))
+            }
+            LoadMeasurement::None => Err(crate::chopper::no_load_measurement().into()),
+        }
+    }
+
     /// The settings.
     #[must_use]
     pub const fn settings(&self) -> &StealthSettings {
@@ -160,13 +207,13 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
 
     /// The registers that are set, with what they hold now.
     pub fn words(&self) -> impl Iterator<Item = (Register, u32)> + use<BUS> {
-        self.settings.words(self.chip, &self.current, self.enabled)
+        self.in_force().words(self.chip, &self.current, self.enabled)
     }
 
     /// Several registers make the current. In this order what flows between two writes is below the larger of
     /// the old and the new current: full scale falls before the scale rises, and rises after the scale has
     /// fallen.
-    fn write_current(&mut self, before: StealthCurrent) -> Result<(), Error<BUS::Error>> {
+    pub(super) fn write_current(&mut self, before: StealthCurrent) -> Result<(), Error<BUS::Error>> {
         let full = |current: &StealthCurrent| {
             let of_range = self.chip.full_scale(self.settings.resistor, current.low_range, current.range);
             of_range.0 * f32::from(current.scaler)
@@ -176,11 +223,11 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         if !falls {
             self.bus.write(scale.0.address, scale.1)?;
         }
-        if self.chip == StealthChip::Tmc2130 {
+        if self.chip.has_global_scaler() {
+            self.write_full_scale(before)?;
+        } else {
             self.bus
                 .write(register::CHOPCONF.address, self.settings.chopconf(self.chip, &self.current, self.enabled))?;
-        } else {
-            self.write_full_scale(before)?;
         }
         if falls {
             self.bus.write(scale.0.address, scale.1)?;
@@ -208,7 +255,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
 
     /// A chip of this kind is there.
     fn answers(&mut self) -> Result<(), Error<BUS::Error>> {
-        let [inputs] = self.bus.read([register::IOIN.address])?;
+        let [inputs] = self.bus.read([self.chip.inputs().address])?;
         self.is_of_this_kind(inputs)
     }
 

@@ -68,8 +68,25 @@ pub mod gconf {
     pub const EN_PWM_MODE: Field = field("en_pwm_mode", 2, 1);
     /// Filters the pulses of STEP for stealthChop. TMC5160, TMC2240; an encoder's in a TMC2130.
     pub const MULTISTEP_FILT: Field = field("multistep_filt", 3, 1);
+    /// DIAG0 is low while stallGuard2 reads a stall; its driver is open otherwise.
+    pub const DIAG0_STALL: Field = field("diag0_stall", 7, 1);
+    /// The same of DIAG1.
+    pub const DIAG1_STALL: Field = field("diag1_stall", 8, 1);
     /// Every field.
-    pub const FIELDS: &[Field] = &[EN_PWM_MODE, MULTISTEP_FILT];
+    pub const FIELDS: &[Field] = &[EN_PWM_MODE, MULTISTEP_FILT, DIAG0_STALL, DIAG1_STALL];
+}
+
+/// Fields of COOLCONF.
+pub mod coolconf {
+    use super::{Field, field};
+    /// The fields of coolStep, which stand where those of a TMC2590's SMARTEN are.
+    pub const COOL_STEP: u32 = 0xFFFF;
+    /// stallGuard2's threshold, two's complement.
+    pub const SGT: Field = field("sgt", 16, 7);
+    /// Measures over four full steps.
+    pub const SFILT: Field = field("sfilt", 24, 1);
+    /// Every field.
+    pub const FIELDS: &[Field] = &[SGT, SFILT];
 }
 
 /// Fields of GSTAT.
@@ -180,4 +197,83 @@ pub mod drv_status {
     /// Every field.
     pub const FIELDS: &[Field] =
         &[SG_RESULT, S2VSA, S2VSB, STEALTH, CS_ACTUAL, STALLGUARD, OT, OTPW, S2GA, S2GB, OLA, OLB, STST];
+}
+
+/// What differs in the chips with a UART, TMC2208 and TMC2209: "Register map" of their datasheets. The
+/// registers that are not here are where the others have them.
+pub mod wire {
+    use super::{Field, Register, field};
+
+    macro_rules! registers {
+        ($($(#[$doc:meta])* $name:ident $address:literal)+) => {
+            $($(#[$doc])* pub const $name: Register = Register { name: stringify!($name), address: $address };)+
+            /// All of them.
+            pub const ALL: &[Register] = &[$($name),+];
+        };
+    }
+
+    registers! {
+        /// Writes that have arrived, 8 bits, round and round.
+        IFCNT 0x02
+        /// Time from a request to its answer.
+        SLAVECONF 0x03
+        /// Levels of the inputs, and the chip's version.
+        IOIN 0x06
+        /// Half of stallGuard4's reading up to which it is a stall. Write only. TMC2209.
+        SGTHRS 0x40
+        /// stallGuard4. TMC2209.
+        SG_RESULT 0x41
+        /// coolStep. Write only. TMC2209.
+        COOLCONF 0x42
+    }
+
+    /// SENDDELAY: three times eight bit times, the least with which drivers of one line do not take each
+    /// other's answers for requests.
+    pub const SENDDELAY: Field = field("senddelay", 8, 4);
+
+    /// Fields of GCONF.
+    pub mod gconf {
+        use super::{Field, field};
+        /// The current's reference is the voltage at VREF, as after power-up.
+        pub const I_SCALE_ANALOG: Field = field("i_scale_analog", 0, 1);
+        /// spreadCycle at any speed. A high level at the pin SPREAD of a TMC2209 turns it round.
+        pub const EN_SPREADCYCLE: Field = field("en_spreadcycle", 2, 1);
+        /// The pin PDN_UART is the UART alone.
+        pub const PDN_DISABLE: Field = field("pdn_disable", 6, 1);
+        /// Microsteps are those of CHOPCONF, and not of the pins MS1 and MS2.
+        pub const MSTEP_REG_SELECT: Field = field("mstep_reg_select", 7, 1);
+        /// Filters the pulses of STEP for stealthChop.
+        pub const MULTISTEP_FILT: Field = field("multistep_filt", 8, 1);
+        /// Every field.
+        pub const FIELDS: &[Field] = &[I_SCALE_ANALOG, EN_SPREADCYCLE, PDN_DISABLE, MSTEP_REG_SELECT, MULTISTEP_FILT];
+    }
+
+    /// Fields of DRV_STATUS.
+    pub mod drv_status {
+        use super::{Field, field};
+        /// Temperature warning.
+        pub const OTPW: Field = field("otpw", 0, 1);
+        /// Shut down by heat.
+        pub const OT: Field = field("ot", 1, 1);
+        /// Short to ground, coil A.
+        pub const S2GA: Field = field("s2ga", 2, 1);
+        /// Short to ground, coil B.
+        pub const S2GB: Field = field("s2gb", 3, 1);
+        /// Short to supply, coil A.
+        pub const S2VSA: Field = field("s2vsa", 4, 1);
+        /// Short to supply, coil B.
+        pub const S2VSB: Field = field("s2vsb", 5, 1);
+        /// Open load, coil A.
+        pub const OLA: Field = field("ola", 6, 1);
+        /// Open load, coil B.
+        pub const OLB: Field = field("olb", 7, 1);
+        /// Current scale in force.
+        pub const CS_ACTUAL: Field = field("cs_actual", 16, 5);
+        /// stealthChop drives the motor now.
+        pub const STEALTH: Field = field("stealth", 30, 1);
+        /// No step for 2^20 clocks.
+        pub const STST: Field = field("stst", 31, 1);
+        /// Every field.
+        pub const FIELDS: &[Field] = &[OTPW, OT, S2GA, S2GB, S2VSA, S2VSB, OLA, OLB, CS_ACTUAL, STEALTH, STST];
+    }
 }

@@ -1,9 +1,9 @@
 //! A driver's settings in a person's terms, and the register words that they make.
 
-use super::StealthChip;
 use super::current::StealthCurrent;
-use super::register::{self, Register, chopconf, drv_conf, gconf, ihold_irun};
-use crate::chopper::{BlankTime, Chopper, HysteresisDecrement, SettingError, in_range};
+use super::register::{self, Register, chopconf, coolconf, drv_conf, gconf, ihold_irun, wire};
+use super::{LONGEST_STEP_TIME, LoadMeasurement, StealthChip};
+use crate::chopper::{BlankTime, Chopper, CoolStep, HysteresisDecrement, SettingError, in_range};
 use crate::driver::Microsteps;
 use units::Ohms;
 
@@ -13,6 +13,10 @@ const HOLD_DELAY: u32 = 6;
 const POWER_DOWN: u32 = 10;
 /// Passive fast decay time, as after power-up.
 const FAST_DECAY: u32 = 4;
+/// SENDDELAY, see [`wire::SENDDELAY`].
+const SEND_DELAY: u32 = 2;
+/// Registers that are set, at most.
+const MOST_WORDS: usize = 13;
 
 /// How a chip is set up; its current comes beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,16 +27,27 @@ pub struct StealthSettings {
     pub microsteps: Microsteps,
     /// The chip makes 256 microsteps of each step by time.
     pub interpolation: bool,
-    /// Up to this speed stealthChop, as [`super::step_time`] counts; none: spreadCycle at any speed.
+    /// Up to this speed stealthChop, as [`super::step_time`] counts, 0 at any speed; none: spreadCycle at any
+    /// speed.
     pub stealth_threshold: Option<u32>,
     /// spreadCycle: slow decay phase, 1 to 15.
     pub off_time: u8,
-    /// spreadCycle: comparator blanking.
+    /// spreadCycle: comparator blanking, of which a TMC2208 or TMC2209 makes 16, 24, 32 or 40 clocks.
     pub blank_time: BlankTime,
     /// spreadCycle: 1 to 8.
     pub hysteresis_start: u8,
     /// spreadCycle: -3 to 12; the sum with the start at most 16.
     pub hysteresis_end: i8,
+    /// What counts as a stall, see [`LoadMeasurement`].
+    pub stall_threshold: i16,
+    /// stallGuard2: over four full steps.
+    pub stall_filter: bool,
+    /// The outputs DIAG0 and DIAG1 say so, as that of a TMC2209 always does.
+    pub stall_output: bool,
+    /// From this speed on load is measured, as [`super::step_time`] counts; none: at any speed.
+    pub load_from: Option<u32>,
+    /// Current by load.
+    pub cool_step: Option<CoolStep>,
 }
 
 impl StealthSettings {
@@ -49,16 +64,26 @@ impl StealthSettings {
             blank_time: BlankTime::Clocks36,
             hysteresis_start: 5,
             hysteresis_end: -2,
+            stall_threshold: 0,
+            stall_filter: false,
+            stall_output: false,
+            load_from: None,
+            cool_step: None,
         }
     }
 
-    /// What no chip can take.
+    /// What the chip cannot take.
     ///
     /// # Errors
     /// The setting, and what it must be.
-    pub fn check(&self) -> Result<(), SettingError> {
+    pub fn check(&self, chip: StealthChip) -> Result<(), SettingError> {
         let is_resistor = self.resistor.0 > 0.0 && self.resistor.0.is_finite();
         in_range("sense or reference resistor", "above 0 Ohm", is_resistor)?;
+        let measures = chip.load() != LoadMeasurement::None;
+        in_range("load measurement", "off in a TMC2208", measures || !self.stall_output && self.cool_step.is_none())?;
+        let allowed = if chip.load() == LoadMeasurement::StallGuard4 { "0 to 255" } else { "-64 to 63" };
+        in_range("stallGuard threshold", allowed, chip.load().thresholds().contains(&self.stall_threshold))?;
+        self.cool_step.map_or(Ok(()), |cool_step| cool_step.register().map(drop))?;
         self.chopper().map(drop)
     }
 
@@ -81,18 +106,54 @@ impl StealthSettings {
         let word = self.chopper().unwrap_or(0);
         let word = chopconf::MRES.put(word, self.microsteps as u32);
         let word = chopconf::INTPOL.put(word, u32::from(self.interpolation));
-        let word = if chip == StealthChip::Tmc2130 {
-            chopconf::VSENSE.put(word, u32::from(current.low_range))
-        } else {
+        let word = if chip.has_global_scaler() {
             chopconf::TPFD.put(word, FAST_DECAY)
+        } else {
+            chopconf::VSENSE.put(word, u32::from(current.low_range))
         };
         if enabled { word } else { chopconf::TOFF.put(word, 0) }
     }
 
     /// GCONF.
-    pub(super) fn gconf(&self, chip: StealthChip) -> u32 {
+    fn gconf(&self, chip: StealthChip) -> u32 {
+        if chip.is_on_wire() {
+            let word = wire::gconf::EN_SPREADCYCLE.put(0, u32::from(self.stealth_threshold.is_none()));
+            return [wire::gconf::PDN_DISABLE, wire::gconf::MSTEP_REG_SELECT, wire::gconf::MULTISTEP_FILT]
+                .into_iter()
+                .fold(word, |word, field| field.put(word, 1));
+        }
         let word = gconf::EN_PWM_MODE.put(0, u32::from(self.stealth_threshold.is_some()));
+        let word = gconf::DIAG0_STALL.put(word, u32::from(self.stall_output));
+        let word = gconf::DIAG1_STALL.put(word, u32::from(self.stall_output));
         if chip == StealthChip::Tmc2130 { word } else { gconf::MULTISTEP_FILT.put(word, 1) }
+    }
+
+    /// What is set of the load measurement: from which speed on, coolStep, and the threshold.
+    pub(super) fn load_words(&self, chip: StealthChip) -> [Option<(Register, u32)>; 3] {
+        let is_used = self.stall_output || self.cool_step.is_some();
+        let from = if is_used { self.load_from.unwrap_or(LONGEST_STEP_TIME) } else { 0 };
+        let cool_step = self.cool_step.and_then(|cool_step| cool_step.register().ok());
+        let cool_step = cool_step.map_or(0, |register| register.word() & coolconf::COOL_STEP);
+        match chip.load() {
+            LoadMeasurement::None => [None; 3],
+            LoadMeasurement::StallGuard2 => {
+                // Two's complement of seven bits.
+                let threshold = self.stall_threshold.cast_unsigned() & 0x7F;
+                let word = coolconf::SGT.put(cool_step, u32::from(threshold));
+                let word = coolconf::SFILT.put(word, u32::from(self.stall_filter));
+                [Some((register::TCOOLTHRS, from)), Some((register::COOLCONF, word)), None]
+            }
+            LoadMeasurement::StallGuard4 => [
+                Some((register::TCOOLTHRS, from)),
+                Some((wire::COOLCONF, cool_step)),
+                Some((wire::SGTHRS, u32::from(self.stall_threshold.cast_unsigned()))),
+            ],
+        }
+    }
+
+    /// Which chopper drives the motor, and up to which speed.
+    pub(super) fn mode_words(&self, chip: StealthChip) -> [(Register, u32); 2] {
+        [(register::GCONF, self.gconf(chip)), (register::TPWMTHRS, self.stealth_threshold.unwrap_or(0))]
     }
 
     /// Every register that is set, in the order in which it is written: CHOPCONF, as given, comes first.
@@ -102,21 +163,25 @@ impl StealthSettings {
         current: &StealthCurrent,
         enabled: bool,
     ) -> impl Iterator<Item = (Register, u32)> + use<> {
-        [
+        let [gconf, pwm_threshold] = self.mode_words(chip);
+        let [load_from, load, threshold] = self.load_words(chip);
+        let words: [Option<(Register, u32)>; MOST_WORDS] = [
+            // Before anybody answers on a line that others hear.
+            chip.is_on_wire().then(|| (wire::SLAVECONF, wire::SENDDELAY.put(0, SEND_DELAY))),
             Some((register::CHOPCONF, self.chopconf(chip, current, enabled))),
-            Some((register::GCONF, self.gconf(chip))),
+            Some(gconf),
             (chip == StealthChip::Tmc2240).then(|| range(current)),
             chip.has_global_scaler().then(|| scaler(current)),
             Some(scale(current)),
             Some((register::TPOWERDOWN, POWER_DOWN)),
-            Some((register::TPWMTHRS, self.stealth_threshold.unwrap_or(0))),
-            Some((register::TCOOLTHRS, 0)),
-            Some((register::THIGH, 0)),
-            Some((register::COOLCONF, 0)),
+            Some(pwm_threshold),
+            load_from,
+            (!chip.is_on_wire()).then_some((register::THIGH, 0)),
+            load,
+            threshold,
             Some((register::PWMCONF, chip.pwmconf())),
-        ]
-        .into_iter()
-        .flatten()
+        ];
+        words.into_iter().flatten()
     }
 }
 

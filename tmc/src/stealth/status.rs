@@ -1,7 +1,7 @@
 //! What a chip says of itself.
 
 use super::StealthChip;
-use super::register::{drv_status, gstat};
+use super::register::{drv_status, gstat, wire};
 use crate::register::Field;
 
 /// DRV_STATUS, and what of GSTAT matters.
@@ -25,7 +25,7 @@ pub struct StealthStatus {
     pub standstill: bool,
     /// stealthChop drives the motor now. A TMC2130 does not tell.
     pub stealth: bool,
-    /// stallGuard2: 0 (stalled) to 1023 (no load), for spreadCycle.
+    /// stallGuard2: 0 (stalled) to 1023 (no load), for spreadCycle. Chips on a UART have it elsewhere.
     pub stall_guard: u16,
     /// Current scale in force, 0 to 31.
     pub current_scale: u8,
@@ -35,6 +35,9 @@ impl StealthStatus {
     /// From the two registers.
     #[must_use]
     pub fn decode(chip: StealthChip, status: u32, global: u32) -> Self {
+        if chip.is_on_wire() {
+            return Self::of_wire(status, global);
+        }
         let bit = |field: Field| field.get(status) == 1;
         // Bits 12 to 14 are reserved in a TMC2130.
         let new = |field: Field| chip != StealthChip::Tmc2130 && bit(field);
@@ -50,6 +53,25 @@ impl StealthStatus {
             stealth: new(drv_status::STEALTH),
             stall_guard: drv_status::SG_RESULT.get(status) as u16,
             current_scale: drv_status::CS_ACTUAL.get(status) as u8,
+        }
+    }
+
+    /// The same bits elsewhere.
+    fn of_wire(status: u32, global: u32) -> Self {
+        use wire::drv_status as field;
+        let bit = |field: Field| field.get(status) == 1;
+        Self {
+            reset: gstat::RESET.get(global) == 1,
+            charge_pump_low: gstat::UV_CP.get(global) == 1,
+            over_temperature: bit(field::OT),
+            over_temperature_warning: bit(field::OTPW),
+            short: [bit(field::S2GA), bit(field::S2GB)],
+            supply_short: [bit(field::S2VSA), bit(field::S2VSB)],
+            open_load: [bit(field::OLA), bit(field::OLB)],
+            standstill: bit(field::STST),
+            stealth: bit(field::STEALTH),
+            stall_guard: 0,
+            current_scale: field::CS_ACTUAL.get(status) as u8,
         }
     }
 }

@@ -79,12 +79,14 @@ fn word(memory: &RefCell<Memory>, register: Register) -> u32 {
 }
 
 const SENSE: Ohms = Ohms(0.075);
+const ON_SPI: [StealthChip; 3] = [StealthChip::Tmc2130, StealthChip::Tmc5160, StealthChip::Tmc2240];
 
 fn resistor(chip: StealthChip) -> Ohms {
     match chip {
         StealthChip::Tmc2130 => Ohms(0.11),
         StealthChip::Tmc5160 => SENSE,
         StealthChip::Tmc2240 => Ohms(12_000.0),
+        StealthChip::Tmc2208 | StealthChip::Tmc2209 => unreachable!("they are on a UART"),
     }
 }
 
@@ -129,7 +131,7 @@ fn each_register_has_an_address_of_its_own_and_its_fields_do_not_overlap() {
     }
 }
 
-fn field_lists() -> [&'static [Field]; 7] {
+fn field_lists() -> [&'static [Field]; 8] {
     [
         register::gconf::FIELDS,
         register::gstat::FIELDS,
@@ -137,13 +139,14 @@ fn field_lists() -> [&'static [Field]; 7] {
         register::drv_conf::FIELDS,
         register::ihold_irun::FIELDS,
         register::chopconf::FIELDS,
+        register::coolconf::FIELDS,
         register::drv_status::FIELDS,
     ]
 }
 
 #[test]
 fn a_dead_line_another_chip_and_one_that_does_not_listen_are_told_apart() {
-    for chip in StealthChip::ALL {
+    for chip in ON_SPI {
         let memory = Memory::new(chip);
         let mut driver = driver(&memory, StealthSettings::new(resistor(chip)));
         for line in [0x00, 0xFF] {
@@ -162,7 +165,7 @@ fn a_dead_line_another_chip_and_one_that_does_not_listen_are_told_apart() {
 
 #[test]
 fn a_reset_is_seen_until_the_chip_is_set_up_again() {
-    for chip in StealthChip::ALL {
+    for chip in ON_SPI {
         let memory = Memory::new(chip);
         let mut driver = driver(&memory, StealthSettings::new(resistor(chip)));
         driver.set_current(Amps(0.5)).unwrap();
@@ -227,6 +230,57 @@ fn a_speed_becomes_the_time_of_a_step() {
     assert_eq!(step_time(StealthChip::Tmc5160, 0.0), 0xF_FFFF);
 }
 
+/// SGT and SFILT of COOLCONF, TCOOLTHRS, and spreadCycle, which stallGuard2 needs; and back.
+#[test]
+fn a_search_measures_load_with_spread_cycle_and_ends_with_what_was_set_before() {
+    for chip in ON_SPI {
+        let memory = Memory::new(chip);
+        let cool_step = crate::CoolStep {
+            lower_threshold: 3,
+            threshold_width: 4,
+            increment: 2,
+            decrement: 1,
+            quarter_current: true,
+        };
+        let settings = StealthSettings {
+            stealth_threshold: Some(94),
+            stall_threshold: -5,
+            stall_filter: true,
+            load_from: Some(300),
+            cool_step: Some(cool_step),
+            ..StealthSettings::new(resistor(chip))
+        };
+        let mut driver = driver(&memory, settings);
+        driver.store_current(Amps(0.9));
+        driver.start().unwrap();
+        driver.enable().unwrap();
+        assert_eq!(word(&memory, register::COOLCONF), 1 << 24 | 0x7B << 16 | 1 << 15 | 1 << 13 | 4 << 8 | 2 << 5 | 3);
+        assert_eq!(word(&memory, register::TCOOLTHRS), 300);
+        let (words, current) = (memory.borrow().words, *driver.current());
+        driver.begin_search(3, Some(Amps(0.5))).unwrap();
+        assert_eq!((word(&memory, register::COOLCONF), word(&memory, register::TCOOLTHRS)), (3 << 16, 0xF_FFFF));
+        assert_eq!(word(&memory, register::GCONF) & 0b1_1000_0100, 0b1_1000_0000, "spreadCycle, both outputs");
+        assert_eq!(word(&memory, register::CHOPCONF) & 15, 3, "it keeps its current");
+        assert!((driver.current().actual.0 - 0.5).abs() < 0.03);
+        driver.begin_search(4, Some(Amps(0.4))).unwrap();
+        memory.borrow_mut().words[0x6F] = 345;
+        assert_eq!(driver.reserve(), Ok(345));
+        memory.borrow_mut().words[0x6F] = words[0x6F];
+        driver.end_search().unwrap();
+        assert_eq!((memory.borrow().words, *driver.current()), (words, current), "{}", chip.name());
+        assert!(matches!(driver.begin_search(64, None), Err(Error::Setting(_))));
+        // One that is gone meanwhile gets it when it is enabled.
+        driver.begin_search(4, Some(Amps(0.4))).unwrap();
+        memory.borrow_mut().line = Some(0xFF);
+        assert_eq!(driver.end_search(), Err(Error::Absent));
+        memory.borrow_mut().line = None;
+        driver.enable().unwrap();
+        let mut after = memory.borrow().words;
+        after[1] = words[1];
+        assert_eq!((after, *driver.current()), (words, current));
+    }
+}
+
 /// Peak current that words on the wire make, by the datasheets' equations.
 fn flowing(memory: &RefCell<Memory>, chip: StealthChip, resistor: Ohms) -> f32 {
     let cs = (word(memory, register::IHOLD_IRUN) >> 8 & 31) as f32;
@@ -238,6 +292,7 @@ fn flowing(memory: &RefCell<Memory>, chip: StealthChip, resistor: Ohms) -> f32 {
         StealthChip::Tmc2130 if word(memory, register::CHOPCONF) & 1 << 17 != 0 => 0.18 / (resistor.0 + 0.02),
         StealthChip::Tmc2130 => 0.32 / (resistor.0 + 0.02),
         StealthChip::Tmc5160 => 0.325 / resistor.0,
+        StealthChip::Tmc2208 | StealthChip::Tmc2209 => unreachable!("they are on a UART"),
         StealthChip::Tmc2240 => [11_750.0, 24_000.0, 36_000.0][word(memory, register::DRV_CONF) as usize] / resistor.0,
     };
     (cs + 1.0) / 32.0 * scaler * full
@@ -268,7 +323,7 @@ proptest! {
         amps in 0.0_f32..6.0,
         place in 0_usize..3,
     ) {
-        let chip = StealthChip::ALL[place];
+        let chip = ON_SPI[place];
         let memory = Memory::new(chip);
         let mut driver = driver(&memory, StealthSettings::new(resistor(chip)));
         driver.set_current(Amps(first)).unwrap();
@@ -290,7 +345,7 @@ proptest! {
         second in 0.05_f32..4.0,
         place in 0_usize..3,
     ) {
-        let chip = StealthChip::ALL[place];
+        let chip = ON_SPI[place];
         let memory = Memory::new(chip);
         let mut driver = driver(&memory, StealthSettings::new(resistor(chip)));
         driver.set_current(Amps(first)).unwrap();
@@ -319,7 +374,7 @@ proptest! {
         end in -3_i8..7,
         place in 0_usize..3,
     ) {
-        let chip = StealthChip::ALL[place];
+        let chip = ON_SPI[place];
         let memory = Memory::new(chip);
         let settings = StealthSettings {
             microsteps: Microsteps::from_count(1 << count).unwrap(),

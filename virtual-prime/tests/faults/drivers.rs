@@ -3,28 +3,43 @@
 use sim::world::Fault;
 use units::Actuator::{Alpha, Beta};
 
-use super::scene::{Seen, State, enter, fault_halts, goes_on, printer, refuses, tells};
+use super::scene::{Seen, State, answers, enter, fault_halts, goes_on, halted, printer, refuses, tells};
 use super::{Case, Class};
 use crate::common::velvet::{Plan, SECOND};
 
 /// Seen in two looks a second apart, and the halt.
 const TWO_LOOKS_MS: f64 = 2_300.0;
+/// Seen in the next look, and the halt.
+const ONE_LOOK_MS: f64 = 1_300.0;
 
 fn silent_from_the_start(case: &Case) -> Seen {
     let mut velvet = Plan::new().fault("driver-silent:beta").start();
     velvet.hear(2 * SECOND);
-    velvet.assert_told_once("ERROR: motor driver beta does not answer, check its supply and SPI wiring\n");
+    velvet.assert_told_once("ERROR: motor driver beta does not answer, check its supply and wiring\n");
     refuses(velvet, "G1 X10 Y10 F600", "Error: motor driver beta does not answer", case.within_ms)
 }
 
 fn silent(case: &Case) -> Seen {
-    let told = "ERROR: motor driver X: driver does not answer, check its supply and SPI wiring";
+    let told = "ERROR: motor driver X: driver does not answer, check its supply and wiring";
     fault_halts(printer(), case.state, &Fault::DriverSilent(Alpha), told, case.within_ms)
 }
 
 fn bit_errors(case: &Case) -> Seen {
     let velvet = enter(printer(), case.state);
     goes_on(velvet, |velvet| velvet.inject(&Fault::DriverBitErrors(Alpha, 3)), case.within_ms)
+}
+
+fn lost_settings(case: &Case) -> Seen {
+    let told = "ERROR: motor driver X: the driver was without power";
+    let (mut velvet, seen) =
+        halted(enter(printer(), case.state), |velvet| velvet.inject(&Fault::DriverReset(Alpha)), told, case.within_ms);
+    // It is as it was set up, and off; a move is only possible once a person has released the halt.
+    let words = velvet.world(|world| world.driver(Alpha as usize).registers());
+    assert_eq!(words, velvet.world(|world| world.driver(Beta as usize).registers()));
+    velvet.type_in("M999");
+    velvet.hear(SECOND);
+    answers(&mut velvet, "G28.6", "X:0");
+    seen
 }
 
 fn open_load(case: &Case) -> Seen {
@@ -68,6 +83,15 @@ pub const CLASSES: &[Class] = &[
             Case { state: State::Moving, within_ms: TWO_LOOKS_MS, run: silent },
             Case { state: State::Printing, within_ms: TWO_LOOKS_MS, run: silent },
             Case { state: State::Homing, within_ms: TWO_LOOKS_MS, run: silent },
+        ],
+    },
+    Class {
+        name: "a_driver_that_loses_its_settings",
+        what: "a driver chip resets by itself: its registers are lost, its motor is off",
+        does: "the same, where `halt_on_driver_alarm` says so; it is set up again, and its axis not homed any more",
+        cases: &[
+            Case { state: State::Moving, within_ms: ONE_LOOK_MS, run: lost_settings },
+            Case { state: State::Printing, within_ms: ONE_LOOK_MS, run: lost_settings },
         ],
     },
     Class {
@@ -123,6 +147,7 @@ pub const CLASSES: &[Class] = &[
 super::tests! {
     a_driver_that_is_silent_from_the_start
     a_driver_that_falls_silent
+    a_driver_that_loses_its_settings
     a_bus_with_bit_errors
     a_motor_with_an_open_coil
     a_motor_shorted_to_ground

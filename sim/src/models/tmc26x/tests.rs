@@ -75,3 +75,25 @@ fn passive_fast_decay_lets_a_tmc2590_keep_its_registers_at_five_volts() {
         assert_eq!(chip.off_time() == 5, kept);
     }
 }
+
+/// SMARTEN: SEMIN 2, SEMAX 1, SEUP 2 a reading, SEDN every one, down to a half.
+#[test]
+fn coolstep_lowers_the_current_where_the_load_is_small_and_raises_it_again() {
+    let mut chip = driving(Chip::Tmc2660, 2 << 4);
+    chip.write(0xC_0000 | 20);
+    chip.measure(900);
+    assert_eq!(chip.scale_in_force(), 20, "it is off");
+    chip.write(0xA_0000 | 3 << 13 | 1 << 8 | 1 << 5 | 2);
+    for scale in (10..20).rev() {
+        chip.measure(128);
+        assert_eq!(chip.scale_in_force(), scale);
+    }
+    chip.measure(128);
+    assert_eq!((chip.scale_in_force(), chip.status(MS) >> 10 & 0x1F), (10, 10), "a half is the least");
+    chip.measure(100);
+    assert_eq!(chip.scale_in_force(), 10, "neither low nor high");
+    chip.measure(63);
+    assert_eq!(chip.scale_in_force(), 12);
+    chip.write(0xC_0000 | 20);
+    assert_eq!(chip.scale_in_force(), 20);
+}

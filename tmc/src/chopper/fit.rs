@@ -1,0 +1,179 @@
+//! spreadCycle computed for a motor and its supply, as the data sheets say how ("Chopper Operation",
+//! "spreadCycle": the equations for TOFF and for the hysteresis start; the same in all chips).
+//!
+//! A chopper cycle is: on, slow decay, fast decay, slow decay. At 25 kHz, above what is heard, with half of
+//! the cycle spent in the two slow decays, one of them takes `t_off` = 10 us. While the comparator is blanked
+//! the current rises by `V t_blank / L` whatever the target is, and in two slow decays it falls by `2 R I
+//! t_off / L`. A hysteresis that is less than both together cannot be regulated: the chopper skips cycles,
+//! which is heard. The hysteresis is counted in 512ths of the amplitude at full scale, of which the sine
+//! table uses 248 of 256, and eight of them are there in any case:
+//!
+//!     start + end >= 0.5 + (rise + fall) * 2 * 248 * (CS + 1) / 32 / I - 8
+//!
+//! The blanking time covers the ringing behind a switching, of which coil and supply say nothing; it is taken
+//! as it is.
+
+use units::{Amps, Ohms, Volts};
+
+/// What a motor's data sheet says of one of its coils.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coil {
+    /// Its resistance.
+    pub resistance: Ohms,
+    /// Its inductance, henry.
+    pub henries: f32,
+}
+
+/// What regulates its current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regulated {
+    /// Motor supply.
+    pub supply: Volts,
+    /// Peak current.
+    pub peak: Amps,
+    /// `CS` (`IRUN`), 0 to 31, that makes it.
+    pub cs: u8,
+    /// The chip's clock, Hz.
+    pub clock_hz: f32,
+    /// Blanking time, clocks.
+    pub blank_clocks: u8,
+}
+
+/// Off time and hysteresis, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChopperFit {
+    /// `TOFF`.
+    pub off_time: u8,
+    /// `HSTRT` + 1.
+    pub hysteresis_start: u8,
+    /// `HEND` - 3.
+    pub hysteresis_end: i8,
+    /// What the hysteresis would have to be, not rounded.
+    pub needed: f32,
+    /// Time of one slow decay, s.
+    pub off_s: f32,
+    /// Blanking time, s.
+    pub blank_s: f32,
+    /// By how much the current rises while the comparator is blanked.
+    pub rise: Amps,
+    /// By how much it falls in two slow decays.
+    pub fall: Amps,
+}
+
+/// Chopper cycles a second that are not heard.
+const CYCLES_HZ: f32 = 25_000.0;
+/// Of a cycle, what one of two slow decays takes that are half of it together.
+const SLOW_DECAY: f32 = 0.25;
+/// `TOFF` n is 24 + 32 n clocks.
+const OFF_LEAST_CLOCKS: f32 = 24.0;
+const OFF_CLOCKS: f32 = 32.0;
+/// 1 needs a blanking time of its own.
+const OFF_TIMES: [f32; 2] = [2.0, 15.0];
+/// `HSTRT` + 1, and together with the end at most.
+const STARTS: [i32; 2] = [1, 8];
+const MOST_HYSTERESIS: i32 = 15;
+const LEAST_END: i32 = -3;
+
+impl Coil {
+    /// The chopper for this coil; none where the supply cannot drive the current through it, or a figure is
+    /// none.
+    #[must_use]
+    pub fn chopper(self, by: Regulated) -> Option<ChopperFit> {
+        let figures = [self.resistance.0, self.henries, by.supply.0, by.peak.0, by.clock_hz];
+        let are_figures = figures.into_iter().all(|figure| figure > 0.0 && figure.is_finite());
+        if !are_figures || by.peak.0 * self.resistance.0 >= by.supply.0 {
+            return None;
+        }
+        let exact = (SLOW_DECAY / CYCLES_HZ * by.clock_hz - OFF_LEAST_CLOCKS) / OFF_CLOCKS;
+        let [least, most] = OFF_TIMES;
+        let off_time = (exact + 0.5).clamp(least, most) as u8;
+        let off_s = (OFF_LEAST_CLOCKS + OFF_CLOCKS * f32::from(off_time)) / by.clock_hz;
+        let blank_s = f32::from(by.blank_clocks) / by.clock_hz;
+        let rise = by.supply.0 * blank_s / self.henries;
+        let fall = self.resistance.0 * by.peak.0 * 2.0 * off_s / self.henries;
+        let needed = 0.5 + (rise + fall) * 2.0 * 248.0 * (f32::from(by.cs) + 1.0) / 32.0 / by.peak.0 - 8.0;
+        // What is needed, and not less; a float to integer cast saturates.
+        let rounded = needed as i32;
+        let whole = (rounded + i32::from(needed > rounded as f32)).clamp(STARTS[0] + LEAST_END, MOST_HYSTERESIS);
+        // As much as possible at the start, from where it falls to the end: finer at the zero crossing.
+        let start = whole.clamp(STARTS[0], STARTS[1]);
+        Some(ChopperFit {
+            off_time,
+            hysteresis_start: start as u8,
+            hysteresis_end: (whole - start) as i8,
+            needed,
+            off_s,
+            blank_s,
+            rise: Amps(rise),
+            fall: Amps(fall),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const USUAL: Regulated =
+        Regulated { supply: Volts(24.0), peak: Amps(1.41), cs: 19, clock_hz: 12e6, blank_clocks: 18 };
+    const COIL: Coil = Coil { resistance: Ohms(4.5), henries: 7.5e-3 };
+
+    /// By hand: 24 V * 1.5 us / 7.5 mH = 4.8 mA; 10 us are 120 clocks, (120 - 24) / 32 = 3; 4.5 Ohm * 1.41 A
+    /// * 2 * 10 us / 7.5 mH = 16.9 mA; 0.5 + 21.7 mA * 496 * 20 / 32 / 1.41 A - 8 = -2.73.
+    #[test]
+    fn the_equations_worked_out_by_hand() {
+        let fit = COIL.chopper(USUAL).expect("a chopper");
+        assert_eq!(fit.off_time, 3);
+        assert!((fit.off_s - 10e-6).abs() < 1e-9 && (fit.blank_s - 1.5e-6).abs() < 1e-9);
+        assert!((fit.rise.0 - 4.8e-3).abs() < 1e-5, "{}", fit.rise);
+        assert!((fit.fall.0 - 16.92e-3).abs() < 1e-5, "{}", fit.fall);
+        assert!((fit.needed - -2.726).abs() < 0.01, "{}", fit.needed);
+        assert_eq!((fit.hysteresis_start, fit.hysteresis_end), (1, -3), "the least there is");
+        // 1.8 mH, 1.2 Ohm, 2 A at full scale of a TMC2590's 15 MHz, 54 clocks: 150 clocks, (150 - 24) / 32 =
+        // 3.9.
+        let coil = Coil { resistance: Ohms(1.2), henries: 1.8e-3 };
+        let fit = coil.chopper(Regulated { peak: Amps(2.0), cs: 31, clock_hz: 15e6, blank_clocks: 54, ..USUAL });
+        let fit = fit.expect("a chopper");
+        assert_eq!(fit.off_time, 4);
+        // 24 V * 3.6 us / 1.8 mH = 48 mA; 1.2 Ohm * 2 A * 2 * 10.13 us / 1.8 mH = 27 mA; 0.5 + 75 mA * 496 /
+        // 2 A
+        // - 8 = 11.1.
+        assert!((fit.rise.0 - 0.048).abs() < 1e-5 && (fit.fall.0 - 0.027_02).abs() < 1e-4);
+        assert_eq!((fit.hysteresis_start, fit.hysteresis_end), (8, 4), "{}", fit.needed);
+    }
+
+    #[test]
+    fn what_cannot_be_is_none() {
+        assert_eq!(COIL.chopper(Regulated { supply: Volts(6.0), ..USUAL }), None, "6.3 V across the coil alone");
+        assert_eq!(Coil { henries: 0.0, ..COIL }.chopper(USUAL), None);
+        assert_eq!(Coil { resistance: Ohms(f32::NAN), ..COIL }.chopper(USUAL), None);
+    }
+
+    proptest! {
+        /// Whatever the motor, a chip takes it; and a coil of less inductance never gets less hysteresis.
+        #[test]
+        fn a_chip_takes_it(
+            ohms in 0.1_f32..40.0, millihenries in 0.2_f32..60.0, amps in 0.1_f32..6.0, volts in 9.0_f32..30.0,
+            cs in 0_u8..32, clocks in prop::sample::select(vec![16_u8, 24, 36, 54]),
+        ) {
+            let by = Regulated { supply: Volts(volts), peak: Amps(amps), cs, clock_hz: 15e6, blank_clocks: clocks };
+            let coil = Coil { resistance: Ohms(ohms), henries: millihenries * 1e-3 };
+            if let Some(fit) = coil.chopper(by) {
+                let chopper = crate::Chopper::SpreadCycle {
+                    off_time: fit.off_time,
+                    blank_time: crate::BlankTime::from_clocks(clocks).unwrap(),
+                    hysteresis_start: fit.hysteresis_start,
+                    hysteresis_end: fit.hysteresis_end,
+                    decrement: crate::HysteresisDecrement::Clocks16,
+                    random_off_time: false,
+                };
+                prop_assert!(chopper.register().is_ok(), "{fit:?}");
+                let total = i32::from(fit.hysteresis_start) + i32::from(fit.hysteresis_end);
+                prop_assert!(f64::from(total) >= f64::from(fit.needed) || total == MOST_HYSTERESIS);
+                let other = Coil { henries: coil.henries / 2.0, ..coil }.chopper(by).unwrap();
+                prop_assert!(other.needed >= fit.needed);
+            }
+        }
+    }
+}
