@@ -12,10 +12,12 @@ mod cdc;
 mod guarded;
 mod identity;
 mod standard;
+mod storage;
 
 pub use cdc::{Line, LineCoding, Parity, SerialPort, StopBits};
 pub use guarded::Guarded;
 pub use identity::{MANUFACTURER, PRODUCT, PRODUCT_NAME, SerialNumber, VENDOR};
+pub use storage::{BLOCK_BYTES, Fault, Half, MassStorage, Medium, Progress, State};
 pub use usb_device::bus::{UsbBus, UsbBusAllocator};
 
 /// The longest packet of a bulk or control endpoint at full speed (USB 2.0 sections 5.5.3 and 5.8.3).
