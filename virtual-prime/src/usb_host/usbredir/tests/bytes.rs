@@ -155,3 +155,43 @@ fn what_is_no_usbredir_is_said_to_be() {
     stream.receive(&[101, 0, 0, 0, 0, 0, 0, 0xFF, 0, 0, 0, 0, 0, 0, 0, 0]);
     assert!(stream.take_message().is_err(), "four gigabytes");
 }
+
+fn bytes_of(hex: &str) -> Vec<u8> {
+    (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap()).collect()
+}
+
+/// What QEMU 7.2 sent with Linux 6.1 in it, from its first byte on: HELLO, a reset, the first question for the
+/// device descriptor, SET_CONFIGURATION, a read of cdc_acm and its end, notifications wanted and not.
+#[test]
+fn what_qemu_really_sends_is_read() {
+    let recorded = [
+        "03000000000000000000000000000000",
+        "640000000a0000000020ab0600000000800680ac000100004000",
+        "06000000010000007022ab060000000001",
+        "650000000a00000000b0aa060000000082008000000000000000",
+        "150000000000000000b0aa0600000000",
+        "0f00000001000000000000000000000081",
+        "1000000001000000000000000000000081",
+    ];
+    let mut stream = Stream::new("me", Capabilities::OURS);
+    stream.receive(&hello("qemu usb-redir guest 7.2.22", &[0xFF]));
+    stream.receive(&bytes_of(&recorded.concat()));
+    let mut heard = Vec::new();
+    while let Some(message) = stream.take_message().unwrap() {
+        heard.push(message);
+    }
+    let question =
+        ControlHead { endpoint: 0x80, request: 6, kind: 0x80, status: 0xAC, value: 0x100, index: 0, length: 64 };
+    let read = BulkHead { endpoint: 0x82, status: 0, length: 128, stream: 0 };
+    let expected = [
+        (0, Message::Hello("qemu usb-redir guest 7.2.22".into(), QEMU)),
+        (0, Message::Reset),
+        (0x06AB_2000, Message::ControlPacket(question, vec![])),
+        (0x06AB_2270, Message::SetConfiguration { configuration: 1 }),
+        (0x06AA_B000, Message::BulkPacket(read, vec![])),
+        (0x06AA_B000, Message::CancelDataPacket),
+        (0, Message::StartInterruptReceiving { endpoint: 0x81 }),
+        (0, Message::StopInterruptReceiving { endpoint: 0x81 }),
+    ];
+    assert_eq!(heard, expected);
+}
