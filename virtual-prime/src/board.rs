@@ -65,6 +65,8 @@ pub struct PrimeBoard {
     analog: Vec<AnalogInput>,
     /// Milliseconds since power-on, for [`Self::refresh_analog`].
     ticks: u64,
+    /// How long the processor has slept since power-on, nanoseconds.
+    asleep_ns: u64,
     /// Frames that a chip was sent with the wrong clock, each kind once.
     wrong_modes: BTreeSet<String>,
 }
@@ -82,8 +84,15 @@ impl PrimeBoard {
         analog.extend(machine.filament_sensor.iter().flat_map(|sensor| sensor.inputs).flatten());
         let world = SharedWorld::new(World::new(machine));
         let mcu = PrimeMcu::new(wiring, world.clone())?;
-        let mut board =
-            Self { mcu, world, consoles: Default::default(), analog, ticks: 0, wrong_modes: BTreeSet::new() };
+        let mut board = Self {
+            mcu,
+            world,
+            consoles: Default::default(),
+            analog,
+            ticks: 0,
+            asleep_ns: 0,
+            wrong_modes: BTreeSet::new(),
+        };
         board.solder(chip);
         Ok(board)
     }
@@ -226,8 +235,13 @@ impl PrimeBoard {
         self.wrong_modes.iter()
     }
 
-    /// Brings the machine up to this instant and its voltages to the converters. Called every millisecond.
-    pub fn tick(&mut self, at: VirtualNanos) {
+    /// Brings the machine up to this instant and its voltages to the converters. Called every millisecond,
+    /// with the instructions executed so far.
+    pub fn tick(&mut self, at: VirtualNanos, instructions: u64) {
+        let awake_ns = instructions * 1_000_000_000 / CORE_HZ;
+        let asleep_ns = at.0.saturating_sub(awake_ns);
+        let slept = std::mem::replace(&mut self.asleep_ns, asleep_ns) < asleep_ns;
+        self.mcu.tick_usb(at, slept);
         self.world.lock().advance(at.0);
         self.take_switch_changes(at);
         self.ticks += 1;

@@ -19,6 +19,7 @@ pub mod pin_state;
 pub mod pins;
 pub mod sd_image;
 pub mod typed;
+pub mod usb_host;
 pub mod vm;
 
 mod clock_modes;

@@ -1,10 +1,10 @@
 //! The STM32H745 as the emulator runs it: the H743 part with our models in the places of its own.
 
-use rigless::device::{Device, ErasedDevice, ResetCause};
+use rigless::device::{Device, DeviceContext, ErasedDevice, ResetCause};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
-use rigless::soc::stm32h743::generated::{gpioa, rcc, syscfg};
+use rigless::soc::stm32h743::generated::{gpioa, pwr, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::{Bus, Error};
@@ -16,15 +16,21 @@ use crate::outputs::{PinChange, SharedWorld, TappedExti};
 use crate::peripherals::ethernet::{EthernetDma, EthernetMac, Surroundings};
 use crate::peripherals::fmc::Fmc;
 use crate::peripherals::iwdg::Iwdg;
+use crate::peripherals::otg::core::{Core as UsbCore, Surroundings as UsbSurroundings};
+use crate::peripherals::otg::{GLOBAL as USB_GLOBAL, Otg, Place};
 use crate::peripherals::pwr::PrimePwr;
 use crate::peripherals::rtc::Rtc;
 use crate::peripherals::sdmmc::Sdmmc;
-use crate::pin_state::PinState;
+use crate::pin_state::{Drive, PinState};
 use crate::pins::Wiring;
+use crate::usb_host::controller::Controller;
 
 /// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
 const BCM4: u64 = 1 << 22;
 const BCM7: u64 = 1 << 23;
+/// PA11 and PA12, the USB socket's lines, and the alternate function that connects them to OTG2.
+const USB_PINS: [u8; 2] = [11, 12];
+const USB_FUNCTION: u8 = 10;
 
 /// The microcontroller.
 #[derive(Debug)]
@@ -38,6 +44,9 @@ pub struct PrimeMcu {
     ethernet_mac: EthernetMac,
     fmc: Fmc,
     iwdg: Iwdg,
+    otg: Otg,
+    /// Something was accessed that may have changed the USB core's surroundings.
+    usb_is_stale: bool,
     rtc: Rtc,
     /// The SD card's controller, with its slot.
     pub sdmmc: Sdmmc,
@@ -56,6 +65,8 @@ struct Slots {
     ethernet_mtl: usize,
     fmc: usize,
     iwdg: usize,
+    otg: usize,
+    otg_window: usize,
     rtc: usize,
     sdmmc: usize,
     ports: [usize; PORTS.len()],
@@ -68,7 +79,8 @@ impl PrimeMcu {
     /// # Errors
     /// When the emulator's tables lack a peripheral of ours.
     pub fn new(wiring: Wiring, world: SharedWorld) -> Result<Self, Error> {
-        let part = Stm32h743::new()?;
+        let mut part = Stm32h743::new()?;
+        let otg_window = part.bus_mut().add_window(Otg::window())?;
         let slot = |name| Mcu::bus(&part).slot(name);
         let mut ports = [0; PORTS.len()];
         for (port, name) in ports.iter_mut().zip(PORTS) {
@@ -87,6 +99,8 @@ impl PrimeMcu {
             ethernet_mtl: slot("Ethernet_MTL")?,
             fmc: slot("FMC")?,
             iwdg: slot("IWDG")?,
+            otg: slot(USB_GLOBAL)?,
+            otg_window,
             rtc: slot("RTC")?,
             sdmmc: slot("SDMMC1")?,
         };
@@ -97,11 +111,14 @@ impl PrimeMcu {
             ethernet_mac: EthernetMac::default(),
             fmc: Fmc,
             iwdg: Iwdg::default(),
+            otg: Otg::default(),
+            usb_is_stale: true,
             rtc: Rtc::default(),
             sdmmc: Sdmmc::new(None),
             slots,
             part,
         };
+        mcu.otg.sit_in(Mcu::bus(&mcu.part).slots()[otg_window].peripheral().registers);
         mcu.set_second_core(false);
         // Every model of ours sits on the registers it was written for.
         mcu.check()?;
@@ -172,6 +189,56 @@ impl PrimeMcu {
         }
     }
 
+    /// What the USB core finds outside of its own registers.
+    fn usb_surroundings(&self) -> UsbSurroundings {
+        let connected = |&pin: &u8| {
+            let port = Mcu::bus(&self.part).slots()[self.slots.ports[0]].registers();
+            PinState::of(port, pin).drive == Drive::Function(USB_FUNCTION)
+        };
+        let clocks = |register| self.register(self.slots.rcc, register);
+        UsbSurroundings {
+            pins: USB_PINS.iter().all(connected),
+            supply: pwr::cr3::USB33DEN.is_set(self.register(self.slots.pwr, pwr::Register::Cr3)),
+            ulpi: rcc::ahb1enr::USB2OTGHSULPIEN.is_set(clocks(rcc::Register::Ahb1enr)),
+            ulpi_asleep: rcc::ahb1lpenr::USB2OTGHSULPILPEN.is_set(clocks(rcc::Register::Ahb1lpenr)),
+            // The emulator tells the core its clock.
+            kernel_hz: 0,
+        }
+    }
+
+    fn look_around_usb(&mut self) {
+        if std::mem::take(&mut self.usb_is_stale) {
+            let around = self.usb_surroundings();
+            self.otg.look_around(around);
+        }
+    }
+
+    fn with_otg<R>(&mut self, at: VirtualNanos, work: impl FnOnce(&mut Otg, &mut DeviceContext<'_>) -> R) -> R {
+        let (_, mut context) = self.part.bus_mut().drive(at, self.slots.otg);
+        work(&mut self.otg, &mut context)
+    }
+
+    /// Lets somebody at the USB host and the core at the other end of the cable, at this instant, which is
+    /// handed on.
+    pub fn usb<R>(&mut self, at: VirtualNanos, work: impl FnOnce(&mut Controller, &mut UsbCore, u64) -> R) -> R {
+        self.look_around_usb();
+        self.with_otg(at, |otg, context| otg.with_host(context, work))
+    }
+
+    /// A millisecond has passed, and whether the processor has slept in it.
+    pub(crate) fn tick_usb(&mut self, at: VirtualNanos, slept: bool) {
+        if !self.otg.is_plugged() {
+            return;
+        }
+        if self.usb_is_stale {
+            self.look_around_usb();
+            self.with_otg(at, Otg::follow);
+        }
+        if slept {
+            self.with_otg(at, Otg::processor_slept);
+        }
+    }
+
     /// Tells the machine the level of a pin that the emulator does not announce.
     pub(crate) fn tell(&mut self, at_ns: u64, port: usize, number: usize, high: bool) {
         self.exti.set(at_ns, port, number, high);
@@ -224,6 +291,9 @@ impl Mcu for PrimeMcu {
         Device::reset(&mut self.iwdg);
         Device::reset(&mut self.rtc);
         Device::reset(&mut self.sdmmc);
+        ErasedDevice::reset(&mut self.otg);
+        self.usb_is_stale = true;
+        self.with_otg(at, Otg::restarted);
         self.exti.release_all(at.0);
     }
 
@@ -243,14 +313,24 @@ impl Mcu for PrimeMcu {
         }
         let ours: &mut dyn ErasedDevice = match slot {
             slot if slot == self.slots.exti => &mut self.exti,
-            slot if slot == self.slots.pwr => &mut self.pwr,
+            slot if slot == self.slots.pwr => {
+                self.usb_is_stale = true;
+                &mut self.pwr
+            }
             slot if slot == self.slots.ethernet_dma => &mut self.ethernet_dma,
             slot if slot == self.slots.ethernet_mac => &mut self.ethernet_mac,
             slot if slot == self.slots.fmc => &mut self.fmc,
             slot if slot == self.slots.iwdg => &mut self.iwdg,
+            slot if slot == self.slots.otg || slot == self.slots.otg_window => {
+                self.look_around_usb();
+                self.otg.face(if slot == self.slots.otg { Place::Global } else { Place::Rest })
+            }
             slot if slot == self.slots.rtc => &mut self.rtc,
             slot if slot == self.slots.sdmmc => &mut self.sdmmc,
-            _ => return self.part.split(slot),
+            _ => {
+                self.usb_is_stale |= slot == self.slots.rcc || slot == self.slots.ports[0];
+                return self.part.split(slot);
+            }
         };
         (self.part.bus_mut(), Some(ours))
     }

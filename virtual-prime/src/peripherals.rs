@@ -3,6 +3,7 @@
 pub mod ethernet;
 pub mod fmc;
 pub mod iwdg;
+pub mod otg;
 pub mod phy;
 pub mod pwr;
 pub mod rtc;

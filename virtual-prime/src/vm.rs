@@ -257,7 +257,7 @@ impl Driver<PrimeBoard> for Puppet {
     fn on_stop(&mut self, session: &mut Session<PrimeBoard>, stop: Stop, host: &mut dyn Host) -> Option<VirtualNanos> {
         let now_ns = stop.at.0;
         if now_ns.is_multiple_of(GRID_NS) {
-            session.board_mut().tick(stop.at);
+            session.board_mut().tick(stop.at, stop.instruction_count);
         }
         if self.observer.as_ref().is_some_and(|observer| observer.verdict().is_some()) {
             return None;

@@ -18,6 +18,7 @@ mod schedule;
 mod settings;
 mod spi_sensors;
 mod stream;
+mod usb;
 mod v2_replay;
 
 /// A file that no line above names would not be built, and its tests not run.

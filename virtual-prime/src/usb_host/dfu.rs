@@ -1,0 +1,202 @@
+//! Device firmware upgrade 1.1, with ST's extension DfuSe (UM0424, AN3156).
+
+use super::desk::{Desk, Device, UsbError};
+use super::request::{CLASS_IN, CLASS_OUT};
+
+const DETACH: u8 = 0;
+const DNLOAD: u8 = 1;
+const UPLOAD: u8 = 2;
+const GETSTATUS: u8 = 3;
+const CLRSTATUS: u8 = 4;
+const GETSTATE: u8 = 5;
+const ABORT: u8 = 6;
+
+/// bState.
+pub mod state {
+    /// The application runs.
+    pub const APP_IDLE: u8 = 0;
+    /// It waits for a reset of the bus.
+    pub const APP_DETACH: u8 = 1;
+    /// Waiting.
+    pub const IDLE: u8 = 2;
+    /// A block has come.
+    pub const DOWNLOAD_SYNC: u8 = 3;
+    /// It is being written.
+    pub const DOWNLOAD_BUSY: u8 = 4;
+    /// Waiting for the next block.
+    pub const DOWNLOAD_IDLE: u8 = 5;
+    /// All blocks have come.
+    pub const MANIFEST_SYNC: u8 = 6;
+    /// What came is being made valid.
+    pub const MANIFEST: u8 = 7;
+    /// Waiting for a reset.
+    pub const MANIFEST_WAIT_RESET: u8 = 8;
+    /// Reading back.
+    pub const UPLOAD_IDLE: u8 = 9;
+    /// Something was wrong.
+    pub const ERROR: u8 = 10;
+}
+
+/// The answer to GETSTATUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// bStatus: 0 is OK.
+    pub status: u8,
+    /// How long to wait until the next question, milliseconds.
+    pub poll_ms: u32,
+    /// bState.
+    pub state: u8,
+}
+
+/// The functional descriptor, section 4.1.3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Functional {
+    /// bmAttributes: download, upload, manifestation tolerant, will detach.
+    pub attributes: u8,
+    /// wDetachTimeout, milliseconds.
+    pub detach_ms: u16,
+    /// wTransferSize.
+    pub transfer: u16,
+    /// bcdDFUVersion: 0x0110, or 0x011A for DfuSe.
+    pub version: u16,
+}
+
+/// A DFU interface of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dfu {
+    /// Its number.
+    pub interface: u8,
+    /// bInterfaceProtocol: 1 at run time, 2 in DFU mode.
+    pub protocol: u8,
+    /// What it can do.
+    pub functional: Functional,
+}
+
+impl Dfu {
+    /// The device's DFU interface.
+    #[must_use]
+    pub fn of(device: &Device) -> Option<Self> {
+        let interface = device.configuration.of_class(0xFE, 1).next()?;
+        let functional = interface.extra.iter().find_map(|extra| match *extra.as_slice() {
+            [9, 0x21, attributes, d0, d1, t0, t1, v0, v1] => Some(Functional {
+                attributes,
+                detach_ms: u16::from_le_bytes([d0, d1]),
+                transfer: u16::from_le_bytes([t0, t1]),
+                version: u16::from_le_bytes([v0, v1]),
+            }),
+            _ => None,
+        })?;
+        Some(Self { interface: interface.number, protocol: interface.class[2], functional })
+    }
+
+    fn tell(&self, desk: &mut Desk<'_>, request: u8, value: u16, data: &[u8]) -> Result<(), UsbError> {
+        desk.tell(CLASS_OUT, request, value, u16::from(self.interface), data)
+    }
+
+    /// Asks the application to come back in DFU mode, within so long.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn detach(&self, desk: &mut Desk<'_>, timeout_ms: u16) -> Result<(), UsbError> {
+        self.tell(desk, DETACH, timeout_ms, &[])
+    }
+
+    /// GETSTATUS.
+    ///
+    /// # Errors
+    /// As [`Desk::control`], or the answer is none.
+    pub fn status(&self, desk: &mut Desk<'_>) -> Result<Status, UsbError> {
+        let bytes = desk.ask(CLASS_IN, GETSTATUS, 0, u16::from(self.interface), 6)?;
+        let &[status, p0, p1, p2, state, _] = bytes.as_slice() else {
+            return Err(UsbError::Wrong(format!("a status of {} bytes", bytes.len())));
+        };
+        Ok(Status { status, poll_ms: u32::from_le_bytes([p0, p1, p2, 0]), state })
+    }
+
+    /// GETSTATE.
+    ///
+    /// # Errors
+    /// As [`Desk::control`], or the answer is none.
+    pub fn state(&self, desk: &mut Desk<'_>) -> Result<u8, UsbError> {
+        let bytes = desk.ask(CLASS_IN, GETSTATE, 0, u16::from(self.interface), 1)?;
+        bytes.first().copied().ok_or_else(|| UsbError::Wrong("no state".into()))
+    }
+
+    /// CLRSTATUS: out of the error state.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn clear(&self, desk: &mut Desk<'_>) -> Result<(), UsbError> {
+        self.tell(desk, CLRSTATUS, 0, &[])
+    }
+
+    /// ABORT: back to idle.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn abort(&self, desk: &mut Desk<'_>) -> Result<(), UsbError> {
+        self.tell(desk, ABORT, 0, &[])
+    }
+
+    /// Sends a block, and nothing more.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn send_block(&self, desk: &mut Desk<'_>, number: u16, data: &[u8]) -> Result<(), UsbError> {
+        self.tell(desk, DNLOAD, number, data)
+    }
+
+    /// Sends a block and waits until it is dealt with; the status then.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn download(&self, desk: &mut Desk<'_>, number: u16, data: &[u8]) -> Result<Status, UsbError> {
+        self.send_block(desk, number, data)?;
+        loop {
+            let status = self.status(desk)?;
+            if !matches!(status.state, state::DOWNLOAD_BUSY | state::DOWNLOAD_SYNC | state::MANIFEST) {
+                return Ok(status);
+            }
+            desk.pass_ms(u64::from(status.poll_ms.max(1)))?;
+        }
+    }
+
+    /// Reads a block back.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn upload(&self, desk: &mut Desk<'_>, number: u16, length: u16) -> Result<Vec<u8>, UsbError> {
+        desk.ask(CLASS_IN, UPLOAD, number, u16::from(self.interface), length)
+    }
+
+    /// DfuSe: sets the address that the next block is for.
+    ///
+    /// # Errors
+    /// As [`Self::download`].
+    pub fn set_address(&self, desk: &mut Desk<'_>, address: u32) -> Result<Status, UsbError> {
+        self.download(desk, 0, &Self::command(0x21, address))
+    }
+
+    /// DfuSe: erases the sector with this address.
+    ///
+    /// # Errors
+    /// As [`Self::download`].
+    pub fn erase(&self, desk: &mut Desk<'_>, address: u32) -> Result<Status, UsbError> {
+        self.download(desk, 0, &Self::command(0x41, address))
+    }
+
+    fn command(code: u8, address: u32) -> Vec<u8> {
+        let mut command = vec![code];
+        command.extend(address.to_le_bytes());
+        command
+    }
+
+    /// Ends a download, so that what came is started: a block without data, and the question after it.
+    ///
+    /// # Errors
+    /// As [`Desk::control`].
+    pub fn leave(&self, desk: &mut Desk<'_>, number: u16) -> Result<Status, UsbError> {
+        self.send_block(desk, number, &[])?;
+        self.status(desk)
+    }
+}
