@@ -41,6 +41,8 @@ pub enum Speed {
     Medium = 1,
     /// 4 ns.
     High = 2,
+    /// 3 ns.
+    VeryHigh = 3,
 }
 
 /// One signal, or several that are alike.

@@ -410,10 +410,22 @@ pub const SIGNALS: &[Signal] = &[
         ..BASE
     },
     Signal {
-        name: "USB data, device and host",
-        pins: &["PA11", "PA12", "PB14", "PB15"],
-        active: "not used yet",
-        origin: "schematic, J1 and J2",
+        name: "USB data of the USB-B socket",
+        pins: &["PA11", "PA12"],
+        boot: Level::Function(10),
+        idle: Level::Function(10),
+        active: "OTG2 pulls D+ (PA12) up by itself",
+        halted: Level::Function(10),
+        speed: Some(Speed::VeryHigh),
+        origin: "schematic, J1; known good; DS12923: OTG2_FS is AF10",
+        proofs: &[conventions("the_usb_socket_is_otg2_at_48_mhz", BUSES)],
+        ..BASE
+    },
+    Signal {
+        name: "USB data of the USB-A socket",
+        pins: &["PB14", "PB15"],
+        active: "not used",
+        origin: "schematic, J2",
         ..BASE
     },
     Signal {

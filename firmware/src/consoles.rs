@@ -1,11 +1,16 @@
 //! The consoles of the board: one variant each, and the compiler names every place that another one needs.
 
-use machine::ports::SessionProfile;
+use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::{Inbox, SessionId};
 
 static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();
 static UART1: Inbox = Inbox::new();
+// The bus carries 64 bytes at a time; these may lie in slower memory.
+#[unsafe(link_section = ".axizero")]
+static USB0: Inbox = Inbox::new();
+#[unsafe(link_section = ".axizero")]
+static USB1: Inbox = Inbox::new();
 
 /// A console, in the order of the session ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,11 +21,15 @@ pub enum Console {
     Uart0,
     /// UART4, UART 1 of the configuration.
     Uart1,
+    /// The first serial port at the USB socket.
+    Usb0,
+    /// The second one, if the configuration has one.
+    Usb1,
 }
 
 impl Console {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Debug, Self::Uart0, Self::Uart1];
+    pub const ALL: [Self; 5] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Usb0, Self::Usb1];
 
     /// The console of a session.
     pub fn of(session: SessionId) -> Option<Self> {
@@ -33,6 +42,8 @@ impl Console {
             Self::Debug => &DEBUG,
             Self::Uart0 => &UART0,
             Self::Uart1 => &UART1,
+            Self::Usb0 => &USB0,
+            Self::Usb1 => &USB1,
         }
     }
 
@@ -40,6 +51,7 @@ impl Console {
     pub const fn profile(self) -> SessionProfile {
         match self {
             Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,
+            Self::Usb0 | Self::Usb1 => SessionProfile { kind: ConsoleKind::Usb, ..SessionProfile::SERIAL },
         }
     }
 }

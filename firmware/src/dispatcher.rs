@@ -11,6 +11,8 @@ use machine::ports::Ports;
 use motion::{Access, Motion};
 use rtic::Mutex;
 
+use crate::usb;
+
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
@@ -47,6 +49,7 @@ fn poll_for_ever(ports: impl Ports) -> Infallible {
     loop {
         // It never ends, so there is nothing in the answer.
         let _pending = machine.as_mut().poll(&mut context).is_pending();
+        usb::look_for_room();
         while !AWAKE.swap(false, Ordering::Acquire) {
             // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later,
             // by the feed's.

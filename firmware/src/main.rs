@@ -7,6 +7,7 @@
 //! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
+//! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
 //! | 3 | `plan` | the dispatcher | the next corner |
@@ -33,6 +34,7 @@ mod ports;
 mod slow;
 mod storage;
 mod triggers;
+mod usb;
 mod wiring;
 mod workspace;
 
@@ -61,7 +63,7 @@ mod app {
     use crate::ports::{self, BoardPorts, Owned};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, usb};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -127,6 +129,7 @@ mod app {
             start: fault::start(identity),
             second_core_starts: board.identity.second_core_starts,
             rtc: board.rtc,
+            usb: Some((board.usb, board.identity.unique_id)),
         };
         let shared = Shared {
             motion: cx.local.motion,
@@ -211,6 +214,12 @@ mod app {
             let _taken = inbox.receive(intake, byte);
         });
         dispatcher::wake();
+    }
+
+    // One event of the bus and a few packets; what is left interrupts again.
+    #[task(binds = OTG_FS, priority = 6, local = [device: Option<&'static mut usb::Device> = None])]
+    fn usb_packets(cx: usb_packets::Context) {
+        usb::on_interrupt(cx.local.device);
     }
 
     #[task(binds = SDMMC1, priority = 6)]

@@ -8,14 +8,15 @@ use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
+use bsp_prime::usb::UsbSocket;
 use bsp_prime::{adc, memory, thread_stack, time, wait};
-use config::{MachineConfig, OutputPin, Pin};
+use config::{MachineConfig, OutputPin, Pin, SystemConfig};
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
     InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    StepTimes, Storage, StorageError, Usb, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -31,7 +32,7 @@ use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, workspace};
+use crate::{LATCH, REPORTS, usb, workspace};
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
 /// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
@@ -56,6 +57,8 @@ pub struct Owned {
     pub start: Start,
     pub second_core_starts: bool,
     pub rtc: Rtc,
+    /// Until it is connected, with the chip's unique id.
+    pub usb: Option<(UsbSocket, [u32; 3])>,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -88,6 +91,7 @@ where
     /// `plan` wakes the planner task.
     pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
+        usb::begin();
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
 
@@ -99,6 +103,7 @@ where
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
+            Console::Usb0 | Console::Usb1 => None,
         }
     }
 
@@ -276,8 +281,11 @@ where
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        let port = Console::of(session).and_then(|console| self.port(console));
-        port.map_or(bytes.len(), |port| port.write(bytes))
+        let Some(console) = Console::of(session) else { return bytes.len() };
+        if let Some(count) = usb::write(console, bytes) {
+            return count;
+        }
+        self.port(console).map_or(bytes.len(), |port| port.write(bytes))
     }
 }
 
@@ -410,6 +418,12 @@ where
 
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
+    }
+}
+
+impl<M, H, S, T> Usb for BoardPorts<M, H, S, T> {
+    fn connect(&mut self, system: &SystemConfig) -> Result<(), &'static str> {
+        self.owned.usb.take().map_or(Ok(()), |(socket, unique_id)| usb::connect(socket, unique_id, system))
     }
 }
 

@@ -12,6 +12,7 @@ mod consoles;
 mod drivers;
 mod io;
 mod storage;
+mod usb;
 mod workspace;
 
 use core::ops::DerefMut;
@@ -36,6 +37,7 @@ pub use storage::{
     DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage,
     StorageError,
 };
+pub use usb::Usb;
 pub use workspace::Workspace;
 
 /// What time it is.
@@ -94,11 +96,22 @@ pub trait Inputs {
 
 /// The world of one machine.
 pub trait Ports:
-    Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Usb + Calendar
 {
 }
 
 impl<P> Ports for P where
-    P: Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    P: Clock
+        + MotionPort
+        + Ahead
+        + HeatPort
+        + DriversPort
+        + Inputs
+        + PinPort
+        + Storage
+        + Consoles
+        + Board
+        + Usb
+        + Calendar
 {
 }

@@ -48,6 +48,9 @@ pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions
     let took = ports.now().since(since);
     let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
     sessions.set_dialect(ports, crate::program_setup::dialect(config), banner);
+    if let Err(why) = ports.connect(&config.system) {
+        sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
+    }
     report(ports, sessions, &findings, &summary).await;
     Read { summary, took }
 }
