@@ -158,7 +158,8 @@ fn over_usb() -> (Bench, SessionId) {
 fn dl_takes_so_many_bytes_whatever_they_are() {
     let (mut bench, usb) = over_usb();
     let text = "G1 X1 ? ! ~\nM112\n\u{4}\u{18}\u{19}\u{1a}".repeat(100);
-    assert_eq!(bench.say_on(usb, &format!("dl a b.g {}", text.len())), format!("READY - {}\n", text.len()));
+    bench.type_on(usb, &format!("dl a b.g {}\n", text.len()));
+    assert_eq!(bench.hear_on(usb, 0.1), format!("READY - {}\n", text.len()));
     bench.type_on(usb, &text);
     assert_eq!(bench.hear_on(usb, 0.5), "SUCCESS\nok\n");
     assert_eq!(bench.read_card("a b.g"), Some(text));
@@ -175,10 +176,12 @@ fn dl_says_why_it_does_not() {
         ("dl a.g much", "file size is bad"),
         ("dl nowhere/a.g 5", "no such file"),
     ] {
-        assert_eq!(bench.say_on(usb, command), format!("FAIL - {why}\n"), "{command}");
+        bench.type_on(usb, &format!("{command}\n"));
+        assert_eq!(bench.hear_on(usb, 0.1), format!("FAIL - {why}\n"), "{command}");
     }
-    assert_eq!(bench.say("dl a.g 5"), "FAIL - download only allowed over USB\n");
-    bench.say_on(usb, "dl a.g 5");
+    assert_eq!(bench.ask("dl a.g 5"), "FAIL - download only allowed over USB\n");
+    bench.type_on(usb, "dl a.g 5\n");
+    assert_eq!(bench.hear_on(usb, 0.1), "READY - 5\n");
     bench.type_on(usb, "abc");
     assert_eq!(bench.hear_on(usb, 30.0), "FAIL - nothing came for 20 s\nok\n");
     assert_eq!(bench.read_card("a.g"), None, "half a file does not stay");
@@ -187,7 +190,8 @@ fn dl_says_why_it_does_not() {
 #[test]
 fn the_rest_of_a_file_whose_sender_has_gone_is_no_lines() {
     let (mut bench, usb) = over_usb();
-    bench.say_on(usb, "dl a.g 1000");
+    bench.type_on(usb, "dl a.g 1000\n");
+    assert_eq!(bench.hear_on(usb, 0.1), "READY - 1000\n");
     bench.type_on(usb, &"M112\n".repeat(50));
     bench.set_open(usb, false);
     bench.set_open(usb, true);

@@ -44,7 +44,7 @@ fn half_a_line_is_forgotten_and_whoever_comes_next_finds_nothing_of_it() {
     let said = bench.hear_on(PORT, 3.0);
     assert!(said.starts_with(GREETING), "{said:?}");
     assert!(said[GREETING.len()..].contains("50"), "his own line is read as he wrote it: {said:?}");
-    assert_eq!(said.matches("ok").count() + said.matches("error").count() + said.matches("WARNING").count(), 2);
+    assert_eq!(said.lines().filter(|line| line.starts_with("ok")).count(), 2, "{said:?}");
     assert_eq!(place(&mut bench), "ok C: X:5.0000");
 }
 
@@ -63,7 +63,7 @@ fn what_was_moved_by_hand_stops_with_the_cable() {
 fn a_computer_that_does_not_read_holds_its_own_lines_alone() {
     let mut bench = start(Plan::new(CARTESIAN));
     bench.set_room(PORT, 0);
-    bench.type_on(PORT, "help\nG91\nG1 X7 F6000\n");
+    bench.type_on(PORT, &("help\n".repeat(20) + "G91\nG1 X7 F6000\n"));
     let _long = bench.hear(10.0);
     assert_eq!(place(&mut bench), "ok C: X:0.0000", "its lines wait for it");
     assert_eq!(bench.say("G91"), "ok\n", "nobody else does");

@@ -9,8 +9,7 @@ use crate::common::MS;
 use crate::schedule::motions;
 
 /// Fast and slow, straight and round, long and short.
-const JOB: &str = "G28.3 X30 Y30 Z10
-G92 E0
+const JOB: &str = "G90
 G1 X60 Y40 E1 F12000
 G1 X30 Y30 E2 F12000
 G2 X36 Y36 I6 J0 E2.6 F4000
@@ -32,7 +31,8 @@ const TOLERANCE_NS: u64 = 250;
 #[derive(Default)]
 struct Flood {
     sending: Option<TransferId>,
-    listening: [Option<TransferId>; 2],
+    /// As many as Linux' driver has on their way.
+    listening: [[Option<TransferId>; 16]; 2],
     asking: Option<TransferId>,
     sent: u64,
     heard: u64,
@@ -56,9 +56,11 @@ impl Flood {
             self.asking = desk.submit(ports[1].output, Request::Out { data: b"help\nM105\n".to_vec(), zero: false });
         }
         for (port, listening) in ports.iter().zip(&mut self.listening) {
-            if let Some(count) = is_over(&mut desk, *listening) {
-                self.heard += count;
-                *listening = port.listen(&mut desk, 4096);
+            for request in listening {
+                if let Some(count) = is_over(&mut desk, *request) {
+                    self.heard += count;
+                    *request = port.listen(&mut desk, 4096);
+                }
             }
         }
     }
@@ -66,7 +68,7 @@ impl Flood {
 
 /// The job's edges, and what came and went meanwhile, in bytes a millisecond.
 fn play(floods: bool) -> (Vec<StepEdge>, u64, u64) {
-    let mut plugged = plug(two_ports().file("job.g", &JOB.repeat(6)));
+    let mut plugged = plug(two_ports().file("job.g", &("G28.3 X30 Y30 Z10\nG92 E0\n".to_owned() + &JOB.repeat(6))));
     plugged.open(0);
     plugged.open(1);
     let mut flood = Flood::default();
