@@ -43,7 +43,7 @@ impl Flood {
     fn keep_up(&mut self, plugged: &mut Plugged) {
         let ports = plugged.ports.clone();
         let mut desk = plugged.desk();
-        let mut is_over = |desk: &mut virtual_prime::usb_host::desk::Desk<'_>, id: Option<TransferId>| match id {
+        let is_over = |desk: &mut virtual_prime::usb_host::desk::Desk<'_>, id: Option<TransferId>| match id {
             None => Some(0),
             Some(id) => desk.ended(id).map(|ended| ended.data.len() as u64),
         };
