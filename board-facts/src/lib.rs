@@ -12,6 +12,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod figures;
+pub mod signal;
 pub mod signals;
 pub mod wiring;
 

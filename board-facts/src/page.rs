@@ -40,6 +40,7 @@ const fn speed(speed: Option<Speed>) -> &'static str {
         Some(Speed::Low) => "low",
         Some(Speed::Medium) => "medium",
         Some(Speed::High) => "high",
+        Some(Speed::VeryHigh) => "very high",
     }
 }
 

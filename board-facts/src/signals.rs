@@ -10,71 +10,7 @@ use crate::wiring::{
     POWER_OUTPUTS, PROBE, SUPPLY_SWITCH, THERMISTORS, USB_HOST_POWER,
 };
 
-/// What the circuit makes of a pin that nobody drives, as in reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rest {
-    /// Held high, and by what.
-    High(&'static str),
-    /// Held low, and by what.
-    Low(&'static str),
-    /// Held by nothing.
-    Floats,
-    /// The far end drives it.
-    Driven(&'static str),
-}
-
-/// What the microcontroller does to a pin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// Nothing: analog, or an open-drain output that is let go.
-    Released,
-    /// An input with the chip's pull-up.
-    PulledUp,
-    /// Driven low.
-    Low,
-    /// Driven high.
-    High,
-    /// Driven, to the level that what was done before has left.
-    Either,
-    /// Belongs to a peripheral: its alternate function (DS12923, table of alternate functions).
-    Function(u8),
-}
-
-/// How steep a driven pin's edges are (RM0399 section 12.4.3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Speed {
-    /// 17 ns at 50 pF.
-    Low = 0,
-    /// 5 ns.
-    Medium = 1,
-    /// 4 ns.
-    High = 2,
-}
-
-/// One signal, or several that are alike.
-#[derive(Clone, Copy, Debug)]
-pub struct Signal {
-    /// What it is.
-    pub name: &'static str,
-    /// Its pins.
-    pub pins: &'static [&'static str],
-    /// In reset.
-    pub rest: Rest,
-    /// With the image up and nothing wired.
-    pub boot: Level,
-    /// Wired, and nothing asked of it.
-    pub idle: Level,
-    /// In use: which level means what.
-    pub active: &'static str,
-    /// After a halt.
-    pub halted: Level,
-    /// Of its edges, where the chip drives it.
-    pub speed: Option<Speed>,
-    /// Where this is known from.
-    pub origin: &'static str,
-    /// The tests that look at it while it is in use; [`LEVELS`] looks at every row in the other states.
-    pub proofs: &'static [Proof],
-}
+pub use crate::signal::{Level, Rest, Signal, Speed};
 
 const fn conventions(test: &'static str, file: &'static str) -> Proof {
     Proof { test, file }
@@ -474,10 +410,22 @@ pub const SIGNALS: &[Signal] = &[
         ..BASE
     },
     Signal {
-        name: "USB data, device and host",
-        pins: &["PA11", "PA12", "PB14", "PB15"],
-        active: "not used yet",
-        origin: "schematic, J1 and J2",
+        name: "USB data of the USB-B socket",
+        pins: &["PA11", "PA12"],
+        boot: Level::Function(10),
+        idle: Level::Function(10),
+        active: "OTG2 pulls D+ (PA12) up by itself",
+        halted: Level::Function(10),
+        speed: Some(Speed::VeryHigh),
+        origin: "schematic, J1; known good; DS12923: OTG2_FS is AF10",
+        proofs: &[conventions("the_usb_socket_is_otg2_at_48_mhz", BUSES)],
+        ..BASE
+    },
+    Signal {
+        name: "USB data of the USB-A socket",
+        pins: &["PB14", "PB15"],
+        active: "not used",
+        origin: "schematic, J2",
         ..BASE
     },
     Signal {

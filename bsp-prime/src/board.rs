@@ -17,6 +17,7 @@ use crate::spi::SpiBuses;
 use crate::step_engine;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
+use crate::usb::UsbSocket;
 use crate::watchdog::Watchdog;
 
 /// Longest time between two feedings, which come ten times a second: a pin that nobody controls any more
@@ -75,6 +76,8 @@ pub struct Board {
     pub supplies: Supplies,
     /// The SD card, not identified, for calls that wait or as a service.
     pub sd: SdCard,
+    /// The USB socket, not started.
+    pub usb: UsbSocket,
     /// Date and time.
     pub rtc: Rtc,
     /// Running since the first microseconds; to be fed.
@@ -145,6 +148,7 @@ impl Board {
             supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
             pwm: Pwm::new(device.TIM1, device.TIM8),
             sd: SdCard::new(device.SDMMC1),
+            usb: UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
             rtc,
             watchdog,
         })

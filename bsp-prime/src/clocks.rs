@@ -1,5 +1,5 @@
-//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals. What
-//! nothing uses is off: PLL2, PLL3 (it would make the 48 MHz of USB), HSI48.
+//! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals, and
+//! the 48 MHz of USB by PLL3. What nothing uses is off: PLL2, HSI48.
 //!
 //! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here
 //! first, with a bound, and the watchdog already runs when [`freeze`] is called: should a PLL or the supply
@@ -173,6 +173,43 @@ fn reset_peripherals(rcc: &pac::rcc::RegisterBlock) {
     rcc.apb2enr.reset();
     rcc.apb4enr.reset();
     let _settled = rcc.apb4enr.read().bits();
+}
+
+/// PLL3's input is the crystal by this: 1 MHz. Its oscillator runs at 336 MHz, and its Q output is that by 7:
+/// the 48 MHz of USB, exactly. As Smoothieware v2 has it.
+const USB_INPUT_DIVIDER: u8 = 25;
+const USB_MULTIPLIER: u16 = 336;
+const USB_OUTPUT_DIVIDER: u8 = 7;
+const _: () =
+    assert!(CRYSTAL_HZ / USB_INPUT_DIVIDER as u32 * USB_MULTIPLIER as u32 / USB_OUTPUT_DIVIDER as u32 == 48_000_000);
+/// It locks within 150 us (DS12923, PLL characteristics for inputs of 1 to 2 MHz).
+const PLL_LOCK_LIMIT_US: u32 = 1_000;
+
+/// Starts PLL3 and gives its Q output to the USB cores. The HAL would have it run at 960 MHz, and only with
+/// its P output on as well.
+///
+/// # Errors
+/// It does not lock.
+pub(crate) fn start_usb_clock() -> Result<(), wait::TimedOut> {
+    // SAFETY: `freeze` consumed the RCC token; PLL3 and the USB multiplexer belong to USB alone, and other
+    // fields of these registers are changed by nobody behind start-up.
+    let rcc = unsafe { &*pac::RCC::ptr() };
+    // RM0399 section 9.7.12, RCC_PLLCKSELR: DIVM3.
+    rcc.pllckselr.modify(|_, w| w.divm3().bits(USB_INPUT_DIVIDER));
+    // Section 9.7.13, RCC_PLLCFGR: inputs of 1 to 2 MHz (PLL3RGE 00), the medium oscillator (PLL3VCOSEL), no
+    // fraction, only the Q output.
+    rcc.pllcfgr.modify(|_, w| {
+        w.pll3rge().range1().pll3vcosel().medium_vco().pll3fracen().reset();
+        w.divp3en().disabled().divq3en().enabled().divr3en().disabled()
+    });
+    // Section 9.7.18, RCC_PLL3DIVR: both fields count from 0.
+    // SAFETY: 336 and 7 are within 4 to 512 and 1 to 128.
+    rcc.pll3divr.modify(|_, w| unsafe { w.divn3().bits(USB_MULTIPLIER - 1).divq3().bits(USB_OUTPUT_DIVIDER - 1) });
+    rcc.cr.modify(|_, w| w.pll3on().on());
+    wait::until(PLL_LOCK_LIMIT_US, || rcc.cr.read().pll3rdy().is_ready())?;
+    // Section 9.7.21, RCC_D2CCIP2R: USBSEL.
+    rcc.d2ccip2r.modify(|_, w| w.usbsel().pll3_q());
+    Ok(())
 }
 
 /// Opens the clock gates of everything this board package uses. A peripheral without one here does not exist

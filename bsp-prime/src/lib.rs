@@ -41,6 +41,7 @@ pub mod thread_stack;
 pub mod time;
 pub mod trigger;
 pub mod uart;
+pub mod usb;
 pub mod wait;
 pub mod watchdog;
 

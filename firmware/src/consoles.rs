@@ -6,6 +6,11 @@ use machine::sessions::{Inbox, SessionId};
 static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();
 static UART1: Inbox = Inbox::new();
+// The bus carries 64 bytes at a time; these may lie in slower memory.
+#[unsafe(link_section = ".axizero")]
+static USB0: Inbox = Inbox::new();
+#[unsafe(link_section = ".axizero")]
+static USB1: Inbox = Inbox::new();
 /// Nothing fast looks at it, so it need not be in DTCM; and it is all zero, as the section is.
 #[unsafe(link_section = ".axizero")]
 static RTT: Inbox = Inbox::new();
@@ -19,13 +24,17 @@ pub enum Console {
     Uart0,
     /// UART4, UART 1 of the configuration.
     Uart1,
+    /// The first serial port at the USB socket.
+    Usb0,
+    /// The second one, if the configuration has one.
+    Usb1,
     /// RTT, through a debug probe.
     Rtt,
 }
 
 impl Console {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Rtt];
+    pub const ALL: [Self; 6] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Usb0, Self::Usb1, Self::Rtt];
 
     /// The console of a session.
     pub fn of(session: SessionId) -> Option<Self> {
@@ -38,6 +47,8 @@ impl Console {
             Self::Debug => &DEBUG,
             Self::Uart0 => &UART0,
             Self::Uart1 => &UART1,
+            Self::Usb0 => &USB0,
+            Self::Usb1 => &USB1,
             Self::Rtt => &RTT,
         }
     }
@@ -46,6 +57,7 @@ impl Console {
     pub const fn profile(self) -> SessionProfile {
         match self {
             Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,
+            Self::Usb0 | Self::Usb1 => SessionProfile { kind: ConsoleKind::Usb, ..SessionProfile::SERIAL },
             Self::Rtt => SessionProfile { kind: ConsoleKind::Memory, ..SessionProfile::SERIAL },
         }
     }

@@ -12,6 +12,7 @@ use motion::{Access, Motion};
 use rtic::Mutex;
 
 use crate::log::Told;
+use crate::usb;
 
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
@@ -55,6 +56,7 @@ fn poll_for_ever(ports: impl Ports) -> Infallible {
         let _pending = machine.as_mut().poll(&mut context).is_pending();
         told.tell();
         TURNS.store(TURNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        usb::look_for_room();
         while !AWAKE.swap(false, Ordering::Acquire) {
             // An interrupt that calls `wake` between the test and the sleep is seen half a millisecond later,
             // by the feed's.

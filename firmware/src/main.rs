@@ -7,6 +7,7 @@
 //! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
+//! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead. Hears the console over RTT too |
 //! | 3 | `plan` | the dispatcher | the next corner |
@@ -36,6 +37,7 @@ mod rtt_console;
 mod slow;
 mod storage;
 mod triggers;
+mod usb;
 mod wiring;
 mod workspace;
 
@@ -65,7 +67,7 @@ mod app {
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log, usb};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -139,6 +141,7 @@ mod app {
             second_core_starts: board.identity.second_core_starts,
             rtc: board.rtc,
             rtt: Said::new(ends.console),
+            usb: Some((board.usb, board.identity.unique_id)),
         };
         let shared = Shared {
             motion: cx.local.motion,
@@ -224,6 +227,12 @@ mod app {
             let _taken = inbox.receive(intake, byte);
         });
         dispatcher::wake();
+    }
+
+    // One event of the bus and a few packets; what is left interrupts again.
+    #[task(binds = OTG_FS, priority = 6, local = [device: Option<&'static mut usb::Device> = None])]
+    fn usb_packets(cx: usb_packets::Context) {
+        usb::on_interrupt(cx.local.device);
     }
 
     // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then

@@ -8,14 +8,15 @@ use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
+use bsp_prime::usb::UsbSocket;
 use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
-use config::{MachineConfig, OutputPin, Pin};
+use config::{MachineConfig, OutputPin, Pin, SystemConfig};
 use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, EventLog, HeatPort, InputLevels, Inputs,
-    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
+    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Usb, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -32,7 +33,7 @@ use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, workspace};
+use crate::{LATCH, REPORTS, usb, workspace};
 
 mod files;
 
@@ -62,6 +63,8 @@ pub struct Owned {
     pub second_core_starts: bool,
     pub rtc: Rtc,
     pub rtt: Said,
+    /// Until it is connected, with the chip's unique id.
+    pub usb: Option<(UsbSocket, [u32; 3])>,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -94,6 +97,7 @@ where
     /// `plan` wakes the planner task.
     pub fn new(owned: &'static mut Owned, card: K, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
+        usb::begin();
         Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
     }
 
@@ -105,7 +109,7 @@ where
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
-            Console::Rtt => None,
+            Console::Usb0 | Console::Usb1 | Console::Rtt => None,
         }
     }
 
@@ -289,12 +293,14 @@ where
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        let console = Console::of(session);
-        if console == Some(Console::Rtt) {
+        let Some(console) = Console::of(session) else { return bytes.len() };
+        if console == Console::Rtt {
             return self.owned.rtt.write(Console::Rtt.inbox(), bytes);
         }
-        let port = console.and_then(|console| self.port(console));
-        port.map_or(bytes.len(), |port| port.write(bytes))
+        if let Some(count) = usb::write(console, bytes) {
+            return count;
+        }
+        self.port(console).map_or(bytes.len(), |port| port.write(bytes))
     }
 }
 
@@ -439,6 +445,12 @@ where
 
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Usb for BoardPorts<M, H, S, T, K> {
+    fn connect(&mut self, system: &SystemConfig) -> Result<(), &'static str> {
+        self.owned.usb.take().map_or(Ok(()), |(socket, unique_id)| usb::connect(socket, unique_id, system))
     }
 }
 

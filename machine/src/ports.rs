@@ -13,6 +13,7 @@ mod drivers;
 mod events;
 mod io;
 mod storage;
+mod usb;
 mod workspace;
 
 use core::ops::DerefMut;
@@ -40,6 +41,7 @@ pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
 };
+pub use usb::Usb;
 pub use workspace::Workspace;
 
 /// What time it is.
@@ -108,6 +110,7 @@ pub trait Ports:
     + Storage
     + Consoles
     + Board
+    + Usb
     + Calendar
     + EventLog
 {
@@ -124,6 +127,7 @@ impl<P> Ports for P where
         + Storage
         + Consoles
         + Board
+        + Usb
         + Calendar
         + EventLog
 {

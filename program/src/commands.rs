@@ -54,6 +54,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("ed", "from to", "edit a file line by line into another one: %h lists commands, %c ends it"),
     command("ry", "[silent]", "receive files by YModem; silent: say nothing beside"),
     command("upload", "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels"),
+    command("dl", "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
     command("check", "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves"),
     command("play", "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
         .working(),
@@ -113,7 +114,6 @@ pub const COMMANDS: &[CommandInfo] = &[
 /// meanwhile.
 const LATER: &[(&str, &str)] = &[
     ("dfu", "USB (not there yet); hold BOOT0 while you press reset"),
-    ("dl", "USB (not there yet)"),
     ("fire", "the laser (not there yet)"),
     ("flash", "updates from the card (not there yet); hold BOOT0 while you press reset"),
     ("msc", "USB (not there yet)"),

@@ -186,8 +186,13 @@ impl Runner {
 
     /// Somebody comes to the other end of a session, or goes.
     pub fn set_open(&self, session: SessionId, open: bool) {
-        if let Some(inbox) = self.shared.inboxes.get(usize::from(session.0)) {
-            inbox.set_open(open);
+        let place = usize::from(session.0);
+        let mut intakes = self.shared.intakes.borrow_mut();
+        let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) else { return };
+        if open {
+            inbox.open(intake);
+        } else {
+            inbox.set_open(false);
         }
     }
 

@@ -69,6 +69,7 @@ mod tool_change;
 mod tools;
 mod transfers;
 mod tune_driver;
+mod usb_sessions;
 mod v2_codes;
 mod v2_commands;
 mod v2_replay;

@@ -143,3 +143,59 @@ fn upload_takes_what_comes_up_to_its_end() {
     assert_eq!(String::from_utf8_lossy(&said), "upload cancelled\nok\n");
     assert_eq!(bench.read_card("b.g"), None);
 }
+
+/// A console at a USB port, somebody at its other end.
+fn over_usb() -> (Bench, SessionId) {
+    let serial = machine::ports::SessionProfile::SERIAL;
+    let profile = machine::ports::SessionProfile { kind: machine::ports::ConsoleKind::Usb, ..serial };
+    let (mut bench, usb) = (Plan::new(CARTESIAN).visitor(profile).start(), SessionId(2));
+    bench.set_open(usb, true);
+    assert_eq!(bench.hear_on(usb, 0.1), "Welcome to Smoothie\nok\n");
+    (bench, usb)
+}
+
+#[test]
+fn dl_takes_so_many_bytes_whatever_they_are() {
+    let (mut bench, usb) = over_usb();
+    let text = "G1 X1 ? ! ~\nM112\n\u{4}\u{18}\u{19}\u{1a}".repeat(100);
+    bench.type_on(usb, &format!("dl a b.g {}\n", text.len()));
+    assert_eq!(bench.hear_on(usb, 0.1), format!("READY - {}\n", text.len()));
+    bench.type_on(usb, &text);
+    assert_eq!(bench.hear_on(usb, 0.5), "SUCCESS\nok\n");
+    assert_eq!(bench.read_card("a b.g"), Some(text));
+    assert!(bench.say_on(usb, "M105").starts_with("ok "), "lines are lines again");
+}
+
+#[test]
+fn dl_says_why_it_does_not() {
+    let (mut bench, usb) = over_usb();
+    for (command, why) in [
+        ("dl", "Usage dl filename size"),
+        ("dl a.g", "Usage dl filename size"),
+        ("dl a.g 0", "file size is bad"),
+        ("dl a.g much", "file size is bad"),
+        ("dl nowhere/a.g 5", "no such file"),
+    ] {
+        bench.type_on(usb, &format!("{command}\n"));
+        assert_eq!(bench.hear_on(usb, 0.1), format!("FAIL - {why}\n"), "{command}");
+    }
+    assert_eq!(bench.ask("dl a.g 5"), "FAIL - download only allowed over USB\n");
+    bench.type_on(usb, "dl a.g 5\n");
+    assert_eq!(bench.hear_on(usb, 0.1), "READY - 5\n");
+    bench.type_on(usb, "abc");
+    assert_eq!(bench.hear_on(usb, 30.0), "FAIL - nothing came for 20 s\nok\n");
+    assert_eq!(bench.read_card("a.g"), None, "half a file does not stay");
+}
+
+#[test]
+fn the_rest_of_a_file_whose_sender_has_gone_is_no_lines() {
+    let (mut bench, usb) = over_usb();
+    bench.type_on(usb, "dl a.g 1000\n");
+    assert_eq!(bench.hear_on(usb, 0.1), "READY - 1000\n");
+    bench.type_on(usb, &"M112\n".repeat(50));
+    bench.set_open(usb, false);
+    bench.set_open(usb, true);
+    assert_eq!(bench.hear_on(usb, 0.2), "Welcome to Smoothie\nok\n");
+    assert!(bench.say_on(usb, "M105").starts_with("ok "), "and nothing was halted");
+    assert_eq!(bench.read_card("a.g"), None);
+}

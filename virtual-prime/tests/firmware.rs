@@ -43,9 +43,9 @@ fn the_flash_has_time_and_oscillators_that_nothing_uses_are_off() {
         (clocks, bus.registers("Flash").map(|file| file.get(flash::Register::Acr)))
     });
     let (Some(clocks), Some(access)) = registers.expect("the image runs") else { panic!("no such block") };
-    // RM0399 section 9.7.2: PLL3RDY, PLL3ON, PLL2RDY, PLL2ON; HSI48RDY, HSI48ON. PLL1, the crystal, HSI and
-    // CSI run.
-    assert_eq!(clocks & (0xF << 26 | 0b11 << 12), 0, "{clocks:#010x}");
+    // RM0399 section 9.7.2: PLL2RDY, PLL2ON; HSI48RDY, HSI48ON. PLL3, PLL1, the crystal, HSI and CSI run.
+    assert_eq!(clocks & (0b11 << 26 | 0b11 << 12), 0, "{clocks:#010x}");
+    assert_eq!(clocks & (0b11 << 28), 0b11 << 28, "PLL3 makes the 48 MHz of USB");
     assert_eq!(clocks & (1 << 24 | 1 << 16 | 1 << 7 | 1), 1 << 24 | 1 << 16 | 1 << 7 | 1, "{clocks:#010x}");
     // Section 4.9.1: the table asks for LATENCY 2 and WRHIGHFREQ 2 at 200 MHz.
     assert_eq!(access, 0x34);

@@ -137,7 +137,7 @@ fn a_job_run_twice_gives_the_same_edge_hash() {
 
 /// Time since its motion began (nanoseconds), motor, direction.
 type Edge = (u64, Actuator, Direction);
-type Motion = Vec<Edge>;
+pub type Motion = Vec<Edge>;
 
 /// The step interrupt plays events this close together one after the other; what is later than that it counts
 /// as late.
@@ -145,7 +145,7 @@ const TOLERANCE_NS: u64 = 250;
 
 /// Edges parted where nothing moves for 100 ms: when the next motion begins is the dispatcher's business,
 /// what it looks like is not.
-fn motions(edges: &[StepEdge]) -> Vec<Motion> {
+pub fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     let mut motions = Vec::<Motion>::new();
     let (mut began_ns, mut last_ns) = (0, 0);
     for edge in edges {

@@ -32,6 +32,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("storage", &["machine", "drivers"]),
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
+    // A USB device over a bus as a trait: what its ports and its disk are connected to is handed in.
+    ("usb", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
     // controller is driven by `drivers::sd`; the flash is what `update` writes to.
     ("bsp-prime", &["units", "events", "motion", "drivers", "update"]),
@@ -51,6 +53,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "sensor-bank",
             "storage",
             "update",
+            "usb",
             "bsp-prime",
         ],
     ),
@@ -101,10 +104,11 @@ const PURE: &[&str] = &[
     "sensor-bank",
     "storage",
     "update",
+    "usb",
 ];
 
 /// Crates that never wait: whoever calls them does.
-const SYNCHRONOUS: &[&str] = &["units", "events", "gcode", "program", "config", "motion", "tmc", "drivers"];
+const SYNCHRONOUS: &[&str] = &["units", "events", "gcode", "program", "config", "motion", "tmc", "drivers", "usb"];
 
 /// Runs every rule and reports all violations at once.
 pub fn check(root: &Path) -> Result<()> {

@@ -17,6 +17,8 @@ pub enum Speed {
     Medium = 0b01,
     /// 4 ns: the SD card's 25 MHz, as running boards have it. The data sheet allows a card's edges 10 ns.
     High = 0b10,
+    /// 3 ns. USB alone, as running boards have it: its transceiver shapes the edges itself.
+    VeryHigh = 0b11,
 }
 
 /// What a pin does (RM0399 section 12.4.1, GPIOx_MODER).

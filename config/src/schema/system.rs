@@ -135,8 +135,7 @@ pub const CONSOLES: Section = Section {
         |c, _, v| c.system.second_usb_serial_enable = v,
         "A second USB serial port with a console of its own.",
     )
-    .v1("second_usb_serial_enable")
-    .not_yet_harmless("use the first USB port, the debug UART or [uart console]")],
+    .v1("second_usb_serial_enable")],
 };
 
 pub const UART_CONSOLE: Section = Section {

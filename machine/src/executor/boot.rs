@@ -27,6 +27,8 @@ use crate::wait::yield_once;
 
 /// The motor supply has been read by then: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
+/// What whoever comes later is told of a configuration with errors, in Smoothieware's words.
+const CONFIG_NOTICE: &str = "There was an error detected in the config.ini\nPlease check the uart log\n";
 /// Findings that are told one by one; the rest is counted.
 const FINDINGS: usize = 12;
 
@@ -47,6 +49,9 @@ pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions
     let took = ports.now().since(since);
     let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
     sessions.set_dialect(ports, crate::program_setup::dialect(config), banner);
+    if let Err(why) = ports.connect(&config.system) {
+        sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
+    }
     report(ports, sessions, &findings, &summary).await;
     Read { summary, took }
 }
@@ -164,7 +169,14 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
              and sdcard access\n"
         ));
     }
+    if !read.summary.is_ok_and(Summary::is_complete) {
+        machine.sessions.notice = CONFIG_NOTICE;
+    }
     for id in machine.sessions.ids() {
+        // Whoever has come meanwhile is greeted at the first look.
+        if machine.sessions.is_visited_anew(&machine.ports, id) || !machine.ports.inbox(id).is_open() {
+            continue;
+        }
         let greeting = machine.ports.profile(id).greeting;
         if let Some(session) = machine.sessions.get_mut(id) {
             session.greet(greeting);

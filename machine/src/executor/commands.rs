@@ -18,7 +18,7 @@ use crate::heat_codes;
 use crate::jog;
 use crate::motors;
 use crate::needs::needs;
-use crate::ports::{DateTime, Ports};
+use crate::ports::{ConsoleKind, DateTime, Ports};
 use crate::reports::{self, Status};
 use crate::safety::Event;
 use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
@@ -142,6 +142,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "date" => return Some(date(machine, arguments, to)),
         "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
+        "dl" => return Some(receive_counted(machine, arguments, to)),
         "break" => return Some(stop_for_debugger(machine, to)),
         "events" => return Some(recording::tell(machine, arguments, to)),
         "reset" => {
@@ -335,6 +336,32 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
         }
     }?;
     long_answers::begin_transfer(machine, to)
+}
+
+/// `dl file bytes`: for programs, which look at how the answer begins. Only on a transport that holds its
+/// sender back.
+fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let now = machine.ports.now();
+    let kind = to.session().map(|id| machine.ports.profile(id).kind);
+    let Machine { files, ports, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    let (name, size) = arguments.rsplit_once([' ', '\t']).unwrap_or((arguments, ""));
+    let begun = match size.parse() {
+        _ if name.trim().is_empty() || size.is_empty() => Err("Usage dl filename size"),
+        _ if !matches!(kind, Some(ConsoleKind::Usb | ConsoleKind::Network)) => Err("download only allowed over USB"),
+        Err(_) | Ok(0) => Err("file size is bad"),
+        Ok(size) => {
+            let path = files.absolute(name.trim());
+            files.transfers.receive_counted(path, size, now, ports, reply)
+        }
+    };
+    match begun {
+        Ok(()) => long_answers::begin_transfer(machine, to),
+        Err(why) => {
+            reply.say(format_args!("FAIL - {why}\n"));
+            Ok(Answer::Said)
+        }
+    }
 }
 
 fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

@@ -18,7 +18,7 @@ use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
 use crate::ports::{InputLevels, Ports};
 use crate::safety::{Event, Hit};
-use crate::sessions::{Listing, Recipient, Rights, SessionId};
+use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
 
 /// How often inputs and faults are looked at.
@@ -73,7 +73,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         if self.sessions.is_visited_anew(&self.ports, id) {
-            self.change_visitor(id);
+            self.follow_visitor(id);
         }
         if self.ports.inbox(id).has_news() {
             self.serve_requests(id);
@@ -85,9 +85,11 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Whoever comes next has asked for nothing of what the one before asked for.
-    fn change_visitor(&mut self, id: SessionId) {
+    fn follow_visitor(&mut self, id: SessionId) {
         let Self { sessions, ports, files, jobs, .. } = self;
-        if let Some(listing) = sessions.greet(ports, id) {
+        let (Visitor::Left, listing) = sessions.follow_visitor(ports, id) else { return };
+        let sent_file = matches!(listing, Some(Listing::Transfer)) || files.takes_lines_of(id);
+        if let Some(listing) = listing {
             if matches!(listing, Listing::Transfer) {
                 ports.inbox(id).set_raw(false);
                 files.transfers.break_off(ports);
@@ -97,6 +99,10 @@ impl<P: Ports> Machine<'_, P> {
         ports.inbox(id).set_text(false);
         files.session_ended(id, ports);
         jobs.session_ended(id);
+        // The rest of a file is no lines to be carried out.
+        if let Some(session) = sessions.get_mut(id).filter(|_| sent_file) {
+            session.forget_lines(ports.inbox(id));
+        }
         let (session, is_there) = (id.0, ports.inbox(id).is_open());
         self.record(&if is_there { Happened::SessionOpened { session } } else { Happened::SessionClosed { session } });
     }

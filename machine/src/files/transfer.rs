@@ -1,5 +1,6 @@
-//! Files that a console sends as bytes: `ry` by YModem, `upload` as they are up to Ctrl-D or Ctrl-Z.
-//! Meanwhile every byte of that console belongs to the file, and nothing of it acts.
+//! Files that a console sends as bytes: `ry` by YModem, `upload` as they are up to Ctrl-D or Ctrl-Z, `dl` so
+//! many bytes, whatever they are. Meanwhile every byte of that console belongs to the file, and nothing of it
+//! acts.
 
 use units::Micros;
 
@@ -13,7 +14,10 @@ use crate::sessions::{Received, Reply, SessionId};
 const BEFORE: Micros = Micros::from_seconds(2);
 /// Bytes of a console taken in one turn.
 const MOST_BYTES: usize = 1_100;
-/// Bytes of `upload` that go to the card together.
+/// How long `dl` waits for its next byte, and, when the file cannot be kept, for the end of what is sent.
+const BETWEEN: Micros = Micros::from_seconds(20);
+const TO_THE_END: Micros = Micros::from_seconds(1);
+/// Bytes of `upload` and `dl` that go to the card together.
 const CHUNK: usize = 1_024;
 const CTRL_D: u8 = 0x04;
 const CTRL_X: u8 = 0x18;
@@ -26,6 +30,21 @@ enum Way {
     YModem(Receiver),
     /// As it is; what waits to be written.
     Plain(heapless::Vec<u8, CHUNK>),
+    /// As it is, so many bytes.
+    Counted(Counted),
+}
+
+/// A file of known length.
+#[derive(Debug)]
+struct Counted {
+    /// Bytes to come.
+    left: u32,
+    /// What waits to be written.
+    waiting: heapless::Vec<u8, CHUNK>,
+    /// When it is given up, should nothing come.
+    until: Micros,
+    /// Why it cannot be kept. The rest is taken all the same, as it is no lines.
+    failed: Option<StorageError>,
 }
 
 /// A file, or several, on their way from a console.
@@ -47,6 +66,8 @@ enum Ending {
     /// The console was faster than the card.
     Lost,
     Failed(StorageError),
+    /// Nothing came for long.
+    Silent,
 }
 
 /// What consoles send as bytes: one at a time.
@@ -89,6 +110,29 @@ impl Transfers {
         let file = file.map_err(|error| Failure::Refused(crate::failure::about_file(&path, error.text())))?;
         reply.say(format_args!("uploading to file: {name}, send control-D or control-Z to finish\n"));
         let way = Way::Plain(heapless::Vec::new());
+        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0 });
+        Ok(())
+    }
+
+    /// `dl file bytes`: so many bytes are the file.
+    ///
+    /// # Errors
+    /// What is wrong, in words for the program that sends.
+    pub fn receive_counted(
+        &mut self,
+        path: Path,
+        size: u32,
+        now: Micros,
+        storage: &mut impl Storage,
+        reply: &mut Reply<'_>,
+    ) -> Result<(), &'static str> {
+        if self.current.is_some() {
+            return Err("another console sends a file");
+        }
+        let file = storage.open(&path, OpenMode::Write).map_err(StorageError::text)?;
+        reply.say(format_args!("READY - {size}\n"));
+        let waiting = heapless::Vec::new();
+        let way = Way::Counted(Counted { left: size, waiting, until: now.plus(BETWEEN), failed: None });
         self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0 });
         Ok(())
     }
@@ -143,13 +187,19 @@ impl Transfer {
             let ended = match &mut self.way {
                 Way::YModem(_) => self.hear(byte, directory, now, ports, reply),
                 Way::Plain(_) => self.keep(byte, ports),
+                Way::Counted(_) => self.count(byte, now, ports),
             };
             if ended.is_some() {
                 return ended;
             }
         }
-        let Way::YModem(receiver) = &mut self.way else {
-            return (ports.inbox(from).take_lost() > 0).then_some(Ending::Lost);
+        let receiver = match &mut self.way {
+            Way::YModem(receiver) => receiver,
+            _ if ports.inbox(from).take_lost() > 0 => return Some(Ending::Lost),
+            Way::Counted(Counted { until, failed, .. }) if now >= *until => {
+                return Some(failed.map_or(Ending::Silent, Ending::Failed));
+            }
+            _ => return None,
         };
         // What was lost of a block is asked for again.
         ports.inbox(from).take_lost();
@@ -226,8 +276,26 @@ impl Transfer {
         ends.then_some(Ending::Whole)
     }
 
+    /// A byte of `dl`.
+    fn count(&mut self, byte: u8, now: Micros, storage: &mut impl Storage) -> Option<Ending> {
+        let (Way::Counted(counted), Some((file, _))) = (&mut self.way, &self.file) else { return None };
+        let Counted { left, waiting, until, failed } = counted;
+        // A full one is written below.
+        let _ = waiting.push(byte);
+        *left -= 1;
+        if *left == 0 || waiting.is_full() {
+            if failed.is_none() {
+                *failed = Storage::write(storage, *file, waiting).err();
+            }
+            waiting.clear();
+            *until = now.plus(if failed.is_some() { TO_THE_END } else { BETWEEN });
+        }
+        (*left == 0).then(|| failed.map_or(Ending::Whole, Ending::Failed))
+    }
+
     fn end(mut self, ending: &Ending, storage: &mut impl Storage, reply: &mut Reply<'_>) {
         let (silent, count, is_ymodem) = (self.silent, self.count, matches!(self.way, Way::YModem(_)));
+        let is_counted = matches!(self.way, Way::Counted(_));
         let closed = match (ending, self.file.take()) {
             (Ending::Whole, Some((file, _))) => storage.close(file),
             (_, Some(open)) => {
@@ -237,6 +305,15 @@ impl Transfer {
             }
             _ => Ok(()),
         };
+        if is_counted {
+            return match (ending, closed) {
+                (Ending::Whole, Ok(())) => reply.say(format_args!("SUCCESS\n")),
+                (Ending::Whole, Err(error)) => reply.say(format_args!("FAIL - {}\n", error.text())),
+                (Ending::Failed(error), _) => reply.say(format_args!("FAIL - {}\n", error.text())),
+                (Ending::Lost, _) => reply.say(format_args!("FAIL - bytes were lost\n")),
+                _ => reply.say(format_args!("FAIL - nothing came for {} s\n", BETWEEN.seconds())),
+            };
+        }
         match (ending, closed) {
             (Ending::Whole, Ok(())) if !is_ymodem => reply.say(format_args!("uploaded {count} bytes\n")),
             (Ending::Whole, Ok(())) if !silent => reply.say(format_args!("downloaded {count} file(s) ok\n")),
@@ -244,7 +321,7 @@ impl Transfer {
             (Ending::Broken(number), _) if is_ymodem => {
                 reply.say(format_args!("download failed with error {number}\n"));
             }
-            (Ending::Broken(_), _) => reply.say(format_args!("upload cancelled\n")),
+            (Ending::Broken(_) | Ending::Silent, _) => reply.say(format_args!("upload cancelled\n")),
             (Ending::Lost, _) => reply.say(format_args!("upload failed: bytes were lost, send more slowly\n")),
             (Ending::Failed(error), _) => {
                 reply.say(format_args!("download failed with error -5: {}\n", error.text()));

@@ -85,6 +85,8 @@ pub struct Inbox {
     text: AtomicBool,
     /// How often somebody came or went: even while somebody is there. Written by the transport.
     visits: AtomicU32,
+    /// Count of bytes received before somebody came last. Written by the transport.
+    opened_at: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
     /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
@@ -112,6 +114,7 @@ impl Inbox {
             raw: AtomicBool::new(false),
             text: AtomicBool::new(false),
             visits: AtomicU32::new(0),
+            opened_at: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
         }
@@ -216,6 +219,29 @@ impl Inbox {
         if visits.is_multiple_of(2) != open {
             self.visits.store(visits.wrapping_add(1), Ordering::Release);
         }
+    }
+
+    /// Somebody has come to the other end, where there may have been somebody before: what that one has sent
+    /// whole is carried out first, half a line of his is forgotten. For the transport, whose `intake` it is.
+    pub fn open(&self, intake: &mut Intake) {
+        if intake.place == Place::InLine {
+            self.push(FORGET_LINE);
+        }
+        *intake = Intake::new();
+        self.opened_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+        self.set_open(true);
+    }
+
+    /// Whether bytes wait that came before whoever came last.
+    pub fn has_from_before(&self) -> bool {
+        let before = self.opened_at.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Relaxed));
+        (1..=INBOX_BYTES as u32).contains(&before)
+    }
+
+    /// Drops everything that has come.
+    pub fn drop_all(&self) {
+        self.taken.store(self.received.load(Ordering::Acquire), Ordering::Release);
+        self.lost.store(0, Ordering::Release);
     }
 
     /// Somebody is at the other end.

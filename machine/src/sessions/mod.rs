@@ -65,6 +65,19 @@ pub struct Sessions {
     turn: usize,
     /// While the line of a button is carried out: whether a button has asked it to end.
     pub button_stop: Option<bool>,
+    /// What whoever comes is told behind the greeting.
+    pub notice: &'static str,
+}
+
+/// What has become of the one at a session's other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visitor {
+    /// One has left.
+    Left,
+    /// What the one before has sent is still to be carried out; then whoever is there now is greeted.
+    Waits,
+    /// One has come, and was greeted.
+    Came,
 }
 
 impl Default for Sessions {
@@ -77,7 +90,7 @@ impl Sessions {
     /// No line, no output.
     #[must_use]
     pub const fn new() -> Self {
-        Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0, button_stop: None }
+        Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0, button_stop: None, notice: "" }
     }
 
     /// Takes the sessions that a board has.
@@ -194,21 +207,26 @@ impl Sessions {
         session.is_some_and(|session| core::mem::take(&mut session.stop_requested))
     }
 
-    /// Whether those who are meant have taken most of what was said to them.
+    /// Whether those who are meant have taken most of what was said to them; who takes nothing for long is
+    /// not waited for.
     #[must_use]
     pub fn have_taken_most(&self, who: Recipient) -> bool {
         let mut sessions = self.sessions.iter().take(self.count).enumerate();
         sessions.all(|(id, session)| {
             let is_meant = who == Recipient::All || who == Recipient::Session(SessionId(id as u8));
-            !is_meant || session.has_room_for_listing()
+            !is_meant || session.has_room_for_listing() || session.is_stuck()
         })
     }
 
     /// Hands output to the transports, as much as they take. What nobody takes for [`LISTENER_TIMEOUT`] is
-    /// forgotten.
+    /// forgotten, but on a transport that knows that somebody is there.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
         for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
-            session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(SessionId(index as u8), bytes));
+            let id = SessionId(index as u8);
+            if session.visits() != consoles.inbox(id).visits() {
+                session.drop_output();
+            }
+            session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(id, bytes));
         }
     }
 
@@ -218,19 +236,28 @@ impl Sessions {
         self.get(id).is_some_and(|session| session.visits() != consoles.inbox(id).visits())
     }
 
-    /// Begins anew for whoever is there now, and greets him. What the one before left is given back to be
-    /// ended.
-    pub fn greet(&mut self, consoles: &impl Consoles, id: SessionId) -> Option<Listing> {
-        let visits = consoles.inbox(id).visits();
-        let session = self.get_mut(id)?;
+    /// Follows who comes and goes; what one who has left has left unfinished is given back to be ended.
+    /// Whoever comes finds nothing of the one before: neither his answers nor half a line of his; what that
+    /// one had sent whole is carried out first.
+    pub fn follow_visitor(&mut self, consoles: &impl Consoles, id: SessionId) -> (Visitor, Option<Listing>) {
+        let (inbox, notice) = (consoles.inbox(id), self.notice);
+        let visits = inbox.visits();
+        let Some(session) = self.get_mut(id) else { return (Visitor::Waits, None) };
+        if session.visits().is_multiple_of(2) || !inbox.is_open() {
+            // Whoever has come since then is met at the next look.
+            session.leave(if inbox.is_open() { visits.wrapping_sub(1) } else { visits });
+            return (Visitor::Left, session.listing.take());
+        }
+        if session.has_from_before(inbox) {
+            return (Visitor::Waits, None);
+        }
         let profile: SessionProfile = consoles.profile(id);
-        let (dialect, left) = (session.dialect, session.listing.take());
+        let dialect = session.dialect;
         session.begin(&profile, visits);
         session.dialect = profile.dialect.unwrap_or(dialect);
-        if visits.is_multiple_of(2) {
-            session.greet(profile.greeting);
-        }
-        left
+        session.greet(profile.greeting);
+        session.announce(format_args!("{notice}"));
+        (Visitor::Came, None)
     }
 }
 
@@ -247,6 +274,7 @@ mod tests {
         intakes: [Intake; 2],
         /// What each has been output, and how much more it takes.
         output: [(VecDeque<u8>, usize); 2],
+        kinds: [ConsoleKind; 2],
     }
 
     impl Desk {
@@ -257,6 +285,7 @@ mod tests {
                 inboxes: [Inbox::new(), visited],
                 intakes: [Intake::new(); 2],
                 output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
+                kinds: [ConsoleKind::Serial, ConsoleKind::Network],
             }
         }
 
@@ -279,7 +308,7 @@ mod tests {
         }
 
         fn profile(&self, id: SessionId) -> SessionProfile {
-            let kind = if id.0 == 0 { ConsoleKind::Serial } else { ConsoleKind::Network };
+            let kind = self.kinds[usize::from(id.0)];
             SessionProfile { kind, rights: Rights::Operate, dialect: None, greeting: "hello\n" }
         }
 
@@ -306,7 +335,9 @@ mod tests {
 
     fn greet(sessions: &mut Sessions, desk: &Desk) {
         assert!(sessions.is_visited_anew(desk, SessionId(1)));
-        assert!(sessions.greet(desk, SessionId(1)).is_none() && !sessions.is_visited_anew(desk, SessionId(1)));
+        let (visitor, unfinished) = sessions.follow_visitor(desk, SessionId(1));
+        assert!(visitor != Visitor::Waits && unfinished.is_none());
+        assert!(!sessions.is_visited_anew(desk, SessionId(1)));
     }
 
     fn take(sessions: &mut Sessions) -> Option<(u8, Vec<u8>)> {
@@ -390,5 +421,73 @@ mod tests {
         desk.type_on(1, "whole\n");
         gather(&mut sessions, &desk);
         assert_eq!(take(&mut sessions), Some((1, b"whole".to_vec())));
+    }
+
+    #[test]
+    fn what_was_sent_whole_is_carried_out_before_whoever_comes_next() {
+        let mut desk = Desk::new();
+        let Desk { inboxes, intakes, .. } = &mut desk;
+        inboxes[1].open(&mut intakes[1]);
+        let mut sessions = sessions(&desk);
+        desk.type_on(1, "G28\nG1 X5\nG1 Y");
+        gather(&mut sessions, &desk);
+        desk.inboxes[1].set_open(false);
+        assert_eq!(sessions.follow_visitor(&desk, SessionId(1)).0, Visitor::Left);
+        sessions.say(Recipient::Session(SessionId(1)), format_args!("ok\n"));
+        let Desk { inboxes, intakes, .. } = &mut desk;
+        inboxes[1].open(&mut intakes[1]);
+        desk.type_on(1, "M105\n");
+        let mut done = Vec::new();
+        for _ in 0..4 {
+            if sessions.is_visited_anew(&desk, SessionId(1)) {
+                sessions.follow_visitor(&desk, SessionId(1));
+            }
+            gather(&mut sessions, &desk);
+            if let Some((_, line)) = take(&mut sessions) {
+                done.push(String::from_utf8(line).unwrap());
+                sessions.say(Recipient::Session(SessionId(1)), format_args!("ok {}\n", done.len()));
+            }
+            sessions.flush(&mut desk, Micros(0));
+        }
+        assert_eq!(done, ["G28", "G1 X5", "M105"], "half a line is none");
+        assert_eq!(desk.read(1), "hello\nok 3\n", "answers go to who has asked");
+    }
+
+    #[test]
+    fn what_is_said_over_usb_waits_as_long_as_somebody_is_there() {
+        let mut desk = Desk::new();
+        desk.kinds[1] = ConsoleKind::Usb;
+        let Desk { inboxes, intakes, .. } = &mut desk;
+        inboxes[1].open(&mut intakes[1]);
+        let mut sessions = sessions(&desk);
+        desk.output[1].1 = 0;
+        (0..60).for_each(|_| sessions.say(Recipient::Session(SessionId(1)), format_args!("a long answer\n")));
+        sessions.flush(&mut desk, Micros(0));
+        assert!(!sessions.have_taken_most(Recipient::All));
+        sessions.flush(&mut desk, Micros::from_seconds(100));
+        assert!(sessions.have_taken_most(Recipient::All), "the machine does not wait for it");
+        desk.type_on(1, "M105\n");
+        gather(&mut sessions, &desk);
+        assert_eq!(take(&mut sessions), None, "it does for the machine");
+        desk.output[1].1 = usize::MAX;
+        sessions.flush(&mut desk, Micros::from_seconds(101));
+        assert_eq!(desk.read(1).len(), 60 * 14, "and nothing is lost");
+    }
+
+    #[test]
+    fn whoever_left_and_came_between_two_looks_has_left_first() {
+        let mut desk = Desk::new();
+        let Desk { inboxes, intakes, .. } = &mut desk;
+        inboxes[1].open(&mut intakes[1]);
+        let mut sessions = sessions(&desk);
+        sessions.notice = "mind the step\n";
+        desk.inboxes[1].set_open(false);
+        let Desk { inboxes, intakes, .. } = &mut desk;
+        inboxes[1].open(&mut intakes[1]);
+        assert_eq!(sessions.follow_visitor(&desk, SessionId(1)).0, Visitor::Left);
+        assert!(sessions.take_stop(Recipient::Session(SessionId(1))), "what he moved by hand stops");
+        assert_eq!(sessions.follow_visitor(&desk, SessionId(1)).0, Visitor::Came);
+        sessions.flush(&mut desk, Micros(0));
+        assert_eq!(desk.read(1), "hello\nmind the step\n");
     }
 }

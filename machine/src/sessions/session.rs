@@ -11,7 +11,7 @@ use super::{Inbox, LineBytes, Received};
 use crate::files::paths::Path;
 use crate::grbl::framing::{BANNER, Framing};
 use crate::grbl::numbers::Error;
-use crate::ports::{FileHandle, SessionProfile};
+use crate::ports::{ConsoleKind, FileHandle, SessionProfile};
 
 /// Output a session can be behind with; more than the longest reply of one line.
 const OUTPUT_BYTES: usize = 2_048;
@@ -171,6 +171,10 @@ pub struct Session {
     visits: u32,
     /// Its output was last taken then.
     taken_at: Micros,
+    /// Its transport knows whether somebody is there: what is not taken waits as long as he is.
+    is_patient: bool,
+    /// It has taken nothing for long.
+    is_stuck: bool,
 }
 
 impl Session {
@@ -193,10 +197,12 @@ impl Session {
             too_long: false,
             visits: 0,
             taken_at: Micros(0),
+            is_patient: false,
+            is_stuck: false,
         }
     }
 
-    /// Somebody new is at the other end, or nobody.
+    /// Somebody new is at the other end.
     pub(super) fn begin(&mut self, profile: &SessionProfile, visits: u32) {
         self.gathering.clear();
         self.line = None;
@@ -204,10 +210,31 @@ impl Session {
         self.framing = Framing::new();
         self.decoder = Decoder::new();
         self.rights = profile.rights;
-        // Whatever it started by hand ends with it.
-        self.stop_requested = self.visits != visits && !visits.is_multiple_of(2);
+        self.stop_requested = false;
         self.waits_for_room = false;
+        (self.lost, self.too_long) = (0, false);
+        self.is_patient = profile.kind == ConsoleKind::Usb;
         self.visits = visits;
+    }
+
+    /// Nobody is at the other end any more. What he has sent whole is carried out, for nobody to hear.
+    pub(super) fn leave(&mut self, visits: u32) {
+        self.output.bytes.clear();
+        self.framing = Framing::new();
+        // Whatever he started by hand ends with him.
+        self.stop_requested = true;
+        self.visits = visits;
+    }
+
+    /// Whether lines of whoever was here before are still to be begun.
+    pub(super) fn has_from_before(&self, inbox: &Inbox) -> bool {
+        inbox.has_from_before() || self.line.is_some()
+    }
+
+    /// Forgets what he has sent that has not been begun.
+    pub fn forget_lines(&mut self, inbox: &Inbox) {
+        inbox.drop_all();
+        self.clear_line();
     }
 
     pub(super) const fn visits(&self) -> u32 {
@@ -232,6 +259,10 @@ impl Session {
             return;
         }
         while self.line.is_none() && self.lost == 0 && !self.too_long {
+            // Whoever has come meanwhile is greeted first.
+            if self.visits != inbox.visits() && inbox.is_open() && !inbox.has_from_before() {
+                return;
+            }
             let byte = match inbox.take() {
                 Some(Received::Byte(byte)) => byte,
                 Some(Received::ForgetLine) => {
@@ -361,6 +392,11 @@ impl Session {
         self.write(text, true);
     }
 
+    /// Drops what nobody is there to hear.
+    pub(super) fn drop_output(&mut self) {
+        self.output.bytes.clear();
+    }
+
     /// Says who is here: what the transport says, or what senders of GRBL's dialect wait for.
     pub fn greet(&mut self, greeting: &str) {
         self.announce(format_args!("{}", if self.dialect == Dialect::Grbl { self.grbl_banner } else { greeting }));
@@ -402,10 +438,15 @@ impl Session {
         self.output.bytes.len() < OUTPUT_AHEAD
     }
 
-    /// Hands output on; what is not taken for so long is forgotten.
+    /// Whether it has taken nothing for so long that nobody waits for it.
+    pub(super) const fn is_stuck(&self) -> bool {
+        self.is_stuck
+    }
+
+    /// Hands output on; what is not taken for so long is forgotten, unless somebody is known to be there.
     pub(super) fn flush(&mut self, now: Micros, timeout: Micros, mut take: impl FnMut(&[u8]) -> usize) {
         if self.output.bytes.is_empty() {
-            self.taken_at = now;
+            (self.taken_at, self.is_stuck) = (now, false);
             return;
         }
         // Two rounds: the ring's two halves.
@@ -419,7 +460,8 @@ impl Session {
                 self.taken_at = now;
             }
         }
-        if now.since(self.taken_at) > timeout {
+        self.is_stuck = now.since(self.taken_at) > timeout;
+        if self.is_stuck && !self.is_patient {
             self.output.bytes.clear();
         }
     }

@@ -26,6 +26,7 @@ pub const ROWS: &[Row] = &[
     row("[system] aux_play_led", "", "PJ9", Board("conventions/inputs.rs")),
     row("[system] fets_enable_pin", "PF14!o", "PF15!o", Boot),
     row("[system] fets_power_enable_pin", "PD7", "PJ5", Boot),
+    row("[consoles] second_usb_serial_enable", "false", "true", Board("usb/ports.rs")),
     row("[uart console] enable", "true", "false", Boot).with(&["[switch] fan.output_pin = PB11"]),
     row("[uart console] channel", "0", "1", Boot).with(UART),
     row("[uart console] console", "true", "false", Board("settings.rs")),

@@ -1,25 +1,29 @@
 //! `virtual-prime console`: a live board, paced to real time.
 
-use std::io::{self, IsTerminal, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use sim::output::{Outcome, Recorder};
 use sim::session::{BOOT_SILENCE_NS, Opening};
-use virtual_prime::console::Line;
+use virtual_prime::board::{PrimeBoard, SharedWorld};
 use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::sd_image;
-use virtual_prime::typed::{AHEAD, Typed};
+use virtual_prime::typed::Typed;
 use virtual_prime::vm::{Span, Vm};
 
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
 use super::onlooker::Onlooker;
+use super::serial::SerialSocket;
+use super::usb::{UsbOptions, UsbSocket};
 
 /// How much virtual time passes between two looks at the world outside.
 const SLICE: Duration = Duration::from_millis(5);
+/// The same while somebody is plugged in: a frame of the bus.
+const FRAME: Duration = Duration::from_millis(1);
 /// How long our image says nothing between two of its first words. What is typed before its consoles are up
 /// is lost, as on the board, so a pipe is held until then.
 const FIRST_WORDS_NS: u64 = 200_000_000;
@@ -42,10 +46,15 @@ pub struct Options {
     /// First of three TCP ports for the serial ports; 0 lets the system choose.
     #[arg(long, default_value_t = 0)]
     port: u16,
+    #[command(flatten)]
+    usb: UsbOptions,
     /// TCP port that tells the machine's true state, a line of JSON for each line asked; 0 lets the system
     /// choose.
     #[arg(long)]
     state_port: Option<u16>,
+    /// Directory for the files that `run` leaves: every step, the debug console, temperatures, a summary.
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// End after this many seconds.
     #[arg(long)]
     until: Option<f64>,
@@ -73,46 +82,53 @@ impl Options {
     }
 }
 
-/// A serial port on TCP: the latest client to connect has the wire.
-struct Socket {
-    listener: TcpListener,
-    client: Option<TcpStream>,
-    line: Line,
+/// Everything that can be connected to the board.
+struct Sockets {
+    serial: Vec<SerialSocket>,
+    usb: Option<UsbSocket>,
+    onlooker: Option<Onlooker>,
 }
 
-impl Socket {
-    fn open(port: u16, line: Line) -> io::Result<Self> {
-        let listener = TcpListener::bind(("127.0.0.1", port))?;
-        listener.set_nonblocking(true)?;
-        Ok(Self { listener, client: None, line })
+impl Sockets {
+    /// Opens them, and says where they are.
+    fn open(options: &Options, board: &PrimeBoard) -> Result<Self, String> {
+        let mut serial = Vec::new();
+        for (index, name) in PORT_NAMES.into_iter().enumerate() {
+            let port = if options.port == 0 { 0 } else { options.port + index as u16 };
+            let fail = |error: io::Error| format!("port {port}: {error}");
+            let socket = SerialSocket::open(port, board.console(index).clone()).map_err(fail)?;
+            eprintln!("{name} on tcp {}", socket.address().map_err(fail)?);
+            serial.push(socket);
+        }
+        let onlooker = options.state_port.map(Onlooker::open).transpose().map_err(|error| error.to_string())?;
+        if let Some(onlooker) = &onlooker {
+            eprintln!("the machine's state on tcp {}", onlooker.address().map_err(|error| error.to_string())?);
+        }
+        Ok(Self { serial, usb: UsbSocket::open(&options.usb)?, onlooker })
     }
 
-    /// Takes a new client, and as much of what the present one has sent as the wire takes.
-    fn hear(&mut self) {
-        if let Ok((client, _)) = self.listener.accept() {
-            self.client = client.set_nonblocking(true).is_ok().then_some(client);
-        }
-        let mut bytes = [0; AHEAD];
-        if let Some(client) = &mut self.client
-            && self.line.unsent() < AHEAD
-        {
-            match client.read(&mut bytes) {
-                Ok(0) => self.client = None,
-                Ok(count) => self.line.send(&bytes[..count]),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                Err(_) => self.client = None,
+    fn slice(&self) -> Duration {
+        if self.usb.as_ref().is_some_and(UsbSocket::is_plugged) { FRAME } else { SLICE }
+    }
+
+    /// Hears what has come, and passes on what the board has said; what that was on the debug console.
+    fn serve(&mut self, vm: &mut Vm, world: &SharedWorld) -> Vec<u8> {
+        let mut debug = Vec::new();
+        for (index, socket) in self.serial.iter_mut().enumerate() {
+            let said = socket.line.receive();
+            socket.say(&said);
+            socket.hear();
+            if index == 0 {
+                debug = said;
             }
         }
-    }
-
-    /// A client that does not take its bytes loses them, as on a wire.
-    fn say(&mut self, bytes: &[u8]) {
-        if let Some(client) = &mut self.client
-            && !bytes.is_empty()
-            && client.write_all(bytes).is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
-        {
-            self.client = None;
+        if let Some(usb) = &self.usb {
+            usb.serve(vm);
         }
+        if let Some(onlooker) = &mut self.onlooker {
+            onlooker.serve(&world.lock(), self.usb.as_ref().map(UsbSocket::sent));
+        }
+        debug
     }
 }
 
@@ -125,22 +141,11 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut board = options.board.build()?;
     let files: Vec<_> = options.board.config_file()?.into_iter().collect();
     board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
-    let mut sockets = Vec::new();
-    for (index, name) in PORT_NAMES.into_iter().enumerate() {
-        let port = if options.port == 0 { 0 } else { options.port + index as u16 };
-        let socket =
-            Socket::open(port, board.console(index).clone()).map_err(|error| format!("port {port}: {error}"))?;
-        let address = socket.listener.local_addr().map_err(|error| error.to_string())?;
-        eprintln!("{name} on tcp {address}");
-        sockets.push(socket);
-    }
-    let mut onlooker = options.state_port.map(Onlooker::open).transpose().map_err(|error| error.to_string())?;
-    if let Some(onlooker) = &onlooker {
-        eprintln!("the machine's state on tcp {}", onlooker.address().map_err(|error| error.to_string())?);
-    }
+    let mut sockets = Sockets::open(options, &board)?;
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
-    let is_person = io::stdin().is_terminal();
     let world = board.world().clone();
+    let recorder = options.out.as_ref().map(|out| Recorder::create(out, &world.lock())).transpose();
+    let mut recorder = recorder.map_err(|error| error.to_string())?;
     let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
     let table = texts(&options.elf).unwrap_or_else(|reason| {
         eprintln!("{reason}: its log is shown as it is");
@@ -148,63 +153,110 @@ pub fn run(options: &Options) -> Result<(), String> {
     });
     let mut log = Log::new(table.as_ref());
     let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
-    let mut typed = Typed::read(io::stdin());
-    // When the board may be spoken to, as far as is known.
-    let mut open_ns = match options.opening() {
-        Opening::AtOnce => 0,
-        Opening::AfterFirstWords => u64::MAX,
-        Opening::At(ns) => ns,
-    };
-    // When a byte last went either way or a step was last made.
-    let mut stirred_ns = 0;
+    let mut desk = Desk::new(options);
     let began = Instant::now();
-    loop {
-        let span = vm.run_for(SLICE.as_nanos() as u64);
-        for (index, socket) in sockets.iter_mut().enumerate() {
-            let said = socket.line.receive();
-            socket.say(&said);
-            if index == 0 {
-                if !said.is_empty() && vm.now_ns() < open_ns && options.opening() == Opening::AfterFirstWords {
-                    open_ns = vm.now_ns() + options.first_words_ns();
-                }
-                // Taken, so that they need no memory.
-                let steps = world.lock().trace_mut().take();
-                if !said.is_empty() || !steps.is_empty() {
-                    stirred_ns = vm.now_ns();
-                }
-                let mut out = io::stdout().lock();
-                // Whoever read it has gone.
-                if out.write_all(&said).and_then(|()| out.flush()).is_err() {
-                    return Ok(());
-                }
-            }
-            socket.hear();
-        }
-        if let Some(onlooker) = &mut onlooker {
-            onlooker.serve(&world.lock());
-        }
+    let ended = loop {
+        let span = vm.run_for(sockets.slice().as_nanos() as u64);
+        let said = sockets.serve(&mut vm, &world);
+        let moved = take_steps(&world, &mut recorder, &said).map_err(|error| error.to_string())?;
         log.take(&std::mem::take(&mut records.lock().rtt), &mut io::stderr().lock());
+        if !desk.hear(vm.now_ns(), &said, moved) {
+            break Ok(());
+        }
         match span {
             Span::Reached => {}
-            Span::Exited(_) => return Ok(()),
-            Span::Failed(reason) => return Err(reason),
+            Span::Exited(_) => break Ok(()),
+            Span::Failed(reason) => break Err(reason),
         }
         if options.until.is_some_and(|until| vm.now_ns() as f64 * 1e-9 >= until) {
-            return Ok(());
+            break Ok(());
         }
-        let line = &sockets[0].line;
-        if vm.now_ns() >= open_ns {
-            typed.hand_to(line);
-        }
-        if line.unsent() > 0 {
-            stirred_ns = vm.now_ns();
-        }
-        let is_quiet = vm.now_ns() - stirred_ns >= QUIET_NS;
-        // With a time to end at, the end of the input is not the end of the session.
-        if typed.is_over() && options.until.is_none() && (is_person || is_quiet) {
-            return Ok(());
+        desk.speak(vm.now_ns(), &sockets.serial[0]);
+        if desk.is_over(vm.now_ns(), options.until.is_some()) {
+            break Ok(());
         }
         let ahead = Duration::from_nanos(vm.now_ns()).saturating_sub(began.elapsed());
         thread::sleep(ahead);
+    };
+    if let Some(recorder) = recorder {
+        let errors = ended.as_ref().err().cloned().into_iter().collect();
+        let outcome = Outcome { errors, board: vm.complaints(), ..Outcome::default() };
+        recorder.finish(&mut world.lock(), &outcome).map_err(|error| error.to_string())?;
+    }
+    ended
+}
+
+/// Takes the steps since the last call, so that they need no memory, and writes them down if that is asked
+/// for. Whether there were any.
+fn take_steps(world: &SharedWorld, recorder: &mut Option<Recorder>, said: &[u8]) -> io::Result<bool> {
+    let mut world = world.lock();
+    let moved = !world.trace().edges().is_empty();
+    match recorder {
+        Some(recorder) => {
+            recorder.console(said)?;
+            recorder.observe(&mut world, f64::NAN)?;
+        }
+        None => drop(world.trace_mut().take()),
+    }
+    Ok(moved)
+}
+
+/// Whoever sits at standard input and output: a person or a pipe.
+struct Desk {
+    typed: Typed,
+    is_person: bool,
+    opening: Opening,
+    first_words_ns: u64,
+    /// When the board may be spoken to, as far as is known.
+    open_ns: u64,
+    /// When a byte last went either way or a step was last made.
+    stirred_ns: u64,
+}
+
+impl Desk {
+    fn new(options: &Options) -> Self {
+        let opening = options.opening();
+        let open_ns = match opening {
+            Opening::AtOnce => 0,
+            Opening::AfterFirstWords => u64::MAX,
+            Opening::At(ns) => ns,
+        };
+        Self {
+            typed: Typed::read(io::stdin()),
+            is_person: io::stdin().is_terminal(),
+            opening,
+            first_words_ns: options.first_words_ns(),
+            open_ns,
+            stirred_ns: 0,
+        }
+    }
+
+    /// Shows what the board has said; whether anybody is still there to read it.
+    fn hear(&mut self, now_ns: u64, said: &[u8], moved: bool) -> bool {
+        if !said.is_empty() && now_ns < self.open_ns && self.opening == Opening::AfterFirstWords {
+            self.open_ns = now_ns + self.first_words_ns;
+        }
+        if !said.is_empty() || moved {
+            self.stirred_ns = now_ns;
+        }
+        let mut out = io::stdout().lock();
+        out.write_all(said).and_then(|()| out.flush()).is_ok()
+    }
+
+    /// Passes on what is typed.
+    fn speak(&mut self, now_ns: u64, socket: &SerialSocket) {
+        if now_ns >= self.open_ns {
+            self.typed.hand_to(&socket.line);
+        }
+        if socket.line.unsent() > 0 {
+            self.stirred_ns = now_ns;
+        }
+    }
+
+    /// Whether everything is said and done. With a time to end at, the end of the input is not the end of the
+    /// session.
+    const fn is_over(&self, now_ns: u64, has_end: bool) -> bool {
+        let is_quiet = now_ns - self.stirred_ns >= QUIET_NS;
+        self.typed.is_over() && !has_end && (self.is_person || is_quiet)
     }
 }

@@ -7,4 +7,6 @@ pub mod log;
 pub mod machine;
 pub mod onlooker;
 pub mod run;
+pub mod serial;
 pub mod test;
+pub mod usb;

@@ -34,7 +34,8 @@ impl Onlooker {
     }
 
     /// Answers what was asked since the last call. The latest client to connect is the one that is heard.
-    pub fn serve(&mut self, world: &World) {
+    /// `sent`: the bytes that the image has acknowledged at its USB socket, by OUT endpoint.
+    pub fn serve(&mut self, world: &World, sent: Option<[u64; 16]>) {
         if let Ok((client, _)) = self.listener.accept() {
             self.client = client.set_nonblocking(true).is_ok().then_some(client);
         }
@@ -46,8 +47,8 @@ impl Onlooker {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(0),
             Err(_) => Err(()),
         };
-        let answered =
-            asked.is_ok_and(|asked| asked == 0 || client.write_all(state(world).repeat(asked).as_bytes()).is_ok());
+        let answered = asked
+            .is_ok_and(|asked| asked == 0 || client.write_all(state(world, sent).repeat(asked).as_bytes()).is_ok());
         if !answered {
             self.client = None;
         }
@@ -55,8 +56,9 @@ impl Onlooker {
 }
 
 /// One line of JSON: seconds since power-on, the tool in mm, carriages in mm by motor, step edges so far,
-/// heaters in degrees Celsius with their mean duty.
-fn state(world: &World) -> String {
+/// heaters in degrees Celsius with their mean duty, and of the USB socket, if it is offered, the acknowledged
+/// bytes by OUT endpoint.
+fn state(world: &World, sent: Option<[u64; 16]>) -> String {
     let [x, y, z] = world.tool_mm();
     let mut line =
         format!("{{\"s\":{:.6},\"tool\":[{x:.4},{y:.4},{z:.4}],\"carriages\":{{", world.now_ns() as f64 * 1e-9);
@@ -71,7 +73,11 @@ fn state(world: &World) -> String {
         let (celsius, duty) = (world.heater_c(index), world.heater_mean_duty(index));
         let _infallible = write!(line, "{comma}\"{}\":[{celsius:.1},{duty:.3}]", heater.name);
     }
-    line.push_str("}}\n");
+    line.push('}');
+    if let Some(sent) = sent {
+        let _infallible = write!(line, ",\"usb_sent\":{sent:?}");
+    }
+    line.push_str("}\n");
     line
 }
 
@@ -94,7 +100,7 @@ mod tests {
         for _ in 0..2 {
             let mut line = String::new();
             while line.is_empty() {
-                onlooker.serve(&world);
+                onlooker.serve(&world, None);
                 answers.get_ref().set_nonblocking(true).expect("a socket");
                 let _not_yet = answers.read_line(&mut line);
             }

@@ -22,6 +22,10 @@ const CR3_RESET: u64 = 0x46;
 const H743_LDO: u64 = 0b010;
 /// LDOEN and BYPASS: the combination the H743 model refuses, after which the voltage never becomes valid.
 const H743_ILLEGAL: u64 = 0b011;
+/// USB33DEN switches the detector of the USB supply on; USB33RDY says that it is there, as both of its pins
+/// are on the board's 3.3 V.
+const USB33DEN: u64 = 1 << 24;
+const USB33RDY: u64 = 1 << 26;
 const NOT_WIRED: &str =
     "RM0399 table 32: the board is wired for direct SMPS supply (SDEN alone); with this one VCORE is never valid";
 
@@ -41,7 +45,8 @@ impl Device for PrimePwr {
         self.inner.read(register, file, context);
         (register == Register::Cr3).then(|| {
             let supply = self.supply.unwrap_or(CR3_RESET & SUPPLY_BITS);
-            (file.get(Register::Cr3) & !SUPPLY_BITS) | supply
+            let held = file.get(Register::Cr3) & !(SUPPLY_BITS | USB33RDY);
+            held | supply | if held & USB33DEN != 0 { USB33RDY } else { 0 }
         })
     }
 

@@ -75,6 +75,8 @@ pub struct Tally {
     pub frames: u64,
     /// IN packets with the wrong toggle, which the host took for repetitions.
     pub repeated: u64,
+    /// Bytes that the device has acknowledged, by OUT endpoint; none of control transfers.
+    pub sent: [u64; 16],
 }
 
 /// The controller.
@@ -221,6 +223,12 @@ impl Controller {
     /// Transfers that have ended since the last call.
     pub fn take_completions(&mut self) -> Vec<Completion> {
         std::mem::take(&mut self.done)
+    }
+
+    /// Whether transfers have ended that nobody has asked about.
+    #[must_use]
+    pub fn has_completions(&self) -> bool {
+        !self.done.is_empty()
     }
 
     /// What happened at the port since the last call.

@@ -4,7 +4,7 @@ use super::request;
 use super::transfer::{Direction, Endpoint, Kind};
 
 /// The device descriptor.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceDescriptor {
     /// bcdUSB.
     pub usb: u16,

@@ -4,6 +4,9 @@
 //! [`controller`] makes transactions out of transfers and hands them to whoever implements
 //! [`wire::Function`]; it knows nothing of the emulator. [`desk`] is the host for tests: it plugs in,
 //! enumerates, and waits for transfers. [`cdc`], [`bulk_only`], [`scsi`] and [`dfu`] speak the classes.
+//!
+//! [`hub`] looks after the port for somebody who commands it from elsewhere: [`remote`] lets another computer
+//! do that over TCP, by [`usbredir`] or [`usbip`].
 
 pub mod bulk_only;
 pub mod cdc;
@@ -11,7 +14,13 @@ pub mod controller;
 pub mod descriptors;
 pub mod desk;
 pub mod dfu;
+pub mod hub;
+#[cfg(test)]
+mod mock;
+pub mod remote;
 pub mod request;
 pub mod scsi;
 pub mod transfer;
+pub mod usbip;
+pub mod usbredir;
 pub mod wire;

@@ -31,6 +31,17 @@ pub struct Endpoint {
     pub max_packet: u16,
 }
 
+impl Endpoint {
+    /// How many frames pass between two questions, 0 if that is not fixed.
+    #[must_use]
+    pub const fn frames(self) -> u16 {
+        match self.kind {
+            Kind::Interrupt { frames } => frames,
+            Kind::Control | Kind::Bulk => 0,
+        }
+    }
+}
+
 /// The type of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

@@ -12,6 +12,7 @@ const CARD_CLOCK: u64 = 0x5200_7004;
 const CARD_KERNEL_HZ: u64 = 200_000_000;
 const PCLK_HZ: u64 = 100_000_000;
 const TIMER_HZ: u64 = 200_000_000;
+const CRYSTAL_HZ: u64 = 25_000_000;
 
 #[test]
 fn the_card_is_identified_at_400_khz_and_read_at_25_mhz() {
@@ -71,4 +72,29 @@ fn hardware_pwm_has_1000_counts_and_is_on_while_high() {
         assert_eq!(mode >> (8 * (channel - 1) + 4) & 0b111, 0b110, "{timer}: {mode:#x}");
         assert_eq!(enable >> (4 * (channel - 1)) & 0b11, 0b01, "{timer}: {enable:#x}");
     }
+}
+
+#[test]
+fn the_usb_socket_is_otg2_at_48_mhz() {
+    let mut velvet = everything().start();
+    let registers = velvet.bench.vm.with(|stopped| {
+        use rcc::Register::{Ahb1enr, Ahb1lpenr, Cr, D2ccip2r, Pll3divr, Pllcfgr, Pllckselr};
+        let registers = [Cr, Pllckselr, Pllcfgr, Pll3divr, D2ccip2r, Ahb1enr, Ahb1lpenr];
+        stopped.session.board().mcu.bus().registers("RCC").map(|file| registers.map(|register| file.get(register)))
+    });
+    let [control, inputs, ranges, dividers, select, clocks, sleeping] = registers.flatten().expect("the image runs");
+    // RM0399 section 9.7.2: PLL3ON, PLL3RDY.
+    assert_eq!(control >> 28 & 3, 3);
+    // RCC_PLLCKSELR: DIVM3; RCC_PLL3DIVR: DIVN3 and DIVQ3 count from 0.
+    let (input, multiplier, divider) = (inputs >> 20 & 0x3F, (dividers & 0x1FF) + 1, (dividers >> 16 & 0x7F) + 1);
+    let oscillator = CRYSTAL_HZ / input * multiplier;
+    assert_eq!(oscillator / divider, 48_000_000);
+    // RCC_PLLCFGR: an input of 1 to 2 MHz (PLL3RGE 00), the oscillator of 150 to 420 MHz (PLL3VCOSEL), no
+    // fraction; Q on, P and R off.
+    assert!((1_000_000..2_000_000).contains(&(CRYSTAL_HZ / input)) && (150_000_000..=420_000_000).contains(&oscillator));
+    assert_eq!((ranges >> 8 & 0xF, ranges >> 22 & 7), (0b0010, 0b010));
+    // RCC_D2CCIP2R: USBSEL 10 is PLL3 Q. Clocks of OTG2 in run and in sleep; a ULPI clock asked for in sleep
+    // would stop the core there.
+    assert_eq!(select >> 20 & 3, 0b10);
+    assert_eq!((clocks >> 27 & 1, sleeping >> 27 & 3), (1, 0b01));
 }

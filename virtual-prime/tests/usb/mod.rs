@@ -1,8 +1,12 @@
-//! The USB socket: the model and the host, proved on two images that are not ours. `echo` is a serial port
-//! made of other people's crates, `registers` a device of register accesses alone, driven by interrupts.
+//! The USB socket: the model and the host, proved on two images that are not ours, and our own image at it.
+//! `echo` is a serial port made of other people's crates, `registers` a device of register accesses alone,
+//! driven by interrupts.
 
 mod echo;
+mod load;
+mod ports;
 mod registers;
+mod velvet;
 
 use sim::world::WorldConfig;
 use virtual_prime::board::PrimeBoard;

@@ -128,6 +128,7 @@ impl Controller {
                 let progress = transfer.sent(usize::from(pipe.endpoint.max_packet));
                 if pipe.endpoint.kind != Kind::Control {
                     pipe.toggle = pipe.toggle.flipped();
+                    self.tally.sent[usize::from(pipe.endpoint.number & 0xF)] += bytes as u64;
                 }
                 progress
             }

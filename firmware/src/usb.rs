@@ -1,0 +1,227 @@
+//! The board as a USB device, for the machine: what its functions are connected to, and who runs it.
+//!
+//! The device belongs to the interrupt of its controller and to nobody else. It is built in idle, when the
+//! configuration is known, and handed over once. From then on idle leaves bytes in a ring, or makes room in
+//! an inbox, and has the interrupt's task run.
+
+use core::mem::MaybeUninit;
+use core::ptr;
+use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
+
+use bsp_prime::byte_ring::ByteRing;
+use bsp_prime::usb::{OtgBus, UsbError, UsbSocket};
+use config::SystemConfig;
+use machine::sessions::{Inbox, Intake};
+use usb::{Composite, Detach, Functions, Guarded, Half, Line, Medium, Progress, SerialNumber, State};
+
+use crate::consoles::Console;
+use crate::dispatcher;
+
+/// Bytes for the host: what the bus takes in 3 ms, more than the dispatcher is ever away for.
+const TO_HOST_BYTES: usize = 4096;
+
+#[unsafe(link_section = ".axizero")]
+static TO_HOST: [ByteRing<TO_HOST_BYTES>; 2] = [const { ByteRing::new() }; 2];
+
+/// A port has found no room in its inbox: it is to be told when there is.
+static WAITS_FOR_ROOM: AtomicBool = AtomicBool::new(false);
+
+/// The device on its way from idle to its interrupt.
+static HANDED_OVER: AtomicPtr<Device> = AtomicPtr::new(ptr::null_mut());
+
+/// What a function that the board does not have yet is connected to: nothing that there is.
+pub enum Nothing {}
+
+type Bus = Guarded<OtgBus>;
+
+/// The device.
+pub type Device = Composite<'static, Bus, ConsoleLine, Nothing, Nothing>;
+
+/// Where it lives, with what it refers to. In AXI SRAM, as DTCM is for what motion needs all the time.
+struct Place {
+    bus: usb::UsbBusAllocator<Bus>,
+    serial: SerialNumber,
+    device: Device,
+}
+
+#[unsafe(link_section = ".axizero")]
+static mut PLACE: MaybeUninit<Place> = MaybeUninit::uninit();
+
+/// A console at a serial port.
+pub struct ConsoleLine {
+    console: Console,
+    intake: Intake,
+    to_host: &'static ByteRing<TO_HOST_BYTES>,
+}
+
+/// The ring of bytes that a console has for the host; none for one that is not at the socket.
+fn ring(console: Console) -> Option<&'static ByteRing<TO_HOST_BYTES>> {
+    match console {
+        Console::Usb0 => Some(&TO_HOST[0]),
+        Console::Usb1 => Some(&TO_HOST[1]),
+        _ => None,
+    }
+}
+
+impl ConsoleLine {
+    fn new(console: Console) -> Option<Self> {
+        ring(console).map(|to_host| Self { console, intake: Intake::new(), to_host })
+    }
+
+    fn inbox(&self) -> &'static Inbox {
+        self.console.inbox()
+    }
+}
+
+impl Line for ConsoleLine {
+    fn room(&self) -> usize {
+        let room = self.inbox().room();
+        if room < usb::PACKET_BYTES {
+            WAITS_FOR_ROOM.store(true, Ordering::Relaxed);
+        }
+        room
+    }
+
+    fn receive(&mut self, bytes: &[u8]) {
+        let inbox = self.inbox();
+        for byte in bytes {
+            // There is room.
+            let _taken = inbox.receive(&mut self.intake, *byte);
+        }
+        dispatcher::wake();
+    }
+
+    fn fetch(&mut self, into: &mut [u8]) -> usize {
+        self.to_host.pop_into(into)
+    }
+
+    fn set_open(&mut self, open: bool) {
+        // What waits is for nobody, or for the one before.
+        while self.to_host.pop().is_some() {}
+        let inbox = self.inbox();
+        if open {
+            inbox.open(&mut self.intake);
+        } else {
+            inbox.set_open(false);
+        }
+        dispatcher::wake();
+    }
+}
+
+/// The consoles at the socket have nobody at their other ends yet. Before there are sessions.
+pub fn begin() {
+    [Console::Usb0, Console::Usb1].into_iter().for_each(|console| console.inbox().set_open(false));
+}
+
+/// Builds the device and connects it. Once: there is one socket.
+///
+/// # Errors
+/// The socket does not work.
+pub fn connect(socket: UsbSocket, unique_id: [u32; 3], system: &SystemConfig) -> Result<(), &'static str> {
+    let controller = socket.start().map_err(words)?;
+    let refused = "the controller has no room for its endpoints";
+    let functions = Functions {
+        first: ConsoleLine::new(Console::Usb0).ok_or(refused)?,
+        second: if system.second_usb_serial_enable { ConsoleLine::new(Console::Usb1) } else { None },
+        disk: None,
+        detach: None,
+    };
+    let place = (&raw mut PLACE).cast::<Place>();
+    // SAFETY: the one socket was taken, so this runs once, and nothing else refers to the place. Each field
+    // is written before it is referred to, the device last, which refers to the two others; those stay as
+    // they are for ever.
+    let device = unsafe {
+        (&raw mut (*place).bus).write(usb::UsbBusAllocator::new(Guarded::new(controller)));
+        (&raw mut (*place).serial).write(SerialNumber::new(unique_id));
+        let (bus, serial) = (&(*place).bus, &(*place).serial);
+        let device = &raw mut (*place).device;
+        device.write(Composite::new(bus, serial, functions).map_err(|_| refused)?);
+        device
+    };
+    HANDED_OVER.store(device, Ordering::Release);
+    bsp_prime::usb::connect();
+    Ok(())
+}
+
+const fn words(error: UsbError) -> &'static str {
+    match error {
+        UsbError::NoSupply => "its 3.3 V are missing, check the board",
+        UsbError::NoClock => "PLL3 does not make its 48 MHz, check the crystal",
+        UsbError::NotReady => "its controller does not come out of reset, reset the board",
+    }
+}
+
+/// The interrupt: one event of the bus, and a few packets.
+pub fn on_interrupt(device: &mut Option<&'static mut Device>) {
+    if device.is_none() {
+        let handed_over = HANDED_OVER.swap(ptr::null_mut(), Ordering::Acquire);
+        // SAFETY: null, or the one device, which lives for ever in its place; whoever stored it has kept no
+        // reference, and the swap gives it to one taker.
+        *device = unsafe { handed_over.as_mut() };
+    }
+    if let Some(device) = device {
+        device.run();
+    }
+}
+
+/// Takes bytes for the host at the other end of a console: as many as fit, all where nobody is there. `None`
+/// for a console that is not at the socket.
+pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
+    let ring = ring(console)?;
+    if !console.inbox().is_open() {
+        return Some(bytes.len());
+    }
+    let count = ring.push_some(bytes);
+    if count > 0 {
+        bsp_prime::usb::wake();
+    }
+    Some(count)
+}
+
+/// Has packets fetched that have waited for room, if there is some now. Called when the machine has taken
+/// bytes.
+pub fn look_for_room() {
+    let has_room = |console: Console| console.inbox().room() >= usb::PACKET_BYTES;
+    if WAITS_FOR_ROOM.load(Ordering::Relaxed) && (has_room(Console::Usb0) || has_room(Console::Usb1)) {
+        WAITS_FOR_ROOM.store(false, Ordering::Relaxed);
+        bsp_prime::usb::wake();
+    }
+}
+
+impl Medium for Nothing {
+    const BUFFER_BLOCKS: u32 = 1;
+
+    fn state(&self) -> State {
+        match *self {}
+    }
+
+    fn begin_read(&mut self, _: u32, _: u32, _: Half) {
+        match *self {}
+    }
+
+    fn begin_write(&mut self, _: u32, _: u32, _: Half) {
+        match *self {}
+    }
+
+    fn progress(&mut self) -> Progress {
+        match *self {}
+    }
+
+    fn fetch(&self, _: Half, _: usize, _: &mut [u8]) {
+        match *self {}
+    }
+
+    fn store(&mut self, _: Half, _: usize, _: &[u8]) {
+        match *self {}
+    }
+
+    fn eject(&mut self) {
+        match *self {}
+    }
+}
+
+impl Detach for Nothing {
+    fn detach(&mut self) -> bool {
+        match *self {}
+    }
+}

@@ -1,0 +1,322 @@
+//! A serial port.
+//!
+//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for a
+//! whole one; until then the endpoint answers NAK and the host waits. A packet for the host is taken from the
+//! line when the one before has gone.
+//!
+//! Somebody is there from the moment a host sets DTR, or, of a host that never does, from its first byte on;
+//! until DTR falls, the bus is reset, or it falls silent: an unplugged cable is a silent bus on this board,
+//! which has no way to look at the bus voltage. After a silence without a reset (a computer that has slept)
+//! a host that had set DTR is there again.
+
+use usb_device::Result;
+use usb_device::bus::{InterfaceNumber, StringIndex};
+use usb_device::class_prelude::{
+    ControlIn, ControlOut, DescriptorWriter, EndpointIn, EndpointOut, EndpointType, UsbBus, UsbBusAllocator, UsbClass,
+};
+use usb_device::control::{Recipient, Request, RequestType};
+use usb_device::descriptor::lang_id::LangID;
+use usb_device::device::DEFAULT_ALTERNATE_SETTING;
+use usb_device::endpoint::EndpointAddress;
+
+use super::coding::{CODING_BYTES, LineCoding};
+use crate::PACKET_BYTES;
+use crate::standard;
+
+/// What a port is connected to.
+pub trait Line {
+    /// How many more bytes surely fit.
+    fn room(&self) -> usize;
+
+    /// Takes bytes of the host, never more than there is room for.
+    fn receive(&mut self, bytes: &[u8]);
+
+    /// Fetches bytes for the host; how many there were.
+    fn fetch(&mut self, into: &mut [u8]) -> usize;
+
+    /// Somebody has come to the other end, or gone. Bytes for the one who has gone are dropped.
+    fn set_open(&mut self, open: bool);
+}
+
+const CLASS_COMMUNICATIONS: u8 = 0x02;
+const CLASS_DATA: u8 = 0x0A;
+const SUBCLASS_ABSTRACT_CONTROL: u8 = 0x02;
+/// None: with 1, the commands of a modem, Linux's ModemManager would try to dial.
+const PROTOCOL_NONE: u8 = 0x00;
+
+/// Class-specific descriptor of an interface (CDC 1.2, table 12), and its kinds (table 13).
+const CS_INTERFACE: u8 = 0x24;
+const HEADER: u8 = 0x00;
+const CALL_MANAGEMENT: u8 = 0x01;
+const ABSTRACT_CONTROL: u8 = 0x02;
+const UNION: u8 = 0x06;
+/// The port knows line coding, control lines and serial state (PSTN 1.2, table 4); it sends no break.
+const CAPABILITIES: u8 = 0x02;
+
+/// Requests (PSTN 1.2, table 13).
+const SET_LINE_CODING: u8 = 0x20;
+const GET_LINE_CODING: u8 = 0x21;
+const SET_CONTROL_LINE_STATE: u8 = 0x22;
+/// A host that wants to hear: a terminal is ready (PSTN 1.2, table 18).
+const DTR: u16 = 1;
+
+/// Notification SERIAL_STATE (PSTN 1.2, section 6.5.4): carrier and data set ready. They are always there; a
+/// program that waits for a carrier when it opens a port goes on.
+const SERIAL_STATE_BYTES: usize = 10;
+const DCD_AND_DSR: u8 = 0b11;
+/// An interrupt endpoint with room for it.
+const NOTIFICATION_PACKET: u16 = 16;
+/// How often a host asks for one, ms.
+const NOTIFICATION_INTERVAL: u8 = 32;
+
+/// Packets fetched of a host in one run, so that a run is bounded. The controller holds no more.
+const PACKETS_A_RUN: usize = 2;
+
+/// Numbers of a port's endpoints, as Smoothieware v2 has them.
+#[derive(Clone, Copy)]
+pub struct Endpoints {
+    /// Bulk, to the host.
+    pub to_host: u8,
+    /// Bulk, from the host.
+    pub from_host: u8,
+    /// Interrupt, to the host.
+    pub notify: u8,
+}
+
+impl Endpoints {
+    /// Of the first port.
+    pub const FIRST: Self = Self { to_host: 0x81, from_host: 0x01, notify: 0x82 };
+    /// Of the second one.
+    pub const SECOND: Self = Self { to_host: 0x83, from_host: 0x02, notify: 0x84 };
+}
+
+/// A serial port over a line.
+pub struct SerialPort<'a, B: UsbBus, L> {
+    control: InterfaceNumber,
+    data: InterfaceNumber,
+    name: (StringIndex, &'static str),
+    notify: EndpointIn<'a, B>,
+    to_host: EndpointIn<'a, B>,
+    from_host: EndpointOut<'a, B>,
+    line: L,
+    coding: LineCoding,
+    has_dtr: bool,
+    is_open: bool,
+    is_configured: bool,
+    is_suspended: bool,
+    /// A packet that the endpoint has not taken yet.
+    packet: heapless::Vec<u8, PACKET_BYTES>,
+    /// The last packet was full: an empty one says that nothing follows, so that a host does not wait.
+    owes_end: bool,
+    owes_notification: bool,
+}
+
+impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
+    /// A port with these endpoints.
+    ///
+    /// # Errors
+    /// The bus does not have them.
+    pub fn new(bus: &'a UsbBusAllocator<B>, endpoints: Endpoints, name: &'static str, line: L) -> Result<Self> {
+        let packet = PACKET_BYTES as u16;
+        let address = |number: u8| Some(EndpointAddress::from(number));
+        Ok(Self {
+            control: bus.interface(),
+            data: bus.interface(),
+            name: (bus.string(), name),
+            to_host: bus.alloc(address(endpoints.to_host), EndpointType::Bulk, packet, 0)?,
+            from_host: bus.alloc(address(endpoints.from_host), EndpointType::Bulk, packet, 0)?,
+            notify: bus.alloc(
+                address(endpoints.notify),
+                EndpointType::Interrupt,
+                NOTIFICATION_PACKET,
+                NOTIFICATION_INTERVAL,
+            )?,
+            line,
+            coding: LineCoding::default(),
+            has_dtr: false,
+            is_open: false,
+            is_configured: false,
+            is_suspended: false,
+            packet: heapless::Vec::new(),
+            owes_end: false,
+            owes_notification: false,
+        })
+    }
+
+    /// What the host has set it to.
+    #[must_use]
+    pub const fn coding(&self) -> LineCoding {
+        self.coding
+    }
+
+    /// What it is connected to.
+    pub const fn line(&mut self) -> &mut L {
+        &mut self.line
+    }
+
+    /// Moves what can be moved, a few packets at most.
+    pub fn run(&mut self) {
+        if !self.is_configured || self.is_suspended {
+            return;
+        }
+        self.receive();
+        self.send();
+        self.tell_state();
+    }
+
+    /// The bus has fallen silent, or is back.
+    pub fn set_suspended(&mut self, suspended: bool) {
+        if self.is_suspended != suspended {
+            self.is_suspended = suspended;
+            self.set_open(!suspended && self.has_dtr);
+        }
+    }
+
+    fn set_open(&mut self, open: bool) {
+        if self.is_open == open {
+            return;
+        }
+        self.is_open = open;
+        self.packet.clear();
+        self.owes_end = false;
+        self.line.set_open(open);
+    }
+
+    fn receive(&mut self) {
+        for _ in 0..PACKETS_A_RUN {
+            if self.line.room() < PACKET_BYTES {
+                return;
+            }
+            let mut packet = [0; PACKET_BYTES];
+            let Ok(count) = self.from_host.read(&mut packet) else { return };
+            let bytes = packet.get(..count).unwrap_or_default();
+            if !bytes.is_empty() {
+                self.set_open(true);
+                self.line.receive(bytes);
+            }
+        }
+    }
+
+    fn send(&mut self) {
+        if !self.is_open {
+            return;
+        }
+        if self.packet.is_empty() {
+            let mut bytes = [0; PACKET_BYTES];
+            let count = self.line.fetch(&mut bytes);
+            // It has room for all of them.
+            let _fits = self.packet.extend_from_slice(bytes.get(..count).unwrap_or_default());
+        }
+        if (!self.packet.is_empty() || self.owes_end) && self.to_host.write(&self.packet).is_ok() {
+            self.owes_end = self.packet.is_full();
+            self.packet.clear();
+        }
+    }
+
+    fn tell_state(&mut self) {
+        if self.owes_notification {
+            let control = u8::from(self.control);
+            let state: [u8; SERIAL_STATE_BYTES] = [0xA1, 0x20, 0, 0, control, 0, 2, 0, DCD_AND_DSR, 0];
+            self.owes_notification = self.notify.write(&state).is_err();
+        }
+    }
+
+    /// Everything as behind a reset of the bus; what the host has set stays.
+    fn begin_anew(&mut self, configured: bool) {
+        self.has_dtr = false;
+        self.is_suspended = false;
+        self.set_open(false);
+        self.is_configured = configured;
+        self.owes_notification = configured;
+    }
+
+    fn set_dtr(&mut self, dtr: bool) {
+        // A host that never sets it, but sets RTS, has not gone.
+        if self.has_dtr != dtr {
+            self.has_dtr = dtr;
+            self.set_open(dtr);
+            self.owes_notification |= dtr;
+        }
+    }
+
+    fn is_for_us(&self, request: &Request) -> bool {
+        request.request_type == RequestType::Class
+            && request.recipient == Recipient::Interface
+            && request.index == u16::from(u8::from(self.control))
+    }
+}
+
+impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
+    fn get_configuration_descriptors(&self, writer: &mut DescriptorWriter<'_>) -> Result<()> {
+        let (control, data) = (self.control, self.data);
+        let (class, subclass) = (CLASS_COMMUNICATIONS, SUBCLASS_ABSTRACT_CONTROL);
+        let name = Some(self.name.0);
+        writer.iad(control, 2, class, subclass, PROTOCOL_NONE, name)?;
+        writer.interface_alt(control, DEFAULT_ALTERNATE_SETTING, class, subclass, PROTOCOL_NONE, name)?;
+        // CDC 1.20.
+        writer.write(CS_INTERFACE, &[HEADER, 0x20, 0x01])?;
+        writer.write(CS_INTERFACE, &[CALL_MANAGEMENT, 0, data.into()])?;
+        writer.write(CS_INTERFACE, &[ABSTRACT_CONTROL, CAPABILITIES])?;
+        writer.write(CS_INTERFACE, &[UNION, control.into(), data.into()])?;
+        writer.endpoint(&self.notify)?;
+        writer.interface(data, CLASS_DATA, 0, 0)?;
+        writer.endpoint(&self.to_host)?;
+        writer.endpoint(&self.from_host)
+    }
+
+    fn get_string(&self, index: StringIndex, _: LangID) -> Option<&str> {
+        (index == self.name.0).then_some(self.name.1)
+    }
+
+    fn reset(&mut self) {
+        self.begin_anew(false);
+    }
+
+    fn set_alt_setting(&mut self, interface: InterfaceNumber, alternative: u8) -> bool {
+        let is_ours = alternative == DEFAULT_ALTERNATE_SETTING && (interface == self.control || interface == self.data);
+        if is_ours && interface == self.data {
+            self.to_host.unstall();
+            self.from_host.unstall();
+        }
+        is_ours
+    }
+
+    fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
+        let request = transfer.request();
+        if self.is_for_us(request) {
+            // It waits for an answer, and this one fits its buffer.
+            let _ = match request.request {
+                GET_LINE_CODING => transfer.accept_with(&self.coding.bytes()),
+                _ => transfer.reject(),
+            };
+        }
+    }
+
+    fn control_out(&mut self, transfer: ControlOut<'_, '_, '_, B>) {
+        let request = *transfer.request();
+        if let Some(configured) = standard::configures(&request) {
+            // USB 2.0 section 9.1.1.5: every endpoint begins anew.
+            self.to_host.unstall();
+            self.from_host.unstall();
+            self.notify.unstall();
+            self.begin_anew(configured);
+        }
+        if !self.is_for_us(&request) {
+            return;
+        }
+        let accepted = match request.request {
+            SET_LINE_CODING => {
+                let coding = transfer.data().get(..CODING_BYTES).and_then(LineCoding::parse);
+                self.coding = coding.unwrap_or(self.coding);
+                coding.is_some()
+            }
+            SET_CONTROL_LINE_STATE => {
+                self.set_dtr(request.value & DTR != 0);
+                true
+            }
+            _ => false,
+        };
+        // It waits for an answer, so this is one.
+        let _ = if accepted { transfer.accept() } else { transfer.reject() };
+    }
+}

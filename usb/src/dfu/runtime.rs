@@ -1,0 +1,84 @@
+//! The way from the machine into the download.
+
+use usb_device::Result;
+use usb_device::bus::{InterfaceNumber, StringIndex};
+use usb_device::class_prelude::{ControlIn, ControlOut, DescriptorWriter, UsbBus, UsbBusAllocator, UsbClass};
+use usb_device::control::{Recipient, Request, RequestType};
+use usb_device::descriptor::lang_id::LangID;
+use usb_device::device::DEFAULT_ALTERNATE_SETTING;
+
+use super::protocol::{CLASS, FUNCTIONAL, PROTOCOL_RUNTIME, SUBCLASS, State, functional, request, status};
+
+/// Who decides whether the machine may be left.
+pub trait Detach {
+    /// Asks the machine to end itself and to start the download. False when it moves or heats, and goes on.
+    fn detach(&mut self) -> bool;
+}
+
+/// The interface by which a host asks for it.
+pub struct DfuRuntime<D> {
+    interface: InterfaceNumber,
+    name: (StringIndex, &'static str),
+    machine: D,
+    state: State,
+}
+
+impl<D: Detach> DfuRuntime<D> {
+    /// Asks this machine.
+    pub fn new<B: UsbBus>(bus: &UsbBusAllocator<B>, name: &'static str, machine: D) -> Self {
+        Self { interface: bus.interface(), name: (bus.string(), name), machine, state: State::AppIdle }
+    }
+
+    /// Its number.
+    pub fn interface(&self) -> u8 {
+        self.interface.into()
+    }
+
+    fn is_for_us(&self, request: &Request) -> bool {
+        request.request_type == RequestType::Class
+            && request.recipient == Recipient::Interface
+            && request.index == u16::from(self.interface())
+    }
+}
+
+impl<B: UsbBus, D: Detach> UsbClass<B> for DfuRuntime<D> {
+    fn get_configuration_descriptors(&self, writer: &mut DescriptorWriter<'_>) -> Result<()> {
+        let (interface, name) = (self.interface, Some(self.name.0));
+        writer.interface_alt(interface, DEFAULT_ALTERNATE_SETTING, CLASS, SUBCLASS, PROTOCOL_RUNTIME, name)?;
+        writer.write(FUNCTIONAL, &functional())
+    }
+
+    fn get_string(&self, index: StringIndex, _: LangID) -> Option<&str> {
+        (index == self.name.0).then_some(self.name.1)
+    }
+
+    fn reset(&mut self) {
+        self.state = State::AppIdle;
+    }
+
+    fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
+        let request = transfer.request();
+        if !self.is_for_us(request) {
+            return;
+        }
+        // It waits for an answer, and these fit its buffer.
+        let _ = match request.request {
+            request::GETSTATUS => transfer.accept_with(&status(None, 0, self.state)),
+            request::GETSTATE => transfer.accept_with(&[self.state as u8]),
+            _ => transfer.reject(),
+        };
+    }
+
+    fn control_out(&mut self, transfer: ControlOut<'_, '_, '_, B>) {
+        let request = transfer.request();
+        if !self.is_for_us(request) {
+            return;
+        }
+        let accepted = request.request == request::DETACH && self.machine.detach();
+        if accepted {
+            self.state = State::AppDetach;
+        }
+        // It waits for an answer, so this is one.
+        let _ = if accepted { transfer.accept() } else { transfer.reject() };
+    }
+}

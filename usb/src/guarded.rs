@@ -1,0 +1,136 @@
+//! A bus that answers for what `usb-device` leaves open on endpoint 0.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use usb_device::bus::{PollResult, UsbBus};
+use usb_device::endpoint::{EndpointAddress, EndpointType};
+use usb_device::{Result, UsbDirection, UsbError};
+
+/// The longest data stage from the host that `usb-device` takes, with its feature `control-buffer-256`.
+pub const CONTROL_BYTES: u16 = 256;
+/// Endpoint 0, both ways.
+const CONTROL_OUT: u8 = 0x00;
+const CONTROL_IN: u8 = 0x80;
+
+/// A bus, and two refusals on top: `usb-device` 0.3 neither answers a request whose data stage is longer than
+/// its buffer, nor data of the host where none is due; the host would wait out its five seconds. Both are
+/// request errors, which is a stall until the next request (USB 2.0 section 9.2.7).
+pub struct Guarded<B> {
+    bus: B,
+    /// What is read next from endpoint 0 is a request.
+    is_setup: AtomicBool,
+}
+
+impl<B> Guarded<B> {
+    /// Nothing has come yet.
+    pub const fn new(bus: B) -> Self {
+        Self { bus, is_setup: AtomicBool::new(false) }
+    }
+}
+
+/// The length of the data stage from the host that a request announces.
+fn announced(request: &[u8]) -> u16 {
+    match *request {
+        [kind, _, _, _, _, _, low, high] if kind & UsbDirection::In as u8 == 0 => u16::from_le_bytes([low, high]),
+        _ => 0,
+    }
+}
+
+impl<B: UsbBus> Guarded<B> {
+    fn refuse(&self) {
+        self.bus.set_stalled(CONTROL_OUT.into(), true);
+        self.bus.set_stalled(CONTROL_IN.into(), true);
+    }
+}
+
+impl<B: UsbBus> UsbBus for Guarded<B> {
+    const QUIRK_SET_ADDRESS_BEFORE_STATUS: bool = B::QUIRK_SET_ADDRESS_BEFORE_STATUS;
+
+    fn alloc_ep(
+        &mut self,
+        direction: UsbDirection,
+        address: Option<EndpointAddress>,
+        kind: EndpointType,
+        packet: u16,
+        interval: u8,
+    ) -> Result<EndpointAddress> {
+        self.bus.alloc_ep(direction, address, kind, packet, interval)
+    }
+
+    fn enable(&mut self) {
+        self.bus.enable();
+    }
+
+    fn reset(&self) {
+        self.is_setup.store(false, Ordering::Relaxed);
+        self.bus.reset();
+    }
+
+    fn set_device_address(&self, address: u8) {
+        self.bus.set_device_address(address);
+    }
+
+    fn write(&self, endpoint: EndpointAddress, packet: &[u8]) -> Result<usize> {
+        self.bus.write(endpoint, packet)
+    }
+
+    fn read(&self, endpoint: EndpointAddress, into: &mut [u8]) -> Result<usize> {
+        let read = self.bus.read(endpoint, into);
+        if endpoint != EndpointAddress::from(CONTROL_OUT) {
+            return read;
+        }
+        let was_setup = self.is_setup.swap(false, Ordering::Relaxed);
+        let is_wrong = match read {
+            Ok(count) => was_setup && announced(into.get(..count).unwrap_or_default()) > CONTROL_BYTES,
+            Err(error) => error == UsbError::BufferOverflow,
+        };
+        if !is_wrong {
+            return read;
+        }
+        self.refuse();
+        // To `usb-device` as if nothing had come.
+        Err(UsbError::WouldBlock)
+    }
+
+    fn set_stalled(&self, endpoint: EndpointAddress, stalled: bool) {
+        self.bus.set_stalled(endpoint, stalled);
+    }
+
+    fn is_stalled(&self, endpoint: EndpointAddress) -> bool {
+        self.bus.is_stalled(endpoint)
+    }
+
+    fn suspend(&self) {
+        self.bus.suspend();
+    }
+
+    fn resume(&self) {
+        self.bus.resume();
+    }
+
+    fn poll(&self) -> PollResult {
+        let result = self.bus.poll();
+        if let PollResult::Data { ep_setup, .. } = result
+            && ep_setup & 1 != 0
+        {
+            self.is_setup.store(true, Ordering::Relaxed);
+        }
+        result
+    }
+
+    fn force_reset(&self) -> Result<()> {
+        self.bus.force_reset()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::announced;
+
+    #[test]
+    fn a_request_announces_what_the_host_will_send() {
+        assert_eq!(announced(&[0x21, 0x20, 0, 0, 0, 0, 0x34, 0x12]), 0x1234);
+        assert_eq!(announced(&[0xA1, 0x21, 0, 0, 0, 0, 0x34, 0x12]), 0, "that comes from the device");
+        assert_eq!(announced(&[0x21, 0x20]), 0);
+    }
+}

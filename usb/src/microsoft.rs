@@ -1,0 +1,148 @@
+//! What Windows asks beyond the standard, so that it gives the firmware download the driver WinUSB by itself
+//! (Microsoft OS 2.0 Descriptors Specification, April 2018). Windows 8.1 and later.
+//!
+//! The older version 1.0 is left out: it serves Windows Vista to 8 only, which have no driver of their own
+//! for serial ports either.
+
+use usb_device::Result;
+use usb_device::class_prelude::{BosWriter, ControlIn, UsbBus, UsbClass};
+use usb_device::control::{Recipient, RequestType};
+
+/// The vendor request that reads the descriptors; any number.
+const VENDOR_CODE: u8 = 0x20;
+/// Its index for the descriptor set (section "Microsoft OS 2.0 descriptor requests").
+const DESCRIPTOR_INDEX: u16 = 0x07;
+/// Windows 8.1, the first that knows them.
+const WINDOWS_VERSION: [u8; 4] = [0x00, 0x00, 0x03, 0x06];
+/// D8DD60DF-4589-4CC7-9CD2-659D9E648A9F, the platform capability of these descriptors.
+const PLATFORM: [u8; 16] =
+    [0xDF, 0x60, 0xDD, 0xD8, 0x89, 0x45, 0xC7, 0x4C, 0x9C, 0xD2, 0x65, 0x9D, 0x9E, 0x64, 0x8A, 0x9F];
+/// Device capability type PLATFORM (USB 3.1 table 9-14).
+const CAPABILITY_PLATFORM: u8 = 5;
+
+/// By this name programs find the interface: libusb looks at whatever stands there. Ours alone.
+const INTERFACE_GUID: &str = "{5C2D8B1E-7A0F-4E63-9B44-D0F1A6C3E972}";
+const PROPERTY: &str = "DeviceInterfaceGUIDs";
+
+/// The longest set: for one function of a composite device.
+const SET_BYTES: usize = 10 + 8 + 8 + FEATURE_BYTES;
+/// Compatible id, and the property with both texts and their ends, as UTF-16.
+const FEATURE_BYTES: usize = 20 + 10 + 2 * (PROPERTY.len() + 1) + 2 * (INTERFACE_GUID.len() + 2);
+
+/// The descriptors for one interface.
+#[derive(Debug)]
+pub struct MicrosoftOs {
+    /// The number of the interface among several functions; none where the device has just one.
+    function: Option<u8>,
+}
+
+impl MicrosoftOs {
+    /// WinUSB for this interface of a composite device.
+    pub const fn for_function(interface: u8) -> Self {
+        Self { function: Some(interface) }
+    }
+
+    /// WinUSB for a device that is nothing else.
+    pub const fn for_device() -> Self {
+        Self { function: None }
+    }
+
+    const fn length(&self) -> usize {
+        if self.function.is_some() { SET_BYTES } else { 10 + FEATURE_BYTES }
+    }
+
+    fn set(&self) -> heapless::Vec<u8, SET_BYTES> {
+        let mut set = Set(heapless::Vec::new());
+        let total = self.length() as u16;
+        // Table 10: the set's header.
+        set.half(10).half(0x00).bytes(&WINDOWS_VERSION).half(total);
+        if let Some(interface) = self.function {
+            // Table 11: the header of a configuration's subset, counted from 0; table 12: of a function's.
+            set.half(8).half(0x01).bytes(&[0, 0]).half(total - 10);
+            set.half(8).half(0x02).bytes(&[interface, 0]).half(total - 18);
+        }
+        // Table 13: compatible id.
+        set.half(20).half(0x03).bytes(b"WINUSB\0\0").bytes(&[0; 8]);
+        // Table 14: registry property, of type REG_MULTI_SZ, which ends with two zeros.
+        let (name, data) = (2 * (PROPERTY.len() + 1), 2 * (INTERFACE_GUID.len() + 2));
+        set.half((10 + name + data) as u16).half(0x04).half(7);
+        set.half(name as u16).text(PROPERTY).half(0);
+        set.half(data as u16).text(INTERFACE_GUID).half(0).half(0);
+        set.0
+    }
+}
+
+/// A descriptor set in the making; it has room for the longest.
+struct Set(heapless::Vec<u8, SET_BYTES>);
+
+impl Set {
+    fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        // There is room.
+        let _fits = self.0.extend_from_slice(bytes);
+        self
+    }
+
+    fn half(&mut self, value: u16) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    fn text(&mut self, text: &str) -> &mut Self {
+        text.encode_utf16().for_each(|unit| {
+            self.half(unit);
+        });
+        self
+    }
+}
+
+impl<B: UsbBus> UsbClass<B> for MicrosoftOs {
+    fn get_bos_descriptors(&self, writer: &mut BosWriter<'_, '_>) -> Result<()> {
+        let [low, high] = (self.length() as u16).to_le_bytes();
+        let mut data = [0; 1 + 16 + 8];
+        let parts = PLATFORM.into_iter().chain(WINDOWS_VERSION).chain([low, high, VENDOR_CODE, 0]);
+        data.iter_mut().skip(1).zip(parts).for_each(|(place, byte)| *place = byte);
+        writer.capability(CAPABILITY_PLATFORM, &data)
+    }
+
+    fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
+        let request = transfer.request();
+        let is_ours = request.request_type == RequestType::Vendor
+            && request.recipient == Recipient::Device
+            && request.request == VENDOR_CODE
+            && request.index == DESCRIPTOR_INDEX;
+        if is_ours {
+            // It waits for an answer, and this one fits its buffer.
+            let _ = transfer.accept_with(&self.set());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Walks a set and gives its descriptors' types; every length must lead to the next.
+    fn types(set: &[u8]) -> Vec<u16> {
+        let half = |at: usize| u16::from_le_bytes([set[at], set[at + 1]]);
+        let (mut at, mut types) = (0, Vec::new());
+        while at < set.len() {
+            types.push(half(at + 2));
+            at += usize::from(half(at));
+        }
+        assert_eq!(at, set.len());
+        types
+    }
+
+    #[test]
+    fn lengths_lead_from_one_descriptor_to_the_next() {
+        let function = MicrosoftOs::for_function(5);
+        let set = function.set();
+        assert_eq!(set.len(), function.length());
+        assert_eq!(types(&set), [0, 1, 2, 3, 4]);
+        let total = |at: usize| usize::from(u16::from_le_bytes([set[at], set[at + 1]]));
+        assert_eq!((total(8), total(16), total(24)), (set.len(), set.len() - 10, set.len() - 18));
+        assert_eq!(set[22], 5, "bFirstInterface");
+        let device = MicrosoftOs::for_device();
+        assert_eq!(types(&device.set()), [0, 3, 4]);
+        assert_eq!(device.set().len(), device.length());
+    }
+}

@@ -1,0 +1,72 @@
+//! A line in memory.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use crate::cdc::Line;
+
+/// What the machine's side sees of a line.
+#[derive(Debug)]
+pub struct State {
+    /// What the host has sent.
+    pub received: Vec<u8>,
+    /// How many more bytes there is room for.
+    pub room: usize,
+    /// What the host is to get.
+    pub to_send: VecDeque<u8>,
+    /// Who came and went.
+    pub visits: Vec<bool>,
+}
+
+/// A line.
+#[derive(Clone, Debug)]
+pub struct Memory(Arc<Mutex<State>>);
+
+impl Default for Memory {
+    fn default() -> Self {
+        let (received, to_send, visits) = (Vec::new(), VecDeque::new(), Vec::new());
+        Self(Arc::new(Mutex::new(State { received, room: 1_000_000, to_send, visits })))
+    }
+}
+
+impl Memory {
+    pub fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap()
+    }
+
+    pub fn say(&self, text: &[u8]) {
+        self.state().to_send.extend(text);
+    }
+
+    pub fn is_open(&self) -> bool {
+        self.state().visits.last().copied().unwrap_or(false)
+    }
+}
+
+impl Line for Memory {
+    fn room(&self) -> usize {
+        self.state().room
+    }
+
+    fn receive(&mut self, bytes: &[u8]) {
+        let mut state = self.state();
+        assert!(bytes.len() <= state.room, "{} bytes with room for {}", bytes.len(), state.room);
+        state.room -= bytes.len();
+        state.received.extend_from_slice(bytes);
+    }
+
+    fn fetch(&mut self, into: &mut [u8]) -> usize {
+        let mut state = self.state();
+        let count = into.len().min(state.to_send.len());
+        into.iter_mut().zip(state.to_send.drain(..count)).for_each(|(place, byte)| *place = byte);
+        count
+    }
+
+    fn set_open(&mut self, open: bool) {
+        let mut state = self.state();
+        state.visits.push(open);
+        if !open {
+            state.to_send.clear();
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! A serial port on TCP.
+
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+
+use virtual_prime::console::Line;
+use virtual_prime::typed::AHEAD;
+
+/// A serial port on TCP: the latest client to connect has the wire.
+pub struct SerialSocket {
+    listener: TcpListener,
+    client: Option<TcpStream>,
+    /// The wire.
+    pub line: Line,
+}
+
+impl SerialSocket {
+    /// Begins to listen on this port of the loopback interface; 0 lets the system choose.
+    ///
+    /// # Errors
+    /// When the port cannot be had.
+    pub fn open(port: u16, line: Line) -> io::Result<Self> {
+        let listener = TcpListener::bind(("127.0.0.1", port))?;
+        listener.set_nonblocking(true)?;
+        Ok(Self { listener, client: None, line })
+    }
+
+    /// Where it listens.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Takes a new client, and as much of what the present one has sent as the wire takes.
+    pub fn hear(&mut self) {
+        if let Ok((client, _)) = self.listener.accept() {
+            self.client = client.set_nonblocking(true).is_ok().then_some(client);
+        }
+        let mut bytes = [0; AHEAD];
+        if let Some(client) = &mut self.client
+            && self.line.unsent() < AHEAD
+        {
+            match client.read(&mut bytes) {
+                Ok(0) => self.client = None,
+                Ok(count) => self.line.send(&bytes[..count]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(_) => self.client = None,
+            }
+        }
+    }
+
+    /// A client that does not take its bytes loses them, as on a wire.
+    pub fn say(&mut self, bytes: &[u8]) {
+        if let Some(client) = &mut self.client
+            && !bytes.is_empty()
+            && client.write_all(bytes).is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
+        {
+            self.client = None;
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! One client: what it asks of the device as transfers, and their ends as answers.
+//!
+//! A client's virtual host controller keeps bus resets and SET_ADDRESS to itself. So the device gets both
+//! when the cable goes in, which is for as long as a client is connected, and it looks freshly plugged in to
+//! whoever imports it.
+
+use std::collections::{HashMap, VecDeque};
+
+use super::packet::{self, Command, Operation, Refusal, SHORT_NOT_OK, Submit, ZERO_PACKET};
+use crate::usb_host::hub::{Hub, Root};
+use crate::usb_host::request::{self, Setup};
+use crate::usb_host::transfer::{Completion, Direction, Kind, Outcome, Request, TransferId};
+use crate::usb_host::wire::Function;
+
+/// The name of the one device that there is.
+pub const BUSID: &str = "1-1";
+/// How long a client's question waits for a device to appear.
+const PATIENCE_NS: u64 = 1_000_000_000;
+/// Requests of the USB class to a port of a hub, which a client's resets may come as.
+const TO_PORT: u8 = 0x23;
+const PORT_RESET: u16 = 4;
+
+/// Error numbers of Linux.
+mod error {
+    pub const NOENT: i32 = -2;
+    pub const INVAL: i32 = -22;
+    pub const PIPE: i32 = -32;
+    pub const PROTO: i32 = -71;
+    pub const OVERFLOW: i32 = -75;
+    pub const CONNRESET: i32 = -104;
+    pub const SHUTDOWN: i32 = -108;
+    pub const REMOTEIO: i32 = -121;
+}
+
+#[derive(Debug)]
+struct Pending {
+    sequence: u32,
+    setup: Option<Setup>,
+    /// Bytes that have to come for the transfer to be good.
+    needs: usize,
+    /// The number of the command that has unlinked it.
+    unlinked: Option<u32>,
+}
+
+/// Where the conversation stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// It has to say what it wants.
+    Asking,
+    /// It has the device.
+    Imported,
+    /// It did not get the device; what is left is to be sent.
+    Refused,
+    /// It had the device, which has gone; what is left is to be sent.
+    Lost,
+}
+
+/// A conversation with a client.
+#[derive(Debug)]
+pub struct Session {
+    stage: Stage,
+    input: Vec<u8>,
+    output: Vec<u8>,
+    /// When its question is answered, whatever has come of the device.
+    deadline_ns: Option<u64>,
+    waiting: VecDeque<Submit>,
+    pending: HashMap<TransferId, Pending>,
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        let (waiting, pending) = (VecDeque::new(), HashMap::new());
+        Self { stage: Stage::Asking, input: Vec::new(), output: Vec::new(), deadline_ns: None, waiting, pending }
+    }
+}
+
+impl Session {
+    /// Bytes have come.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        self.input.extend(bytes);
+    }
+
+    /// Bytes that have come and were not looked at.
+    #[must_use]
+    pub const fn unread(&self) -> usize {
+        self.input.len()
+    }
+
+    /// What is to go to the client.
+    pub const fn output(&mut self) -> &mut Vec<u8> {
+        &mut self.output
+    }
+
+    /// Whether it has the device.
+    #[must_use]
+    pub fn has_device(&self) -> bool {
+        self.stage == Stage::Imported
+    }
+
+    /// Whether its connection may be closed once everything is sent.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        matches!(self.stage, Stage::Refused | Stage::Lost)
+    }
+
+    /// Whether the device has gone from it.
+    #[must_use]
+    pub fn had_device(&self) -> bool {
+        self.stage == Stage::Lost
+    }
+
+    /// Goes on while the client has no device. `others` is why it cannot have one, because of somebody else.
+    /// Whether it needs the cable plugged in to be answered.
+    ///
+    /// # Errors
+    /// The client does not speak the protocol.
+    pub fn answer(&mut self, hub: &Hub, now_ns: u64, others: Option<Refusal>) -> Result<bool, String> {
+        if self.stage != Stage::Asking {
+            return Ok(false);
+        }
+        let Some((operation, length)) = packet::operation(&self.input)? else { return Ok(false) };
+        let found = hub.found().filter(|_| hub.is_ready());
+        let deadline_ns = *self.deadline_ns.get_or_insert(now_ns + PATIENCE_NS);
+        let refusal = match others {
+            _ if hub.is_unusable() => Some(Refusal::Unusable),
+            None if found.is_none() && now_ns >= deadline_ns => Some(Refusal::Absent),
+            others => others,
+        };
+        let device = match (refusal, found) {
+            (Some(refusal), _) => Err(refusal),
+            (None, Some(found)) => Ok(found),
+            (None, None) => return Ok(true),
+        };
+        let configuration = hub.configuration_value();
+        let (answer, stage) = match operation {
+            Operation::List => (packet::list(device.ok(), BUSID, configuration), Stage::Asking),
+            Operation::Import(name) => {
+                let device = if name == BUSID { device } else { Err(Refusal::Absent) };
+                let stage = if device.is_ok() { Stage::Imported } else { Stage::Refused };
+                (packet::imported(device, BUSID, configuration), stage)
+            }
+        };
+        self.output.extend(answer);
+        self.stage = stage;
+        self.deadline_ns = None;
+        self.input.drain(..length);
+        Ok(false)
+    }
+
+    /// Goes on with what the client has sent and what has ended, while it has the device.
+    ///
+    /// # Errors
+    /// The client does not speak the protocol.
+    pub fn serve<F: Function>(&mut self, root: &mut Root<'_, F>, completions: Vec<Completion>) -> Result<(), String> {
+        for ended in completions {
+            self.end(root, ended);
+        }
+        if self.stage != Stage::Imported {
+            return Ok(());
+        }
+        if root.hub.found().is_none() {
+            // What has not begun ends as well. A client takes the end of the connection for the device's.
+            for submit in std::mem::take(&mut self.waiting) {
+                self.output.extend(packet::submitted(submit.sequence, error::SHUTDOWN, 0, &[]));
+            }
+            self.stage = Stage::Lost;
+            return Ok(());
+        }
+        self.catch_up(root);
+        while let Some((command, length)) = packet::command(&self.input)? {
+            self.input.drain(..length);
+            match command {
+                Command::Submit(submit) => self.waiting.push_back(submit),
+                Command::Unlink(sequence, of) => self.unlink(root, sequence, of),
+            }
+            self.catch_up(root);
+        }
+        Ok(())
+    }
+
+    fn catch_up<F: Function>(&mut self, root: &mut Root<'_, F>) {
+        while root.hub.is_ready()
+            && let Some(submit) = self.waiting.pop_front()
+        {
+            let sequence = submit.sequence;
+            if let Err(status) = self.start(root, submit) {
+                self.output.extend(packet::submitted(sequence, status, 0, &[]));
+            }
+        }
+    }
+
+    /// Begins a transfer, or says how it has ended already.
+    fn start<F: Function>(&mut self, root: &mut Root<'_, F>, submit: Submit) -> Result<(), i32> {
+        let length = submit.length as usize;
+        let address = submit.endpoint | if submit.input { 0x80 } else { 0 };
+        let endpoint = root.hub.endpoint(address).ok_or(error::NOENT)?;
+        if submit.isochronous {
+            return Err(error::INVAL);
+        }
+        let setup = (endpoint.kind == Kind::Control).then_some(Setup::parse(submit.setup));
+        let needs = if submit.input && submit.flags & SHORT_NOT_OK != 0 { length } else { 0 };
+        let request = match setup {
+            Some(Setup { kind: request::DEVICE_OUT, request: request::SET_ADDRESS, .. }) => return Err(0),
+            Some(Setup { kind: TO_PORT, request: request::SET_FEATURE, value: PORT_RESET, .. }) => {
+                root.reset();
+                return Err(0);
+            }
+            Some(setup) if usize::from(setup.length) != length || setup.reads() && !submit.input => {
+                return Err(error::INVAL);
+            }
+            Some(_) => Request::Control { setup: submit.setup, data: submit.data },
+            None if endpoint.direction == Direction::In => Request::In(length),
+            None => Request::Out { data: submit.data, zero: submit.flags & ZERO_PACKET != 0 },
+        };
+        let transfer = root.submit(endpoint, request);
+        self.pending.insert(transfer, Pending { sequence: submit.sequence, setup, needs, unlinked: None });
+        Ok(())
+    }
+
+    fn unlink<F: Function>(&mut self, root: &mut Root<'_, F>, sequence: u32, of: u32) {
+        if let Some(place) = self.waiting.iter().position(|submit| submit.sequence == of) {
+            self.waiting.remove(place);
+            return self.output.extend(packet::unlinked(sequence, error::CONNRESET));
+        }
+        match self.pending.iter_mut().find(|(_, pending)| pending.sequence == of) {
+            Some((transfer, pending)) => {
+                pending.unlinked = Some(sequence);
+                root.cancel(*transfer);
+            }
+            // It has ended before.
+            None => self.output.extend(packet::unlinked(sequence, 0)),
+        }
+    }
+
+    /// A transfer has ended.
+    fn end<F: Function>(&mut self, root: &mut Root<'_, F>, ended: Completion) {
+        let Some(pending) = self.pending.remove(&ended.id) else { return };
+        if ended.outcome == Outcome::Done
+            && let Some(setup) = pending.setup
+        {
+            root.follow(setup);
+        }
+        match pending.unlinked {
+            // An unlinked transfer has no end of its own.
+            Some(sequence) if ended.outcome == Outcome::Cancelled => {
+                self.output.extend(packet::unlinked(sequence, error::CONNRESET));
+            }
+            unlinked => {
+                let status = status_of(ended.outcome, ended.actual < pending.needs);
+                let answer = packet::submitted(pending.sequence, status, ended.actual as u32, &ended.data);
+                self.output.extend(answer);
+                if let Some(sequence) = unlinked {
+                    self.output.extend(packet::unlinked(sequence, 0));
+                }
+            }
+        }
+    }
+}
+
+const fn status_of(outcome: Outcome, short: bool) -> i32 {
+    match outcome {
+        Outcome::Done if short => error::REMOTEIO,
+        Outcome::Done => 0,
+        Outcome::Stalled => error::PIPE,
+        Outcome::Failed => error::PROTO,
+        Outcome::Babble => error::OVERFLOW,
+        Outcome::Cancelled => error::CONNRESET,
+        Outcome::Gone => error::SHUTDOWN,
+    }
+}

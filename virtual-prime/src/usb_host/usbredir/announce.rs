@@ -1,0 +1,51 @@
+//! What the peer is told of the device: at its connection, and when what is selected changes.
+
+use super::message::{DeviceInfo, EndpointInfo, FULL_SPEED, InterfaceInfo, Message, PLACES, place};
+use crate::usb_host::descriptors::Configuration;
+use crate::usb_host::hub::{Found, Hub};
+use crate::usb_host::request::{self, Setup};
+
+/// A device has come: its interfaces, its endpoints, and that it is there, in this order.
+pub fn device(found: &Found, hub: &Hub) -> [Message; 3] {
+    // Nothing is selected, but what the peer thinks of the device depends on its interfaces.
+    let first = found.configurations.first();
+    let connect = Message::DeviceConnect(DeviceInfo {
+        speed: FULL_SPEED,
+        class: found.device.class,
+        vendor: found.device.vendor,
+        product: found.device.product,
+        release: found.device.release,
+    });
+    [interfaces(hub.configuration().or(first)), endpoints(hub), connect]
+}
+
+/// A request was done: what the peer has to know before the answer.
+pub fn selection(setup: Setup, hub: &Hub) -> Vec<Message> {
+    match (setup.kind, setup.request) {
+        (request::DEVICE_OUT, request::SET_CONFIGURATION) => vec![interfaces(hub.configuration()), endpoints(hub)],
+        (request::INTERFACE_OUT, request::SET_INTERFACE) => vec![endpoints(hub)],
+        _ => Vec::new(),
+    }
+}
+
+fn interfaces(configuration: Option<&Configuration>) -> Message {
+    let all = configuration.map_or(&[][..], |configuration| &configuration.interfaces);
+    let first_settings = all.iter().filter(|one| one.setting == 0);
+    Message::InterfaceInfo(first_settings.map(|one| InterfaceInfo { number: one.number, class: one.class }).collect())
+}
+
+fn endpoints(hub: &Hub) -> Message {
+    let max_packet = hub.endpoint(0).map_or(0, |endpoint| endpoint.max_packet);
+    let control = EndpointInfo { kind: 0, interval: 0, interface: 0, max_packet };
+    let mut places = Box::new([EndpointInfo::NONE; PLACES]);
+    (places[place(0)], places[place(0x80)]) = (control, control);
+    for (interface, endpoint) in hub.endpoints() {
+        places[place(endpoint.address)] = EndpointInfo {
+            kind: endpoint.attributes & 3,
+            interval: endpoint.of(0).frames() as u8,
+            interface,
+            max_packet: endpoint.max_packet,
+        };
+    }
+    Message::EpInfo(places)
+}
