@@ -193,6 +193,7 @@ impl World {
             Fault::ThermistorOpen(name) => self.heater_named(name)?.wiring = Wiring::Open,
             Fault::ThermistorShort(name) => self.heater_named(name)?.wiring = Wiring::Shorted,
             Fault::SensorToSupply(name) => self.heater_named(name)?.wiring = Wiring::ToSupply,
+            Fault::SensorLead(name, leads) => self.heater_named(name)?.leads = *leads,
             Fault::ConverterSilent(name) => self.converter_of(name)?.data = DataLine::Silent,
             Fault::ConverterLow(name) => self.converter_of(name)?.data = DataLine::Low,
             Fault::ConverterReset(name) => self.converter_of(name)?.reset(now_ns),

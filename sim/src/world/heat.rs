@@ -2,7 +2,7 @@
 
 use super::electrics::Path;
 use super::{FanConfig, GRID_NS, HeaterConfig, World};
-use crate::models::converter::Converter;
+use crate::models::converter::{Converter, Leads};
 use crate::models::fan::{Condition, Fan, Plant};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
@@ -81,6 +81,7 @@ pub(super) struct HeaterState {
     path: Path,
     heater: Heater,
     pub(super) wiring: Wiring,
+    pub(super) leads: Leads,
     pub(super) converter: Option<Converter>,
     /// A switch that conducts always or never.
     pub(super) stuck: Option<bool>,
@@ -99,6 +100,7 @@ impl HeaterState {
             path: Path::of(config.pin),
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
+            leads: Leads::Sound,
             converter: config.converter.map(|converter| Converter::new(converter.kind, 0)),
             stuck: None,
             strength: 1.0,
