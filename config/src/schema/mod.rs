@@ -27,6 +27,7 @@ mod heat_control;
 #[cfg(any(test, feature = "std"))]
 mod json;
 mod kinematics;
+mod led_strips;
 mod leveling;
 #[cfg(any(test, feature = "std"))]
 mod markdown;
@@ -76,6 +77,7 @@ pub const SECTIONS: &[Section] = &[
     soft_endstops::SOFT_ENDSTOP,
     switches::SWITCH,
     fans::FAN,
+    led_strips::LED_STRIP,
     switches::PWM1,
     switches::PWM2,
     switches::VOLTAGE_MONITOR,
