@@ -6,6 +6,7 @@ use crate::adc::{Supplies, Thermistors};
 use crate::clocks::{self, ClockError};
 use crate::identity::{self, Identity};
 use crate::last_words;
+use crate::led_strip::LedSender;
 use crate::memory;
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
@@ -70,6 +71,8 @@ pub struct Board {
     pub thermistors: Thermistors,
     /// Hardware PWM, not started.
     pub pwm: Pwm,
+    /// Strips of lights, none of which it knows yet.
+    pub led_sender: LedSender,
     /// Supply voltages, not started.
     pub supplies: Supplies,
     /// The SD card, not identified.
@@ -141,6 +144,7 @@ impl Board {
             thermistors: Thermistors::new(device.ADC1, &device.ADC12_COMMON, device.DMA1),
             supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
             pwm: Pwm::new(device.TIM1, device.TIM8),
+            led_sender: LedSender::new(device.DMA2),
             sd: SdCard::new(device.SDMMC1),
             rtc,
             watchdog,

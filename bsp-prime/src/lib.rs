@@ -21,6 +21,7 @@ pub mod dma;
 pub mod fpu;
 pub mod identity;
 pub mod last_words;
+pub mod led_strip;
 pub mod memory;
 pub mod pins;
 pub mod pwm;
