@@ -13,11 +13,12 @@ mod fault;
 mod filament;
 mod from_machine;
 mod heat;
+mod lights;
 mod motion;
 
 pub use config::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, Pin, SwitchConfig, WorldConfig,
+    Operator, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
@@ -26,6 +27,7 @@ pub use fault::{Fault, SPELLING, TimedFault};
 use units::{Actuator, MAX_ACTUATORS};
 
 use crate::models::fan;
+use crate::models::led_strip::LedStrip;
 use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
 use crate::models::tmc_stealth::TmcStealth;
@@ -71,6 +73,8 @@ pub struct World {
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<FanState>,
+    /// Strips of lights.
+    strips: Vec<LedStrip>,
     filament: filament::Filament,
     vmotor_v: f64,
     vfet_v: f64,
@@ -116,6 +120,7 @@ impl World {
             bounces: Vec::new(),
             heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
             fans: config.fans.iter().map(FanState::new).collect(),
+            strips: config.strips.iter().map(|strip| LedStrip::new(strip.lights, strip.bytes_each)).collect(),
             filament: filament::Filament::default(),
             vmotor_v: config.vmotor_v,
             vfet_v: config.vfet_v,

@@ -9,7 +9,7 @@ use units::{Actuator, Axis};
 use super::delta::DeltaFrame;
 use super::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, Pin, SwitchConfig, WorldConfig,
+    Operator, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 use crate::models::converter::{Kind, Thermocouple};
 use crate::models::gantry::Gantry;
@@ -46,6 +46,7 @@ impl WorldConfig {
             surface: surface(machine),
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
+            strips: strips(machine),
             filament_sensor: filament_sensor(machine),
             ..Self::default()
         }
@@ -350,6 +351,17 @@ fn curve(thermistor: &config::ThermistorConfig) -> Curve {
         t25_c: f64::from(thermistor.t0.0),
         beta_k: thermistor.beta_k.max(1.0),
     })
+}
+
+/// Strips that are switches have no chips.
+fn strips(machine: &MachineConfig) -> Vec<StripConfig> {
+    let strip = |strip: &config::LedStripConfig| {
+        let output =
+            strip.pin.map_or((usize::MAX, 0), |pin| (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1));
+        let bytes_each = strip.order.unwrap_or_default().bytes_each();
+        StripConfig { output, lights: usize::from(strip.lights()), bytes_each }
+    };
+    machine.led_strips.iter().map(strip).collect()
 }
 
 fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
