@@ -10,6 +10,7 @@
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
 //! | 3 | `plan` | the dispatcher | the next corner |
+//! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
 //! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
@@ -120,6 +121,7 @@ mod app {
             spi: board.spi,
             motors_enable: board.guards.motors,
             leds: board.leds,
+            led_sender: board.led_sender,
             second_lamp: None,
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
@@ -268,6 +270,12 @@ mod app {
     async fn plan(mut cx: plan::Context) {
         cx.shared.motion.lock(|motion| motion.plan());
         REPORTS.report(Reporter::Planner);
+    }
+
+    // What was sent to a strip of lights is on its way, and the timer is to stand.
+    #[task(binds = DMA2_STR0, priority = 2)]
+    fn lights_sent(_: lights_sent::Context) {
+        bsp_prime::led_strip::on_interrupt();
     }
 
     // Driver faults and supply voltages.

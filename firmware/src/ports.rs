@@ -3,6 +3,7 @@
 
 use core::fmt::Write;
 
+use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::SdCard;
@@ -14,8 +15,8 @@ use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -48,6 +49,7 @@ pub struct Owned {
     pub spi: SpiBuses,
     pub motors_enable: Output,
     pub leds: [Output; 4],
+    pub led_sender: LedSender,
     /// Shows what LED 2 shows.
     pub second_lamp: Option<Output>,
     pub debug: UartPort,
@@ -74,6 +76,8 @@ pub struct BoardPorts<M, H, S, T> {
     /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
+    /// Timer and channel of each strip of lights.
+    strips: [Option<(usize, usize)>; config::MAX_STRIPS],
     reset_at: Option<Micros>,
     plan: fn(),
 }
@@ -88,7 +92,16 @@ where
     /// `plan` wakes the planner task.
     pub fn new(owned: &'static mut Owned, card: SdCard, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
-        Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
+        Self {
+            owned,
+            storage,
+            shared,
+            open: [false; 2],
+            inputs: Vec::new(),
+            strips: Default::default(),
+            reset_at: None,
+            plan,
+        }
     }
 
     /// None for a port that is no console.
@@ -145,7 +158,7 @@ where
     }
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
-        let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
+        let (owned, heat, strips) = (&mut self.owned, &mut self.shared.heat, &mut self.strips);
         // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
         // over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
@@ -164,6 +177,7 @@ where
                     *slot = Some((timer.wrapping_sub(1), channel.wrapping_sub(1)));
                 }
             }
+            *strips = wiring::led_strips(config, &mut owned.pins, pwm, &mut owned.led_sender, report);
         });
     }
 }
@@ -218,6 +232,16 @@ where
 
     fn run_heat_now(&mut self) {
         bsp_prime::time::pend_heat_tick();
+    }
+}
+
+impl<M, H, S, T> LightPort for BoardPorts<M, H, S, T> {
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
+        match self.strips.get(strip).copied().flatten() {
+            Some((timer, channel)) => self.owned.led_sender.send(timer, channel, bytes),
+            // It is not wired, and never will be.
+            None => true,
+        }
     }
 }
 

@@ -22,6 +22,7 @@ mod pulses;
 mod sensor;
 mod settings;
 mod step_test;
+mod strips;
 mod switch_outputs;
 
 use config::HeaterId;
@@ -44,6 +45,7 @@ pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
 use chip_faults::ChipFaults;
 use pulses::Pulses;
+use strips::Strips;
 use switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
@@ -77,6 +79,8 @@ pub struct HeatControl {
     flow: (f32, Micros),
     flow_tool: Option<ToolId>,
     chip_faults: ChipFaults,
+    /// What strips of lights are told to show.
+    pub strips: Strips,
 }
 
 impl Default for HeatControl {
@@ -106,6 +110,7 @@ impl HeatControl {
             flow: (0.0, Micros(0)),
             flow_tool: None,
             chip_faults: ChipFaults::new(),
+            strips: Strips::new(),
         }
     }
 
@@ -246,6 +251,7 @@ impl HeatControl {
             Output::Target(heater, target) => self.set_target(heater, target)?,
             Output::Switch(switch, duty) => self.set_switch(usize::from(switch), duty),
             Output::Pwm(switch, duty) => self.set_pwm(usize::from(switch), duty),
+            Output::Light(change) => self.strips.change(&change),
         }
         Ok(())
     }

@@ -36,6 +36,7 @@ mod jog;
 mod journal;
 mod least_squares;
 mod leveling;
+mod lights;
 mod melt;
 mod motion_codes;
 pub mod motion_config;

@@ -71,6 +71,13 @@ pub trait HeatPort {
     fn run_heat_now(&mut self);
 }
 
+/// Strips of lights.
+pub trait LightPort {
+    /// Sends bytes to a strip, by its place in the configuration's list. False, and nothing happens, while
+    /// another transmission is on its way or has not taken effect yet: ask again later.
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool;
+}
+
 /// The motor drivers and the watch over them.
 pub trait DriversPort {
     /// Driver access type.
@@ -94,11 +101,33 @@ pub trait Inputs {
 
 /// The world of one machine.
 pub trait Ports:
-    Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    Clock
+    + MotionPort
+    + Ahead
+    + HeatPort
+    + LightPort
+    + DriversPort
+    + Inputs
+    + PinPort
+    + Storage
+    + Consoles
+    + Board
+    + Calendar
 {
 }
 
 impl<P> Ports for P where
-    P: Clock + MotionPort + Ahead + HeatPort + DriversPort + Inputs + PinPort + Storage + Consoles + Board + Calendar
+    P: Clock
+        + MotionPort
+        + Ahead
+        + HeatPort
+        + LightPort
+        + DriversPort
+        + Inputs
+        + PinPort
+        + Storage
+        + Consoles
+        + Board
+        + Calendar
 {
 }

@@ -7,7 +7,7 @@ use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
     Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup,
-    ToolSettings,
+    StripSetup, ToolSettings,
 };
 use units::{Axis, SwitchId};
 
@@ -71,6 +71,15 @@ impl program::extended::Names for PartNames<'_> {
         heater.map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
     }
 
+    fn strip(&self, name: &str) -> Option<u8> {
+        let strip = self.0.led_strips.iter().find(|strip| strip.name.eq_ignore_ascii_case(name));
+        strip.map(|strip| strip.number)
+    }
+
+    fn has_strips(&self) -> bool {
+        !self.0.led_strips.is_empty()
+    }
+
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
         self.0.temperatures.get(place).map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
     }
@@ -96,6 +105,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
             .filter_map(|(place, switch)| pulses(config, place, switch))
             .collect(),
         io: config.switches.iter().enumerate().filter_map(io).collect(),
+        strips: config.led_strips.iter().map(strip).collect(),
         is_preview: false,
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
         spindle: SpindleSetup::default(),
@@ -121,6 +131,10 @@ fn io((place, switch): (usize, &SwitchConfig)) -> Option<IoSetup> {
         OutputKind::SigmaDelta | OutputKind::HardwarePwm => IoKind::Analog,
     };
     Some(IoSetup { number: switch.io_number?, switch: SwitchId(place as u8), kind })
+}
+
+fn strip(strip: &config::LedStripConfig) -> StripSetup {
+    StripSetup { number: strip.number, lights: strip.lights() }
 }
 
 fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettings {

@@ -234,8 +234,10 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);
-            if let Effect::Arm { rule, armed } = effect {
-                machine.temperature_switches.arm(rule, armed);
+            match effect {
+                Effect::Arm { rule, armed } => machine.temperature_switches.arm(rule, armed),
+                Effect::Light(change) => machine.ports.heat(|heat| heat.strips.change(&change)),
+                _ => {}
             }
         }
         return Ok(());
@@ -258,6 +260,11 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
         }
         Effect::Arm { rule, armed } => {
             machine.temperature_switches.arm(rule, armed);
+            None
+        }
+        Effect::Light(change) if change.rides => Some(Output::Light(change)),
+        Effect::Light(change) => {
+            machine.ports.heat(|heat| heat.strips.change(&change));
             None
         }
     };

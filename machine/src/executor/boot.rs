@@ -9,7 +9,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, automatic, grbl, kept, recover, statistics, suspend};
+use super::{Machine, automatic, grbl, kept, lights, recover, statistics, suspend};
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -170,6 +170,7 @@ async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return false;
     }
     automatic::configure_fans(machine);
+    lights::configure(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
         // A switch takes anything.

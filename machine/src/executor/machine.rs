@@ -27,6 +27,7 @@ use crate::grbl::Grbl;
 use crate::grbl::numbers::Error;
 use crate::jobs::Jobs;
 use crate::journal::{Journal, Recovery};
+use crate::lights::LightShow;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::{Outputs, TemperatureSwitches};
 use crate::paper::Paper;
@@ -68,6 +69,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) buttons: Buttons,
     /// Fans that run by themselves, and tachometers.
     pub(super) fans: Fans,
+    /// What strips of lights show.
+    pub(super) lights: LightShow,
     /// What operates outputs by temperatures.
     pub(super) temperature_switches: TemperatureSwitches,
     pub(super) filament: Filament,
@@ -140,6 +143,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
             fans: Fans::new(config),
+            lights: LightShow::default(),
             temperature_switches: TemperatureSwitches::new(config),
             filament: Filament::default(),
             filament_width: filament::Width::new(&config.filament_width),

@@ -31,6 +31,7 @@ mod job_control;
 mod journal;
 mod kept;
 mod leave_out;
+mod lights;
 mod line_numbers;
 mod lines;
 mod log;

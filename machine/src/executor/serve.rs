@@ -8,8 +8,8 @@ use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
-    Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, long_answers,
-    program_io, stall_recovery, stalls, statistics,
+    Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
+    long_answers, program_io, stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -256,6 +256,7 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
             self.watch_buttons(levels, now);
             automatic::look(self, now);
+            lights::look(self, now);
         }
         self.follow_motion();
         if self.config.filament_detector.enable || self.config.filament_width.enable {

@@ -3,6 +3,7 @@
 
 use heapless::Deque;
 use motion::Mark;
+use program::LightChange;
 use units::{Celsius, Duty, HeaterId};
 
 /// Effects that can wait: the look-ahead queue is no longer.
@@ -18,6 +19,8 @@ pub enum Output {
     Switch(u8, Duty),
     /// A switch on a hardware timer, likewise; 0 to 1.
     Pwm(u8, f32),
+    /// Lights of strips.
+    Light(LightChange),
 }
 
 /// Too many changes wait. Not an error: ask again later.

@@ -21,6 +21,14 @@ impl Names for Machine {
             .nth(["extruder", "heater_bed"].iter().position(|n| *n == name)?)
     }
 
+    fn strip(&self, name: &str) -> Option<u8> {
+        ["case", "nozzle"].iter().position(|known| *known == name).map(|place| place as u8)
+    }
+
+    fn has_strips(&self) -> bool {
+        true
+    }
+
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
         [(Code::m(104), 0), (Code::m(140), 254)].get(place).copied()
     }

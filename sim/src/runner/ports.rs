@@ -6,8 +6,8 @@ use config::{BoardId, MachineConfig, Pin, Pull};
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile, Start,
-    StepTimes, Storage, StorageError, Workspace,
+    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
+    Start, StepTimes, Storage, StorageError, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -166,6 +166,13 @@ impl HeatPort for HostPorts {
 
     /// The executor runs once a period of the heat task, so this is its next run.
     fn run_heat_now(&mut self) {}
+}
+
+impl LightPort for HostPorts {
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
+        self.shared.world.borrow_mut().strip_bytes(strip, bytes);
+        true
+    }
 }
 
 impl DriversPort for HostPorts {
