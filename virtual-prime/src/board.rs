@@ -26,6 +26,7 @@ use crate::console::{Line, LineEnd};
 use crate::drivers::{ConverterPort, DriverPort};
 use crate::mcu::PrimeMcu;
 pub use crate::outputs::{PinChange, SharedWorld};
+use crate::pin_state::Drive;
 use crate::pins::{Wiring, driver_selects, pin, port_name};
 
 /// Crystals: HSE 25 MHz, LSE 32.768 kHz.
@@ -241,9 +242,10 @@ impl PrimeBoard {
         for timer in 0..PWM_TIMERS {
             for channel in 0..PWM_CHANNELS {
                 let Some(output) = TimerChannel::new(channel as u8 + 1) else { continue };
-                let (model, registers) = self.mcu.part.advanced_timer(timer);
-                let pulse = model.pulse(output, registers);
+                let pulse = self.mcu.pulse(timer, output);
                 let duty = pulse.map_or(0.0, |p| p.width.0 as f64 / p.period.0.max(1) as f64);
+                let state = self.mcu.pin_state(pin(wiring::PWM[timer][channel]));
+                self.mcu.pwm[timer].reaches_pin[channel] = state.drive == Drive::Function(wiring::PWM_FUNCTIONS[timer]);
                 let mut world = self.world.lock();
                 world.pwm(timer, channel, duty);
                 if let Some(pulse) = pulse {

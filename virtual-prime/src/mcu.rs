@@ -1,16 +1,18 @@
 //! The STM32H745 as the emulator runs it: the H743 part with our models in the places of its own.
 
 use rigless::device::{Device, ErasedDevice, ResetCause};
+use rigless::edge::Pulse;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::stm32h743::generated::{gpioa, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
+use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
-use sim::world::Pin;
+use sim::world::{PWM_TIMERS, Pin};
 
 use crate::outputs::{PinChange, SharedWorld, TappedExti};
 use crate::peripherals::ethernet::{EthernetDma, EthernetMac, Surroundings};
@@ -21,6 +23,7 @@ use crate::peripherals::rtc::Rtc;
 use crate::peripherals::sdmmc::Sdmmc;
 use crate::pin_state::PinState;
 use crate::pins::Wiring;
+use crate::timer_outputs::TappedTimer;
 
 /// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
 const BCM4: u64 = 1 << 22;
@@ -33,6 +36,8 @@ pub struct PrimeMcu {
     pub part: Stm32h743,
     /// EXTI, listening to the pins.
     exti: TappedExti,
+    /// TIM1 and TIM8, whose outputs are listened to.
+    pub(crate) pwm: [TappedTimer; PWM_TIMERS],
     pwr: PrimePwr,
     ethernet_dma: EthernetDma,
     ethernet_mac: EthernetMac,
@@ -47,6 +52,7 @@ pub struct PrimeMcu {
 #[derive(Clone, Copy, Debug)]
 struct Slots {
     exti: usize,
+    pwm: [usize; PWM_TIMERS],
     flash: usize,
     pwr: usize,
     rcc: usize,
@@ -78,6 +84,7 @@ impl PrimeMcu {
             ports,
             consoles: [slot("USART2")?, slot("USART3")?, slot("UART4")?],
             exti: slot("EXTI")?,
+            pwm: [slot("TIM1")?, slot("TIM8")?],
             flash: slot("Flash")?,
             pwr: slot("PWR")?,
             rcc: slot("RCC")?,
@@ -91,6 +98,7 @@ impl PrimeMcu {
             sdmmc: slot("SDMMC1")?,
         };
         let mut mcu = Self {
+            pwm: std::array::from_fn(|timer| TappedTimer::new(timer, world.clone())),
             exti: TappedExti::new(wiring, world),
             pwr: PrimePwr::default(),
             ethernet_dma: EthernetDma::default(),
@@ -182,6 +190,12 @@ impl PrimeMcu {
         self.slots.ports[port]
     }
 
+    /// The pulse that an output of TIM1 (0) or TIM8 (1) repeats, if any.
+    #[must_use]
+    pub fn pulse(&self, timer: usize, channel: Channel) -> Option<Pulse> {
+        self.pwm[timer].inner.pulse(channel, self.bus().slots()[self.slots.pwm[timer]].registers())
+    }
+
     /// Keeps every change of this pin from now on, for [`Self::take_pin_changes`].
     pub fn watch_pin(&mut self, pin: Pin) {
         self.exti.watch(pin);
@@ -217,6 +231,7 @@ impl Mcu for PrimeMcu {
     fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
         self.part.reset(at, cause);
         Device::reset(&mut self.exti);
+        self.pwm.iter_mut().for_each(Device::reset);
         Device::reset(&mut self.pwr);
         Device::reset(&mut self.ethernet_dma);
         Device::reset(&mut self.ethernet_mac);
@@ -243,6 +258,8 @@ impl Mcu for PrimeMcu {
         }
         let ours: &mut dyn ErasedDevice = match slot {
             slot if slot == self.slots.exti => &mut self.exti,
+            slot if slot == self.slots.pwm[0] => &mut self.pwm[0],
+            slot if slot == self.slots.pwm[1] => &mut self.pwm[1],
             slot if slot == self.slots.pwr => &mut self.pwr,
             slot if slot == self.slots.ethernet_dma => &mut self.ethernet_dma,
             slot if slot == self.slots.ethernet_mac => &mut self.ethernet_mac,

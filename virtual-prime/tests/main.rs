@@ -11,6 +11,7 @@ mod forecast;
 mod golden;
 mod homing;
 mod images;
+mod led_strips;
 mod operation;
 mod power_cuts;
 mod probing;
