@@ -31,6 +31,7 @@ mod job_control;
 mod jobs;
 mod late_steps;
 mod levelling;
+mod lights;
 mod mesh;
 mod mesh_residuals;
 mod mills;
