@@ -21,6 +21,7 @@ mod driver_tuning;
 mod endstop_phase;
 mod executor;
 mod failure;
+mod falling_supply;
 mod fans;
 mod filament;
 mod files;

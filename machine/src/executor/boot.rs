@@ -9,7 +9,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, automatic, grbl, kept, lights, recover, statistics, suspend};
+use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend};
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -142,6 +142,7 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     if usable && start_parts(machine).await {
         read_grbls_own(machine);
         load_settings(machine);
+        brown_out::tell(machine);
         recover::say_offer(machine);
         machine.jobs.queue_boot_file(machine.config);
     } else {

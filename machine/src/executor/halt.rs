@@ -9,7 +9,7 @@ use core::fmt::Arguments;
 use program::{Dialect, State};
 use units::Micros;
 
-use super::{Machine, journal, log, program_io};
+use super::{Machine, brown_out, journal, log, program_io};
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
@@ -22,6 +22,25 @@ impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, to those of GRBL's dialect by number too. While halted already:
     /// nothing.
     pub(super) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        if self.safety.rests_held() {
+            self.release_motors();
+        }
+        self.safety.hold_motors(false);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn release_motors(&mut self) {
+        self.axes.disable_all(&mut self.ports, self.config);
+        self.ports.set_motor_power(false);
+    }
+
+    /// The same, and when the motors stand they keep their current: what falls without it stays where it is.
+    pub(super) fn halt_holding(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        self.safety.hold_motors(true);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn halt_at_once(&mut self, alarm: Alarm, why: Arguments<'_>) {
         let now = self.ports.now();
         if self.safety.halt(now) {
             self.stop_everything();
@@ -164,9 +183,10 @@ impl<P: Ports> Machine<'_, P> {
             }
             Stopping::Over => {}
         }
-        journal::stands(self);
-        self.axes.disable_all(&mut self.ports, self.config);
-        self.ports.set_motor_power(false);
+        brown_out::stands(self);
+        if !self.safety.holds_motors() {
+            self.release_motors();
+        }
         self.resynchronise();
         self.finish_release();
     }

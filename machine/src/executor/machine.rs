@@ -8,6 +8,7 @@ use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
+use super::brown_out::BrownOut;
 use super::cut::Cut;
 use super::frames::Frames;
 use super::hold::Hold;
@@ -69,6 +70,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) buttons: Buttons,
     /// Fans that run by themselves, and tachometers.
     pub(super) fans: Fans,
+    /// Whether supplies fall.
+    pub(super) brown_out: BrownOut,
     /// What strips of lights show.
     pub(super) lights: LightShow,
     /// What operates outputs by temperatures.
@@ -143,6 +146,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
             fans: Fans::new(config),
+            brown_out: BrownOut::default(),
             lights: LightShow::default(),
             temperature_switches: TemperatureSwitches::new(config),
             filament: Filament::default(),

@@ -11,6 +11,7 @@ mod automatic;
 mod axis_tests;
 mod blocks;
 mod boot;
+mod brown_out;
 mod commands;
 mod cut;
 mod door;

@@ -8,7 +8,7 @@ use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
-    Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
+    Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
     long_answers, program_io, stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
@@ -45,7 +45,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.watch_kill_button(now);
         door::watch(machine);
         filament::count(machine);
-        journal::watch_supply(machine);
+        brown_out::watch(machine);
         stalls::watch(machine, now);
     }
     if now >= machine.polls.due {
@@ -375,7 +375,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Without supply a motor holds nothing: positions are no longer known.
-    fn motor_supply_lost(&mut self) {
+    pub(super) fn motor_supply_lost(&mut self) {
         self.axes.lose_supply();
         self.phases.lose_supply();
         let state = self.safety.state();
@@ -387,7 +387,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Without its supply a heater would only be missed by its guard, minutes later.
-    fn fet_supply_lost(&mut self) {
+    pub(super) fn fet_supply_lost(&mut self) {
         if self.ports.heat(|heat| heat.any_on()) {
             self.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
         } else {
