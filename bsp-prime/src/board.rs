@@ -15,6 +15,7 @@ use crate::sd::SdCard;
 use crate::silicon;
 use crate::spi::SpiBuses;
 use crate::step_engine;
+use crate::supply;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::watchdog::Watchdog;
@@ -121,6 +122,7 @@ impl Board {
         let last_words = last_words::take();
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::enable_peripherals();
+        supply::watch();
         memory::prepare_d2();
         silicon::compensate_outputs();
         time::start();

@@ -30,6 +30,7 @@ pub mod sd;
 mod silicon;
 pub mod spi;
 pub mod step_engine;
+mod supply;
 pub mod thread_stack;
 pub mod time;
 pub mod trigger;

@@ -6,6 +6,7 @@
 //! |--:|---|---|---|
 //! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
+//! | 7 | `supply_falls` | PVD: the chip's 3.3 V | none: it ends the firmware, outputs off first |
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead |
@@ -183,6 +184,11 @@ mod app {
     #[task(binds = EXTI15_10, priority = 7)]
     fn edge_15_to_10(_: edge_15_to_10::Context) {
         trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
+    }
+
+    #[task(binds = PVD_PVM, priority = 7)]
+    fn supply_falls(_: supply_falls::Context) {
+        fault::supply_falls();
     }
 
     #[task(binds = USART2, priority = 6, local = [debug, intake: Intake = Intake::new()])]

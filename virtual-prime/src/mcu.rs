@@ -5,7 +5,7 @@ use rigless::edge::Pulse;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
-use rigless::soc::stm32h743::generated::{gpioa, rcc, syscfg};
+use rigless::soc::stm32h743::generated::{gpioa, pwr, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
@@ -121,6 +121,19 @@ impl PrimeMcu {
         let registers = self.part.bus_mut().slot_mut(self.slots.pwr).registers_mut();
         self.pwr.inner.set_supply(millivolts, registers);
         self.pwr.inner.set_analog_supply(millivolts, registers);
+    }
+
+    /// The rail changes while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4), which the
+    /// emulator does not wire. Only changes are told: a detector that is switched on later tells nothing.
+    pub fn change_supply(&mut self, at: VirtualNanos, millivolts: u32) {
+        let below = |mcu: &Self| pwr::csr1::PVDO.is_set(mcu.register(mcu.slots.pwr, pwr::Register::Csr1));
+        let before = below(self);
+        self.set_supply(millivolts);
+        let after = below(self);
+        if before != after {
+            let (registers, mut context) = self.part.bus_mut().drive(at, self.slots.exti);
+            self.exti.detector(after, registers, &mut context);
+        }
     }
 
     /// Programs the option bytes of an H745: the M7 starts after reset, and the M4 or not.
