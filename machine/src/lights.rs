@@ -49,7 +49,7 @@ impl Look {
         // At least one light, and all of them only at the end.
         let bar = |share: f32| 1 + (share.clamp(0.0, 1.0) * f32::from(lights.saturating_sub(1))) as u16;
         match condition {
-            Condition::Halted if now.0 / BLINK.0 % 2 == 0 => Self::All(HALTED),
+            Condition::Halted if (now.0 / BLINK.0).is_multiple_of(2) => Self::All(HALTED),
             Condition::Halted => Self::All(Colour::BLACK),
             Condition::Waits => Self::All(WAITING),
             // One light alone turns from the one colour into the other.

@@ -53,7 +53,12 @@ impl program::extended::Names for PartNames<'_> {
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
         let switch = switch?;
         let full = if switch.output_kind == OutputKind::HardwarePwm { 100.0 } else { 255.0 };
-        Some(NamedSwitch { on: code(switch.input_on_command?), off: switch.input_off_command.map(code), full })
+        let off = switch.input_off_command.map(code);
+        if let Some(on) = switch.input_on_command {
+            return Some(NamedSwitch { on: code(on), number: None, off, full });
+        }
+        // One that only has a number.
+        Some(NamedSwitch { on: Code::m(42), number: Some(switch.io_number?), off, full })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {

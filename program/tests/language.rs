@@ -307,7 +307,7 @@ impl Session {
 /// `fan` is switch 0, `extruder` heater 0, `heater_bed` heater 1.
 impl Names for Session {
     fn switch(&self, name: &str) -> Option<NamedSwitch> {
-        (name == "fan").then_some(NamedSwitch { on: Code::m(106), off: Some(Code::m(107)), full: 255.0 })
+        (name == "fan").then_some(NamedSwitch { on: Code::m(106), number: None, off: Some(Code::m(107)), full: 255.0 })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {

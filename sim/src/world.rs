@@ -205,6 +205,7 @@ impl World {
             Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
             Fault::ThermistorSlips(name) => self.heater_named(name)?.seat.slips = true,
             Fault::ThermistorLoose(name) => self.heater_named(name)?.seat.loose = true,
+            Fault::ThermistorNoisy(name, kelvin) => self.heater_named(name)?.seat.noise_k = *kelvin,
             Fault::ThermistorDrifts(name, kelvin_per_s) => self.heater_named(name)?.seat.drift_k_per_s = *kelvin_per_s,
             Fault::HeaterWeak(name, share) => self.heater_named(name)?.strength = *share,
             Fault::ThermistorsSwapped(one, other) => {

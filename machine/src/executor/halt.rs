@@ -89,6 +89,7 @@ impl<P: Ports> Machine<'_, P> {
 
     fn stop_everything(&mut self) {
         self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
         self.ports.motion(motion::Motion::stop);
         for output in self.outputs.halt(self.config) {
@@ -106,6 +107,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
         for output in self.outputs.halt(self.config) {
             // A switch takes anything.
             let _ = self.ports.heat(|heat| heat.apply(output));

@@ -1,10 +1,13 @@
-//! Strips of lights: what they are to show is looked at some twenty times a second, and sent where it is new.
+//! Strips of lights: codes change their colours, where the path has come to; what they are to show is looked at
+//! some twenty times a second, and sent where it is new.
 
-use program::State;
+use motion::Refusal;
+use program::{LightChange, State};
 use units::{Micros, SwitchId};
 
 use super::Machine;
 use super::program_io::apply;
+use crate::failure::{Failure, message};
 use crate::heat::{HeatControl, OFF_BELOW};
 use crate::lights::Condition;
 use crate::ports::Ports;
@@ -14,12 +17,41 @@ const WARM_WITHIN_C: f32 = 5.0;
 /// From here on its way to a target counts.
 const COLD_C: f32 = 25.0;
 
-/// Tells heat control what strips there are. At boot, behind the wiring.
+/// Sets up what strips there are. At boot, behind the wiring.
 pub(super) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
-    let config = machine.config;
-    for strip in &config.led_strips {
+    for strip in &machine.config.led_strips {
         // The configuration has counted the lights.
-        let _fits = machine.ports.heat(|heat| heat.strips.add(strip.lights(), strip.initial));
+        let _fits = machine.strips.add(strip.lights(), strip.initial);
+    }
+}
+
+/// Has colours change behind what has been submitted: at once when nothing moves, or where the change does not
+/// ride; else when the motors have come there, and nothing waits.
+pub(super) async fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
+    loop {
+        let waits = change.rides && !machine.safety.is_halted();
+        take_reached(machine);
+        let is_still = machine.ports.motion(|motion| motion.is_idle()) && machine.riding_lights.is_empty();
+        if !waits || is_still {
+            machine.strips.change(&change);
+            return Ok(());
+        }
+        match machine.ports.motion(motion::Motion::mark) {
+            Ok(mark) if machine.riding_lights.wait(mark, change).is_ok() => return Ok(()),
+            Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.pause().await?,
+            Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
+        }
+    }
+}
+
+/// What has been reached on the path.
+fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.riding_lights.is_empty() {
+        return;
+    }
+    let reached = machine.ports.heat(|heat| heat.reached());
+    while let Some(change) = machine.riding_lights.reached(reached) {
+        machine.strips.change(&change);
     }
 }
 
@@ -30,7 +62,8 @@ pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
     if machine.lights.is_due(now) {
         let condition = condition(machine);
-        let changed = machine.ports.heat(|heat| heat.strips.take_changed());
+        take_reached(machine);
+        let changed = machine.strips.take_changed();
         machine.lights.look(&machine.config.led_strips, condition, changed, now);
     }
     while let Some(place) = machine.lights.next() {
@@ -43,14 +76,14 @@ pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// False when it cannot be sent yet.
 fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
-    let Machine { config, lights, ports, .. } = machine;
+    let Machine { config, lights, strips, ports, .. } = machine;
     let config = *config;
     let Some(strip) = config.led_strips.get(place) else { return true };
     if !strip.is_of_switches() {
-        let bytes = ports.heat(|heat| lights.bytes(place, strip, heat.strips.colours(place)));
+        let bytes = lights.bytes(place, strip, strips.colours(place));
         return ports.send_to_strip(place, &bytes);
     }
-    let colour = ports.heat(|heat| lights.colours(place, strip, heat.strips.colours(place)).next());
+    let colour = lights.colours(place, strip, strips.colours(place)).next();
     let parts = colour.unwrap_or_default().parts();
     for (name, part) in strip.switches.iter().zip(parts) {
         let switch = config.switches.iter().position(|switch| switch.name == *name);

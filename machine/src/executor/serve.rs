@@ -456,6 +456,9 @@ impl<P: Ports> Machine<'_, P> {
             _ => true,
         };
         self.ports.set_led(1, playing);
+        let hot = self.ports.heat(|heat| heat.any_hot());
+        self.ports.set_led(2, hot);
+        self.ports.set_led(3, self.jobs.is_open());
     }
 }
 

@@ -157,13 +157,15 @@ fn output(
 ) -> Result<(), ExtendedFault> {
     let name = command.get(which).ok_or(ExtendedFault::MustSupply(which))?;
     let share = number(command, value)?.ok_or(ExtendedFault::MustSupply(value))?;
-    let NamedSwitch { on, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let NamedSwitch { on, number: place, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
     // A tenth of a percent, or a whole step of 255.
     let fine = if full <= 100.0 { 10.0 } else { 1.0 };
     // What is on or off takes any S for on.
-    let written = match off.filter(|_| share <= 0.0) {
-        Some(off) => write!(line, "{off}"),
-        None => write!(line, "{on} S{}", libm::round(share.clamp(0.0, 1.0) * full * fine) / fine),
+    let value = libm::round(share.clamp(0.0, 1.0) * full * fine) / fine;
+    let written = match (off.filter(|_| share <= 0.0), place) {
+        (Some(off), _) => write!(line, "{off}"),
+        (None, Some(place)) => write!(line, "{on} P{place} S{value}"),
+        (None, None) => write!(line, "{on} S{value}"),
     };
     written.map_err(|_| ExtendedFault::TooLong)
 }
@@ -171,10 +173,15 @@ fn output(
 /// `ANGLE=` in degrees or `WIDTH=` in seconds, as the switch of a servo takes them as S.
 fn servo(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let name = command.get("SERVO").ok_or(ExtendedFault::MustSupply("SERVO"))?;
-    let NamedSwitch { on, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let NamedSwitch { on, number: place, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let code = match place {
+        Some(place) => write!(line, "{on} P{place}"),
+        None => write!(line, "{on}"),
+    };
+    code.map_err(|_| ExtendedFault::TooLong)?;
     let written = match (number(command, "ANGLE")?, number(command, "WIDTH")?) {
-        (Some(angle), _) => write!(line, "{on} S{angle}"),
-        (None, Some(width)) => write!(line, "{on} S{}", libm::round(width * 1e6)),
+        (Some(angle), _) => write!(line, " S{angle}"),
+        (None, Some(width)) => write!(line, " S{}", libm::round(width * 1e6)),
         (None, None) => return Err(ExtendedFault::MustSupply("ANGLE")),
     };
     written.map_err(|_| ExtendedFault::TooLong)

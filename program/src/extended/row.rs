@@ -27,6 +27,8 @@ pub trait Names {
 pub struct NamedSwitch {
     /// The code that switches it on.
     pub on: Code,
+    /// P of that code, where it is the one of all outputs with numbers.
+    pub number: Option<u8>,
     /// The code that switches it off, where there is one.
     pub off: Option<Code>,
     /// What S of full power is: 255, 100 for percent.

@@ -129,7 +129,7 @@ impl LedStrip {
         if self.bits.is_empty() {
             return;
         }
-        self.faults += u64::from(self.bits.len() % 8 != 0);
+        self.faults += u64::from(!self.bits.len().is_multiple_of(8));
         let byte = |bits: &[bool]| bits.iter().fold(0_u8, |byte, bit| byte << 1 | u8::from(*bit));
         let bytes: Vec<u8> = self.bits.chunks_exact(8).map(byte).take(self.capacity).collect();
         self.shown[..bytes.len()].copy_from_slice(&bytes);

@@ -182,6 +182,8 @@ pub struct FanConfig {
     pub on_high: bool,
     /// Index in [`WorldConfig::heaters`] of what it blows at.
     pub cools: Option<usize>,
+    /// Where its tachometer's contact to ground is, if it has one.
+    pub tachometer: Option<Pin>,
 }
 
 /// A strip of lights with a chip each, on a timer's output.
@@ -316,7 +318,13 @@ impl Default for WorldConfig {
                     plant: Plant::BED,
                 },
             ],
-            fans: vec![FanConfig { name: "fan".into(), pin: pin("PE1"), on_high: true, cools: Some(0) }],
+            fans: vec![FanConfig {
+                name: "fan".into(),
+                pin: pin("PE1"),
+                on_high: true,
+                cools: Some(0),
+                tachometer: None,
+            }],
             strips: Vec::new(),
             filament_sensor: None,
             air_c: 22.0,

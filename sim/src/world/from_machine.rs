@@ -368,13 +368,15 @@ fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
     let hot_end = machine.temperatures.iter().position(TemperatureConfig::is_hot_end);
     let fan = |switch: &config::SwitchConfig| {
         let Some(OutputPin::Digital(output)) = switch.output_pin else { return None };
-        let is_fan = switch.name.contains("fan") || machine.fans.iter().any(|fan| fan.name == switch.name);
+        let described = machine.fans.iter().find(|fan| fan.name == switch.name);
+        let is_fan = switch.name.contains("fan") || described.is_some();
         is_fan.then(|| FanConfig {
             name: switch.name.as_str().into(),
             pin: pin(output),
             on_high: !output.inverted,
             // The fan of this plain name blows at the part, and at the nozzle with it.
             cools: if switch.name == "fan" { hot_end } else { None },
+            tachometer: described.and_then(|fan| fan.tachometer.pin).map(pin),
         })
     };
     machine.switches.iter().filter_map(fan).collect()
