@@ -231,13 +231,29 @@ impl PrimeBoard {
     pub fn tick(&mut self, at: VirtualNanos) {
         self.world.lock().advance(at.0);
         self.take_switch_changes(at);
+        self.refresh_tachometers(at);
         self.ticks += 1;
         self.refresh_analog();
         self.refresh_pwm();
     }
 
+    /// A fan's tachometer pulls its line to ground, or lets it go.
+    fn refresh_tachometers(&mut self, at: VirtualNanos) {
+        let lines: Vec<(Pin, bool)> = {
+            let world = self.world.lock();
+            let fans = world.config().fans.iter().enumerate();
+            fans.filter_map(|(index, fan)| Some((fan.tachometer?, world.fan_tachometer(index)))).collect()
+        };
+        for (Pin { port, number }, closed) in lines {
+            let level = closed.then_some(Level::Low);
+            self.mcu.part.drive_port(at, usize::from(port), |port, file, context| {
+                port.drive(port_pin(number), level, file, context);
+            });
+        }
+    }
+
     /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers
-    /// say.
+    /// say. And tells the timers which of their outputs reach their pins.
     fn refresh_pwm(&mut self) {
         for timer in 0..PWM_TIMERS {
             for channel in 0..PWM_CHANNELS {

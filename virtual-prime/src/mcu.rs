@@ -51,6 +51,7 @@ pub struct PrimeMcu {
 
 #[derive(Clone, Copy, Debug)]
 struct Slots {
+    adc1: usize,
     exti: usize,
     pwm: [usize; PWM_TIMERS],
     flash: usize,
@@ -83,6 +84,7 @@ impl PrimeMcu {
         let slots = Slots {
             ports,
             consoles: [slot("USART2")?, slot("USART3")?, slot("UART4")?],
+            adc1: slot("ADC1")?,
             exti: slot("EXTI")?,
             pwm: [slot("TIM1")?, slot("TIM8")?],
             flash: slot("Flash")?,
@@ -154,6 +156,14 @@ impl PrimeMcu {
         clocks.fail_hse(registers, &mut context);
         self.part.rcc = clocks;
         rcc::cifr::HSECSSF.is_set(self.register(self.slots.rcc, rcc::Register::Cifr))
+    }
+
+    /// ADC1 stands: the conversion that it is in never ends, as without a clock, and its results stay as they are.
+    pub fn stop_converter(&mut self, at: VirtualNanos) {
+        if let (bus, Some(converter)) = self.part.split(self.slots.adc1) {
+            let (registers, mut context) = bus.drive(at, self.slots.adc1);
+            converter.on_clock(0, registers, &mut context);
+        }
     }
 
     fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {
