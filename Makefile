@@ -103,12 +103,10 @@ peers: target/toolchain.mk
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
 
-## make faults                   every fault of docs/safety.md in every state, and the power cut at every block write of a job; pages in out/faults; half an hour
+## make faults [ONLY=class]      every fault of docs/safety.md in every state, and the power cut at every block write of a job: a page in
+##                               out/faults; half an hour. ONLY: classes whose names hold this
 faults: virtual-prime firmware
-	@$(CARGO) test -q --locked -p scenarios power_loss:: -- --ignored --nocapture
-	@mkdir -p out/faults
-	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FAULTS_OUT="$(CURDIR)/out/faults" \
-	    $(VP_CARGO) test -q --locked --release --ignore-rust-version -- power_cuts:: faults:: --ignored --nocapture
+	@CARGO="$(CARGO)" VP_CARGO="$(VP_CARGO)" IMAGE="$(IMAGE)" ONLY="$(ONLY)" scripts/faults.sh
 
 ## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
 stream: virtual-prime firmware

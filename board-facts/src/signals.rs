@@ -291,7 +291,10 @@ pub const SIGNALS: &[Signal] = &[
         halted: Level::Either,
         speed: Some(Speed::Low),
         origin: "schematic, 1 kOhm and a LED to ground",
-        proofs: &[conventions("a_high_led_pin_is_what_shows_life", INPUTS)],
+        proofs: &[
+            conventions("a_high_led_pin_is_what_shows_life", INPUTS),
+            conventions("the_third_led_says_hot_and_the_fourth_that_a_file_is_played", INPUTS),
+        ],
         ..BASE
     },
     Signal {

@@ -131,3 +131,9 @@ pub const HEATER_SUPPLY: AnalogInput = input("vfet", 3, 7, Some("PF8"));
 pub const MOTOR_SUPPLY: AnalogInput = input("vmotor", 3, 16, Some("PH5"));
 /// Both come through 100 kOhm over 10 kOhm.
 pub const SUPPLY_DIVIDER: f64 = 11.0;
+
+/// Outputs of the timers TIM1 (PWM1) and TIM8 (PWM2), channels 1 to 4, on the headers GD and GC.
+pub const PWM: [[&str; 4]; 2] = [["PE9", "PE11", "PE13", "PE14"], ["PI5", "PI6", "PI7", "PI2"]];
+/// The alternate function that makes a pin the timer's output (STM32H745 data sheet, DS12923, alternate
+/// functions).
+pub const PWM_FUNCTIONS: [u8; 2] = [1, 3];

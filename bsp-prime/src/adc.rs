@@ -13,6 +13,7 @@
 use stm32h7xx_hal::pac;
 
 use crate::dma_buffer;
+use crate::pins::table::VBAT;
 use crate::wait;
 
 /// Scans averaged, as Smoothieware does.
@@ -211,8 +212,8 @@ impl Supplies {
     pub(crate) fn new(adc: pac::ADC3, common: &pac::ADC3_COMMON) -> Self {
         // SAFETY: as for ADC1.
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
-        // The chip's temperature sensor and reference; the battery's divider stays off, it would drain the
-        // cell.
+        // The chip's temperature sensor and reference. The battery's divider would drain the cell: it is on only
+        // while that is read.
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
@@ -258,6 +259,9 @@ impl Supplies {
         }
         // Reading the data register clears the flag (RM0399 section 26.7.1).
         let reading = self.adc.isr.read().eoc().bit_is_set().then(|| self.adc.dr.read().bits() as u16);
+        if self.current == VBAT {
+            battery_divider(false);
+        }
         if let Some(slot) = self.readings.get_mut(self.current) {
             *slot = reading;
         }
@@ -282,6 +286,9 @@ impl Supplies {
     fn convert(&mut self, index: usize) {
         let Some(input) = crate::pins::table::SUPPLIES.get(index) else { return };
         self.current = index;
+        if index == VBAT {
+            battery_divider(true);
+        }
         let channel = u32::from(input.channel);
         // SAFETY: the channel is from the board's table; a sequence of one.
         unsafe {
@@ -290,6 +297,13 @@ impl Supplies {
         }
         self.adc.cr.modify(|_, w| w.adstart().set_bit());
     }
+}
+
+/// Connects the battery's divider to ADC3 (RM0399 section 26.8.2, VBATEN). Sampling for 152 us (810.5 cycles) gives it
+/// more than the time it needs (DS12923, "VBAT monitoring characteristics", tS_vbat: 9 us).
+fn battery_divider(on: bool) {
+    // SAFETY: this register is ADC3's alone; it is changed by the owner of `Supplies`, one at a time.
+    unsafe { (*pac::ADC3_COMMON::ptr()).ccr.modify(|_, w| w.vbaten().bit(on)) };
 }
 
 /// Volts at the pin for a 16-bit reading. VREF+ is tied to the 3.3 V supply.

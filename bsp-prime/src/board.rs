@@ -7,6 +7,7 @@ use crate::clocks::{self, ClockError};
 use crate::identity::{self, Identity};
 use crate::kept;
 use crate::last_words;
+use crate::led_strip::LedSender;
 use crate::memory::{self, FlashUse};
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
@@ -15,6 +16,7 @@ use crate::sd::SdCard;
 use crate::silicon;
 use crate::spi::SpiBuses;
 use crate::step_engine;
+use crate::supply;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
 use crate::usb::UsbSocket;
@@ -72,6 +74,8 @@ pub struct Board {
     pub thermistors: Thermistors,
     /// Hardware PWM, not started.
     pub pwm: Pwm,
+    /// Strips of lights, none of which it knows yet.
+    pub led_sender: LedSender,
     /// Supply voltages, not started.
     pub supplies: Supplies,
     /// The SD card, not identified, for calls that wait or as a service.
@@ -124,6 +128,7 @@ impl Board {
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::watch_crystal();
         clocks::enable_peripherals();
+        supply::watch();
         memory::prepare_d2();
         silicon::compensate_outputs();
         time::start();
@@ -147,6 +152,7 @@ impl Board {
             thermistors: Thermistors::new(device.ADC1, &device.ADC12_COMMON, device.DMA1),
             supplies: Supplies::new(device.ADC3, &device.ADC3_COMMON),
             pwm: Pwm::new(device.TIM1, device.TIM8),
+            led_sender: LedSender::new(device.DMA2),
             sd: SdCard::new(device.SDMMC1),
             usb: UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
             rtc,

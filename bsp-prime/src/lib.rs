@@ -24,6 +24,7 @@ pub mod fpu;
 pub mod identity;
 pub mod kept;
 pub mod last_words;
+pub mod led_strip;
 #[cfg(feature = "rtt")]
 pub mod log;
 pub mod memory;
@@ -37,6 +38,7 @@ mod silicon;
 pub mod single_wire;
 pub mod spi;
 pub mod step_engine;
+mod supply;
 pub mod thread_stack;
 pub mod time;
 pub mod trigger;

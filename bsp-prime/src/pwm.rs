@@ -8,6 +8,7 @@
 use stm32h7xx_hal::pac;
 
 use crate::clocks::TIMER_HZ;
+use crate::led_strip::LedTimer;
 use crate::pins::{PinError, PinSpec, Pins, table};
 
 /// Counts of a period at least, and from [`FINE_BELOW_HZ`] on.
@@ -20,7 +21,8 @@ const MOST_PERIOD: u32 = 65_535;
 
 /// The two PWM timers.
 pub struct Pwm {
-    timers: [*const pac::tim1::RegisterBlock; 2],
+    /// None: another has it.
+    timers: [Option<*const pac::tim1::RegisterBlock>; 2],
     /// Counts of the period of each.
     periods: [u32; 2],
 }
@@ -51,12 +53,18 @@ const _: () = {
 
 impl Pwm {
     pub(crate) fn new(_tim1: pac::TIM1, _tim8: pac::TIM8) -> Self {
-        Self { timers: [pac::TIM1::ptr(), pac::TIM8::ptr()], periods: [LEAST_PERIOD; 2] }
+        Self { timers: [Some(pac::TIM1::ptr()), Some(pac::TIM8::ptr())], periods: [LEAST_PERIOD; 2] }
     }
 
     fn timer(&self, timer: usize) -> Option<&'static pac::tim1::RegisterBlock> {
         // SAFETY: the pointers are the PAC's, and this value is the registers' only user.
-        self.timers.get(timer).map(|registers| unsafe { &**registers })
+        self.timers.get(timer).copied().flatten().map(|registers| unsafe { &*registers })
+    }
+
+    /// Gives a timer (0 or 1) to the strips of lights: nothing here touches it any more. `None` when it has been
+    /// given away.
+    pub fn give_away(&mut self, timer: usize) -> Option<LedTimer> {
+        self.timers.get_mut(timer)?.take().map(|_| LedTimer(timer))
     }
 
     /// Runs a timer (0 or 1) at `rate_hz`, 4 Hz to 200 kHz, with all channels off.

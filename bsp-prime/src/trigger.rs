@@ -33,6 +33,17 @@ fn exti() -> &'static pac::exti::RegisterBlock {
     unsafe { &*pac::EXTI::ptr() }
 }
 
+/// Lets the interrupt of an event through that is no pin's, as it rises (RM0399 section 21.6). Called once, before
+/// interrupts are enabled.
+pub(crate) fn listen_for_rise(event: u32) {
+    let (exti, bit) = (exti(), 1 << event);
+    // SAFETY: every pattern of these registers is valid; nobody else has changed them yet.
+    unsafe {
+        exti.rtsr1.modify(|r, w| w.bits(r.bits() | bit));
+        exti.c1imr1.modify(|r, w| w.bits(r.bits() | bit));
+    }
+}
+
 /// Reports the moment `spec` becomes active as `input`. The pin must have been claimed as an input before.
 ///
 /// # Errors

@@ -34,6 +34,7 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
             fan.idle_speed = if fan.follows == FanFollows::Electronics { fan.speed } else { 0.0 };
         }
     }
+    strips(config, &written);
     drivers(config, &written);
     for (place, stop) in config.endstops.iter_mut().enumerate() {
         if !written("endstops", place, "homing_position") {
@@ -154,6 +155,29 @@ fn switches(config: &mut MachineConfig, written: Written) {
     }
 }
 
+/// Strips without a number of their own have those that are free, in the order of their names.
+fn strips(config: &mut MachineConfig, written: Written) {
+    let mut taken = 0_u16;
+    let mut unnumbered = 0_u16;
+    for (place, strip) in config.led_strips.iter().enumerate().filter(|(_, strip)| strip.enable) {
+        if written("led strip", place, "number") && strip.number < 16 {
+            taken |= 1 << strip.number;
+        } else {
+            unnumbered |= 1 << place;
+        }
+    }
+    while unnumbered != 0 {
+        let places = config.led_strips.iter().enumerate().filter(|(place, _)| unnumbered & 1 << place != 0);
+        let Some((place, _)) = places.min_by(|(_, a), (_, b)| a.name.cmp(&b.name)) else { return };
+        unnumbered &= !(1 << place);
+        let free = taken.trailing_ones();
+        taken |= 1 << free;
+        if let Some(strip) = config.led_strips.get_mut(place) {
+            strip.number = free as u8;
+        }
+    }
+}
+
 fn drivers(config: &mut MachineConfig, written: Written) {
     for actuator in Actuator::ALL {
         let place = actuator as usize;
@@ -261,6 +285,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     config.player.on_boot_gcode_enable &= !is_off("player", "");
     config.buttons.retain(|button| !is_off("button box", &button.name));
     config.fans.retain(|fan| !is_off("fan", &fan.name));
+    config.led_strips.retain(|strip| !is_off("led strip", &strip.name));
     config.temperature_switches.retain(|rule| !is_off("temperature switch", &rule.name));
     config.off = off;
 }
@@ -317,6 +342,8 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     sort_short(&mut config.buttons, |a, b| a.name.cmp(&b.name));
     config.fans.retain(|fan| fan.enable);
     sort_short(&mut config.fans, |a, b| a.name.cmp(&b.name));
+    config.led_strips.retain(|strip| strip.enable);
+    sort_short(&mut config.led_strips, |a, b| a.name.cmp(&b.name));
     config.temperature_switches.retain(|rule| rule.enable);
     sort_short(&mut config.temperature_switches, |a, b| a.name.cmp(&b.name));
     name_parts(config);

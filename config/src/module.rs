@@ -30,6 +30,7 @@ const SCOPES: &[(&str, Scope)] = &[
     ("extruder", Scope::Instance),
     ("voltage monitor", Scope::Instance),
     ("temperature switch", Scope::Instance),
+    ("led strip", Scope::Instance),
     ("button box", Scope::Instance),
     ("mpg", Scope::Section),
     ("uart console", Scope::Section),

@@ -1,7 +1,15 @@
 //! MAX31865 converter for platinum sensors: registers over SPI, mode 1 or 3, most significant bit first.
 //!
-//! MAX31865 datasheet (19-6478 Rev 3): table 1 addresses, table 2 configuration, tables 4 and 5 the ratio of
-//! sensor to reference resistor, table 7 fault status, tables 10 to 12 what a fault means.
+//! MAX31865 datasheet (19-6478 Rev 3): table 1 addresses, table 2 configuration, table 3 the test of the wires,
+//! tables 4 and 5 the ratio of sensor to reference resistor, table 7 fault status, tables 10 to 12 what a
+//! fault means.
+//!
+//! An open or shorted sensor shows with every conversion. That a single wire is open or at ground may not: then
+//! readings are what the input's capacitor keeps, or look right. The chip's fault detection cycle finds that, but
+//! the converter has to stand meanwhile: [`Max31865::begin_test`], a millisecond later [`Max31865::end_test`],
+//! and [`Settings::first_conversion`] later there are readings again. Its own delays are for filters of up to 100
+//! us ("Fault Detection Cycle"); the data sheet's capacitors at the sensor (10 nF for 1 kOhm, 100 nF for 100 Ohm)
+//! make 10 us.
 
 use embedded_hal::spi::{Operation, SpiDevice};
 use units::{Celsius, Micros, Ohms};
@@ -23,6 +31,9 @@ mod configuration {
     pub const BIAS: u8 = 1 << 7;
     pub const AUTOMATIC: u8 = 1 << 6;
     pub const THREE_WIRE: u8 = 1 << 4;
+    /// Fault detection with automatic delays; set for as long as it runs (table 3).
+    pub const DETECT: u8 = 0b01 << 2;
+    pub const DETECTING: u8 = 0b11 << 2;
     pub const CLEAR_FAULTS: u8 = 1 << 1;
     pub const NOTCH_50_HZ: u8 = 1 << 0;
     /// Those that read back as they were written.
@@ -50,6 +61,10 @@ pub enum Mains {
     Hz60,
 }
 
+/// How long a test of the wires takes at most (datasheet, "Electrical Characteristics": automatic fault detection
+/// cycle time, 550 us, 600 us at most).
+pub const TEST: Micros = Micros(600);
+
 /// How a chip is set up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -73,19 +88,27 @@ impl Settings {
         BIAS | AUTOMATIC | wires | notch
     }
 
-    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": continuous
-    /// conversion).
+    /// From one conversion to the next at most (datasheet, "Electrical Characteristics", tCONV: continuous
+    /// conversion, 20 ms and at most 21 ms with the 50 Hz notch, 16.7 ms and at most 17.6 ms with that of 60
+    /// Hz).
     #[must_use]
     pub const fn conversion(&self) -> Micros {
         Micros(if matches!(self.mains, Mains::Hz50) { 21_000 } else { 17_600 })
     }
 
-    /// From [`Max31865::set_up`] to the first conversion at most (the same place, single conversion), and
-    /// what the input's capacitors take once the bias is on: 10.5 time constants ("Conversion Mode"), 10 ms
-    /// for 100 nF at some kiloohms.
+    /// From [`Max31865::set_up`] or the end of a test to the first conversion at most (the same place, single
+    /// conversion: 62.5 ms and at most 66 ms, 52 ms and at most 55 ms), and what the input's capacitors take
+    /// once the bias is on: 10.5 time constants and 1 ms ("1-Shot"), within 10 ms for 100 nF at some kiloohms.
     #[must_use]
     pub const fn first_conversion(&self) -> Micros {
         Micros(if matches!(self.mains, Mains::Hz50) { 66_000 + 10_000 } else { 55_000 + 10_000 })
+    }
+
+    /// What the configuration register is to hold while the wires are tested: bias on, the converter off
+    /// (100X010X, "Fault Detection Cycle").
+    #[must_use]
+    const fn testing(&self) -> u8 {
+        self.configuration() & !configuration::AUTOMATIC | configuration::DETECT
     }
 
     /// Fault thresholds, high and low, as they stand in their registers: a sensor beyond 850 C or below -200
@@ -110,12 +133,16 @@ pub enum Fault {
     Garbled,
     /// The chip lost its settings: its supply failed. They have to be written again.
     Reset,
-    /// More resistance than platinum has (D7), or REFIN- above 0.85 VBIAS (D5): tables 10 to 12.
+    /// More resistance than platinum has (D7).
     Open,
     /// Less resistance than platinum has (D6).
     Shorted,
-    /// REFIN- (D4) or RTDIN- (D3) below 0.85 VBIAS with FORCE- open.
-    LowSide,
+    /// REFIN- above 0.85 VBIAS (D5): no current flows through the sensor.
+    NoCurrent,
+    /// REFIN- below 0.85 VBIAS with FORCE- open (D4): a wire of the minus side leads to ground.
+    MinusGrounded,
+    /// RTDIN- below 0.85 VBIAS with FORCE- open (D3): some wire leads to ground.
+    Grounded,
     /// A protected input is above the supply or below ground (D2).
     Voltage,
     /// The fault bit is set and no cause is given.
@@ -133,7 +160,9 @@ impl Fault {
             Self::Reset => "the MAX31865 has lost its settings: check its supply",
             Self::Open => "platinum sensor open: check its plug, its wires and rtd_wires",
             Self::Shorted => "platinum sensor shorted: check its wires and rtd_nominal",
-            Self::LowSide => "platinum sensor: FORCE- or RTDIN- open or at ground: check its wires",
+            Self::NoCurrent => "platinum sensor open: check its plug, its FORCE wires and rtd_wires",
+            Self::MinusGrounded => "platinum sensor: RTDIN- or FORCE- touches ground: check their insulation",
+            Self::Grounded => "platinum sensor: a wire of it touches ground: check their insulation",
             Self::Voltage => "a wire of the sensor touches a voltage: check its insulation",
             Self::Unknown => "the MAX31865 reports a fault without a cause: check its wires",
         }
@@ -145,12 +174,17 @@ impl Fault {
         let is = |bit: u8| status >> bit & 1 == 1;
         if is(2) {
             Self::Voltage
-        } else if is(7) || is(5) {
+        } else if is(7) {
             Self::Open
+        } else if is(5) {
+            Self::NoCurrent
+        } else if is(4) {
+            Self::MinusGrounded
+        } else if is(3) {
+            // RTDIN+ at ground, which shorts the sensor too.
+            Self::Grounded
         } else if is(6) {
             Self::Shorted
-        } else if is(4) || is(3) {
-            Self::LowSide
         } else {
             Self::Unknown
         }
@@ -183,6 +217,33 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         let [configuration, _, _, kept @ .., _] = self.registers()?;
         let is_kept = configuration & configuration::KEPT == self.settings.configuration();
         if is_kept && kept == [high[0], high[1], low[0], low[1]] { Ok(()) } else { Err(Fault::Garbled) }
+    }
+
+    /// Has the chip test the wires, for [`TEST`]. It stands meanwhile, and until [`Self::end_test`].
+    ///
+    /// # Errors
+    /// When the bus fails.
+    pub fn begin_test(&mut self) -> Result<(), Fault> {
+        self.write_configuration(self.settings.testing())
+    }
+
+    /// What the test has found; the chip converts again, and has its next reading
+    /// [`Settings::first_conversion`] later.
+    ///
+    /// # Errors
+    /// What is wrong with the wires; that the chip has forgotten its settings, and has to be set up; that it does
+    /// not end its test; or that it does not answer.
+    pub fn end_test(&mut self) -> Result<(), Fault> {
+        let [configuration, .., status] = self.registers()?;
+        let begun = self.settings.testing() & configuration::KEPT;
+        // Whatever it says, it is to convert; what it has found would stand before every reading.
+        self.write_configuration(self.settings.configuration() | configuration::CLEAR_FAULTS)?;
+        match configuration {
+            _ if configuration & configuration::KEPT != begun => Err(Fault::Reset),
+            _ if configuration & configuration::DETECTING != 0 => Err(Fault::Garbled),
+            _ if status >> 2 != 0 => Err(Fault::of_status(status)),
+            _ => Ok(()),
+        }
     }
 
     fn write_configuration(&mut self, value: u8) -> Result<(), Fault> {
@@ -247,15 +308,26 @@ mod tests {
         ratio: u16,
         is_there: bool,
         also: u8,
+        /// What a test of the wires finds, and whether it ends.
+        finds: u8,
+        ends: bool,
     }
 
     impl Chip {
         /// As it is after power-on (table 1).
         fn new(ratio: u16) -> Self {
-            Self { registers: [0, 0, 0, 0xFF, 0xFF, 0, 0, 0], ratio, is_there: true, also: 0 }
+            Self { registers: [0, 0, 0, 0xFF, 0xFF, 0, 0, 0], ratio, is_there: true, also: 0, finds: 0, ends: true }
         }
 
         fn convert(&mut self) {
+            if self.registers[0] & 0b1100 == 0b0100 && self.ends {
+                assert_eq!(self.registers[0] & 0b1110_1110, 0b1000_0100, "100X010X");
+                self.registers[0] &= !0b1100;
+                self.registers[7] |= self.finds;
+            }
+            if self.registers[0] & 0b0100_0000 == 0 {
+                return;
+            }
             let threshold = |at: usize| u16::from_be_bytes([self.registers[at], self.registers[at + 1]]) >> 1;
             let high = u8::from(self.ratio >= threshold(3)) << 7;
             let low = u8::from(self.ratio <= threshold(5)) << 6;
@@ -343,7 +415,7 @@ mod tests {
 
     #[test]
     fn every_fault_has_its_words_and_is_cleared() {
-        for (status, fault) in [(4, Fault::LowSide), (3, Fault::LowSide), (2, Fault::Voltage), (5, Fault::Open)] {
+        for (status, fault) in [(2, Fault::Voltage), (6, Fault::Shorted), (7, Fault::Open)] {
             let mut chip = Chip::new(8_192);
             let mut driver = set_up(&mut chip, PT100);
             assert!(driver.read().is_ok());
@@ -353,6 +425,43 @@ mod tests {
             assert!(driver.read().is_ok(), "cleared");
         }
         assert_eq!(Fault::of_status(0), Fault::Unknown);
+    }
+
+    /// Tables 10 to 12: which bits there are, and the likeliest cause.
+    #[test]
+    fn a_test_of_the_wires_finds_them_one_by_one_and_the_chip_converts_again() {
+        for (finds, fault) in [
+            (1 << 5, Fault::NoCurrent),
+            (1 << 4 | 1 << 3, Fault::MinusGrounded),
+            (1 << 3, Fault::Grounded),
+            (1 << 2 | 1 << 5, Fault::Voltage),
+        ] {
+            let mut chip = Chip::new(8_192);
+            let mut driver = set_up(&mut chip, Settings { wires: Wires::Three, ..PT100 });
+            driver.spi.finds = finds;
+            assert!(driver.read().is_ok(), "conversions do not show it");
+            driver.begin_test().unwrap();
+            assert_eq!(driver.end_test(), Err(fault));
+            assert!(driver.read().is_ok(), "it converts, and the fault is cleared");
+            driver.spi.finds = 0;
+            driver.begin_test().unwrap();
+            assert_eq!(driver.end_test(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_test_that_does_not_end_or_was_forgotten_is_no_pass() {
+        let mut chip = Chip::new(8_192);
+        let mut driver = set_up(&mut chip, PT100);
+        driver.spi.ends = false;
+        driver.begin_test().unwrap();
+        assert_eq!(driver.end_test(), Err(Fault::Garbled));
+        driver.spi.ends = true;
+        driver.begin_test().unwrap();
+        driver.spi.registers = Chip::new(0).registers;
+        assert_eq!(driver.end_test(), Err(Fault::Reset));
+        driver.spi.is_there = false;
+        assert_eq!(driver.end_test(), Err(Fault::Absent));
     }
 
     #[test]

@@ -55,6 +55,11 @@ pub fn reset_as_asked() -> ! {
     end(|| defmt::info!("reset as asked"))
 }
 
+/// The chip's own supply falls: motors cannot be held by drivers that have no logic supply either.
+pub fn supply_falls() -> ! {
+    end_with(format_args!("the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply"))
+}
+
 /// The board did not come up.
 pub fn board_failed(error: BoardError) -> ! {
     if let Some(ends) = rtt::start() {

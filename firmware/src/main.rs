@@ -6,11 +6,13 @@
 //! |--:|---|---|---|
 //! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
+//! | 7 | `supply_falls` | PVD: the chip's 3.3 V | none: it ends the firmware, outputs off first |
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead. Hears the console over RTT too |
 //! | 3 | `plan` | the dispatcher | the next corner |
+//! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
 //! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
@@ -133,6 +135,7 @@ mod app {
             spi: board.spi,
             motors_enable: board.guards.motors,
             leds: board.leds,
+            led_sender: board.led_sender,
             second_lamp: None,
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
@@ -197,6 +200,11 @@ mod app {
     #[task(binds = EXTI15_10, priority = 7)]
     fn edge_15_to_10(_: edge_15_to_10::Context) {
         trigger::on_interrupt(|input, tick| LATCH.report(input, tick, step_engine::queue()));
+    }
+
+    #[task(binds = PVD_PVM, priority = 7)]
+    fn supply_falls(_: supply_falls::Context) {
+        fault::supply_falls();
     }
 
     #[task(binds = USART2, priority = 6, local = [debug, intake: Intake = Intake::new()])]
@@ -296,6 +304,12 @@ mod app {
     async fn plan(mut cx: plan::Context) {
         cx.shared.motion.lock(|motion| motion.plan());
         REPORTS.report(Reporter::Planner);
+    }
+
+    // What was sent to a strip of lights is on its way, and the timer is to stand.
+    #[task(binds = DMA2_STR0, priority = 2)]
+    fn lights_sent(_: lights_sent::Context) {
+        bsp_prime::led_strip::on_interrupt();
     }
 
     // Driver faults and supply voltages.

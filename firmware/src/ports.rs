@@ -3,6 +3,7 @@
 
 use core::fmt::Write;
 
+use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::{Reading, Rtc};
 use bsp_prime::sd::CardService;
@@ -16,7 +17,7 @@ use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, EventLog, HeatPort, InputLevels, Inputs,
-    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Usb, Workspace,
+    LightPort, MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Usb, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -54,6 +55,7 @@ pub struct Owned {
     pub spi: SpiBuses,
     pub motors_enable: Output,
     pub leds: [Output; 4],
+    pub led_sender: LedSender,
     /// Shows what LED 2 shows.
     pub second_lamp: Option<Output>,
     pub debug: UartPort,
@@ -83,6 +85,8 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
+    /// Timer and channel of each strip of lights.
+    strips: [Option<(usize, usize)>; config::MAX_STRIPS],
     reset_at: Option<Micros>,
     plan: fn(),
 }
@@ -98,7 +102,16 @@ where
     pub fn new(owned: &'static mut Owned, card: K, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
         let storage = card_storage(card);
         usb::begin();
-        Self { owned, storage, shared, open: [false; 2], inputs: Vec::new(), reset_at: None, plan }
+        Self {
+            owned,
+            storage,
+            shared,
+            open: [false; 2],
+            inputs: Vec::new(),
+            strips: Default::default(),
+            reset_at: None,
+            plan,
+        }
     }
 
     /// None for a port that is no console.
@@ -156,7 +169,7 @@ where
     }
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
-        let (owned, heat) = (&mut self.owned, &mut self.shared.heat);
+        let (owned, heat, strips) = (&mut self.owned, &mut self.shared.heat, &mut self.strips);
         // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
         // over. Nothing heats yet.
         heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
@@ -175,6 +188,7 @@ where
                     *slot = Some((timer.wrapping_sub(1), channel.wrapping_sub(1)));
                 }
             }
+            *strips = wiring::led_strips(config, &mut owned.pins, pwm, &mut owned.led_sender, report);
         });
     }
 }
@@ -235,6 +249,16 @@ where
 
     fn run_heat_now(&mut self) {
         bsp_prime::time::pend_heat_tick();
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> LightPort for BoardPorts<M, H, S, T, K> {
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
+        match self.strips.get(strip).copied().flatten() {
+            Some((timer, channel)) => self.owned.led_sender.send(timer, channel, bytes),
+            // It is not wired, and never will be.
+            None => true,
+        }
     }
 }
 

@@ -36,9 +36,9 @@ impl Slow {
 
     /// Starts reading the configured voltages.
     pub fn monitor(&mut self, config: &MachineConfig) -> Result<(), AdcError> {
-        let mut inputs = Vec::<usize, { config::MAX_VOLTAGES + 2 }>::new();
+        let mut inputs = Vec::<usize, { config::MAX_VOLTAGES + 3 }>::new();
         // Always there: the chip's own.
-        let _fit = inputs.extend_from_slice(&[table::CHIP_TEMPERATURE, table::VREF]);
+        let _fit = inputs.extend_from_slice(&[table::CHIP_TEMPERATURE, table::VREF, table::VBAT]);
         for voltage in &config.voltages {
             let input = usize::from(voltage.input.0);
             let monitor = Monitor { name: voltage.name.clone(), input, scale: voltage.scale };
@@ -48,10 +48,12 @@ impl Slow {
         self.supplies.start(&inputs)
     }
 
-    /// A monitored voltage by its name, or the chip's own reference as `vref`.
+    /// A monitored voltage by its name, the chip's own reference as `vref`, or a coin cell as `vbat`.
     pub fn voltage(&self, name: &str) -> Option<Volts> {
-        if name == "vref" {
-            return Some(source_volts(self.supplies.reading(table::VREF)?, 1.0));
+        match name {
+            "vref" => return Some(source_volts(self.supplies.reading(table::VREF)?, 1.0)),
+            "vbat" => return Some(source_volts(self.supplies.reading(table::VBAT)?, table::VBAT_DIVIDER)),
+            _ => {}
         }
         let monitor = self.monitors.iter().find(|monitor| monitor.name == name)?;
         Some(source_volts(self.supplies.reading(monitor.input)?, monitor.scale))

@@ -296,8 +296,8 @@ pub fn switch_outputs(
     report: &mut Report<'_>,
 ) {
     for (timer, rate) in config.pwm_frequency_hz.iter().enumerate() {
-        if let Some(rate) = rate {
-            pwm.start(timer, *rate);
+        if let Some(rate) = rate.filter(|_| !config.timer_sends(timer as u8 + 1)) {
+            pwm.start(timer, rate);
         }
     }
     for (index, switch) in config.switches.iter().enumerate() {
@@ -316,6 +316,28 @@ pub fn switch_outputs(
             None => {}
         }
     }
+}
+
+/// Timer and channel of each strip of lights. A timer that sends to strips does nothing else.
+pub fn led_strips(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    pwm: &mut bsp_prime::pwm::Pwm,
+    sender: &mut bsp_prime::led_strip::LedSender,
+    report: &mut Report<'_>,
+) -> [Option<(usize, usize)>; config::MAX_STRIPS] {
+    let mut places = [None; config::MAX_STRIPS];
+    for (place, strip) in places.iter_mut().zip(&config.led_strips) {
+        let Some(output) = strip.pin else { continue };
+        let (timer, channel) = (usize::from(output.timer).wrapping_sub(1), usize::from(output.channel).wrapping_sub(1));
+        // The first one on it has it set up, so that its lines are low before pins follow them.
+        if let Some(timer) = pwm.give_away(timer) {
+            sender.add(timer);
+        }
+        let owner = owner("led strip", &strip.name, "pin");
+        *place = report.take(pwm.attach(timer, channel, pins, &owner)).map(|()| (timer, channel));
+    }
+    places
 }
 
 /// Every input the machine looks at: calls `place` with its bit's number, its pin, and whether it can stop

@@ -62,11 +62,24 @@ struct NoNames;
 
 impl extended::Names for NoNames {
     fn switch(&self, _: &str) -> Option<extended::NamedSwitch> {
-        Some(extended::NamedSwitch { on: gcode::Code::m(106), off: Some(gcode::Code::m(107)), full: 255.0 })
+        Some(extended::NamedSwitch {
+            on: gcode::Code::m(106),
+            number: None,
+            off: Some(gcode::Code::m(107)),
+            full: 255.0,
+        })
     }
 
     fn heater(&self, _: &str) -> Option<(gcode::Code, u8)> {
         self.heater_at(0)
+    }
+
+    fn strip(&self, _: &str) -> Option<u8> {
+        Some(0)
+    }
+
+    fn has_strips(&self) -> bool {
+        true
     }
 
     fn heater_at(&self, place: usize) -> Option<(gcode::Code, u8)> {

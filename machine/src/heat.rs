@@ -48,6 +48,8 @@ use switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
+/// What is warmer than this is too hot to be touched.
+const HOT: Celsius = Celsius(50.0);
 /// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
 /// command.
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
@@ -77,6 +79,8 @@ pub struct HeatControl {
     flow: (f32, Micros),
     flow_tool: Option<ToolId>,
     chip_faults: ChipFaults,
+    /// Where the motors have come to.
+    reached: Mark,
 }
 
 impl Default for HeatControl {
@@ -106,6 +110,7 @@ impl HeatControl {
             flow: (0.0, Micros(0)),
             flow_tool: None,
             chip_faults: ChipFaults::new(),
+            reached: Mark(0),
         }
     }
 
@@ -115,6 +120,7 @@ impl HeatControl {
     pub fn add(&mut self, settings: HeaterSettings) -> Option<HeaterId> {
         let id = HeaterId::all().nth(self.heaters.len())?;
         let watched = self.safety.add(settings.sensor, settings.safety_limits());
+        self.modulators.set_heater_cycle(id.index(), settings.cycle);
         self.heaters.push(Heater::new(settings)).ok()?;
         watched.then_some(id)
     }
@@ -197,10 +203,22 @@ impl HeatControl {
         self.heaters.iter().any(Heater::is_on)
     }
 
+    /// Is any heater asked to heat, or too hot to be touched?
+    #[must_use]
+    pub fn any_hot(&self) -> bool {
+        let is_hot = |heater: &Heater| heater.reading().is_some_and(|reading| reading > HOT);
+        self.heaters.iter().any(|heater| heater.settings.heats && (heater.is_on() || is_hot(heater)))
+    }
+
     /// A switch drives a fan, so. False when there is no room.
     #[must_use]
     pub fn add_fan(&mut self, switch: usize, settings: config::FanDriveConfig) -> bool {
         self.switches.add_fan(switch, settings)
+    }
+
+    /// A switch's output is on once in so long; 0: as often as can be.
+    pub fn set_switch_cycle(&mut self, switch: usize, cycle: Micros) {
+        self.modulators.set_switch_cycle(switch, cycle);
     }
 
     /// Looks at the inputs of tachometers, a bit for each fan.
@@ -261,11 +279,18 @@ impl HeatControl {
     /// The motors have reached this mark: outputs that wait for it change.
     #[inline]
     pub fn reach(&mut self, mark: Mark) {
+        self.reached = mark;
         while let Some(output) = self.effects.reached(mark) {
             if let (Err(why), Output::Target(heater, target)) = (self.apply(output), output) {
                 self.refused = Some((heater, target, why));
             }
         }
+    }
+
+    /// The mark that the motors have reached, as far as was looked.
+    #[must_use]
+    pub const fn reached(&self) -> Mark {
+        self.reached
     }
 
     /// Whether changes wait for their places on the path.

@@ -321,6 +321,9 @@ pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Messa
             "{name} cools by {:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF",
             by.0
         )),
+        HeatCause::Stalls => message(format_args!(
+            "{name} stopped warming at full output: its sensor slides out, or its heater has failed. TURN POWER OFF"
+        )),
         HeatCause::Erratic => {
             message(format_args!("{name}: the reading jumps up and down: a loose contact, or noise on its wire"))
         }
@@ -333,6 +336,10 @@ pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Messa
         HeatCause::Sinking(by) => message(format_args!(
             "{name} has sunk {:.0} C below its target: heater failing, sensor loose, or cooled too much",
             by.0
+        )),
+        HeatCause::Frozen(time) => message(format_args!(
+            "{name} has read exactly the same for {} s while its output changed: its sensor or converter stands",
+            time.seconds()
         )),
         HeatCause::Swapped(other) => {
             let other = config.heater(other).map_or("?", |heater| heater.designator.as_str());

@@ -77,6 +77,13 @@ pub trait HeatPort {
     fn run_heat_now(&mut self);
 }
 
+/// Strips of lights.
+pub trait LightPort {
+    /// Sends bytes to a strip, by its place in the configuration's list. False, and nothing happens, while
+    /// another transmission is on its way or has not taken effect yet: ask again later.
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool;
+}
+
 /// The motor drivers and the watch over them.
 pub trait DriversPort {
     /// Driver access type.
@@ -104,6 +111,7 @@ pub trait Ports:
     + MotionPort
     + Ahead
     + HeatPort
+    + LightPort
     + DriversPort
     + Inputs
     + PinPort
@@ -121,6 +129,7 @@ impl<P> Ports for P where
         + MotionPort
         + Ahead
         + HeatPort
+        + LightPort
         + DriversPort
         + Inputs
         + PinPort

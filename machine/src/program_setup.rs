@@ -7,7 +7,7 @@ use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
     Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup,
-    ToolSettings,
+    StripSetup, ToolSettings,
 };
 use units::{Axis, SwitchId};
 
@@ -53,7 +53,12 @@ impl program::extended::Names for PartNames<'_> {
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
         let switch = switch?;
         let full = if switch.output_kind == OutputKind::HardwarePwm { 100.0 } else { 255.0 };
-        Some(NamedSwitch { on: code(switch.input_on_command?), off: switch.input_off_command.map(code), full })
+        let off = switch.input_off_command.map(code);
+        if let Some(on) = switch.input_on_command {
+            return Some(NamedSwitch { on: code(on), number: None, off, full });
+        }
+        // One that only has a number.
+        Some(NamedSwitch { on: Code::m(42), number: Some(switch.io_number?), off, full })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {
@@ -69,6 +74,15 @@ impl program::extended::Names for PartNames<'_> {
             (None, None) => None,
         };
         heater.map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
+    }
+
+    fn strip(&self, name: &str) -> Option<u8> {
+        let strip = self.0.led_strips.iter().find(|strip| strip.name.eq_ignore_ascii_case(name));
+        strip.map(|strip| strip.number)
+    }
+
+    fn has_strips(&self) -> bool {
+        !self.0.led_strips.is_empty()
     }
 
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
@@ -96,6 +110,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
             .filter_map(|(place, switch)| pulses(config, place, switch))
             .collect(),
         io: config.switches.iter().enumerate().filter_map(io).collect(),
+        strips: config.led_strips.iter().map(strip).collect(),
         is_preview: false,
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
         spindle: SpindleSetup::default(),
@@ -121,6 +136,10 @@ fn io((place, switch): (usize, &SwitchConfig)) -> Option<IoSetup> {
         OutputKind::SigmaDelta | OutputKind::HardwarePwm => IoKind::Analog,
     };
     Some(IoSetup { number: switch.io_number?, switch: SwitchId(place as u8), kind })
+}
+
+fn strip(strip: &config::LedStripConfig) -> StripSetup {
+    StripSetup { number: strip.number, lights: strip.lights() }
 }
 
 fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettings {

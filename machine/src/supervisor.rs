@@ -135,6 +135,17 @@ impl Supervisor {
         !self.fets.reported
     }
 
+    /// The motor supply was found off by somebody who looks oftener, and told. When it comes back, drivers are set
+    /// up.
+    pub const fn motor_supply_is_lost(&mut self) {
+        self.supply_on = Some(false);
+    }
+
+    /// The same for the supply of heaters and fans.
+    pub const fn fet_supply_is_lost(&mut self) {
+        (self.fets.missing, self.fets.reported) = (true, true);
+    }
+
     /// These motors, one bit each, turn slowly and steadily now: whether a coil is open can be seen.
     pub fn set_slow(&mut self, motors: u8, now: Micros) {
         self.slow = (motors, now);

@@ -2,6 +2,7 @@
 
 use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, SwitchId};
 
+use crate::lights::LightChange;
 use crate::words::Words;
 
 /// One thing for the machine to do.
@@ -183,6 +184,8 @@ pub enum Effect {
         /// Whether it acts.
         armed: bool,
     },
+    /// The colour of lights.
+    Light(LightChange),
 }
 
 /// A move from where the last one ends.

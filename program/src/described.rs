@@ -5,6 +5,7 @@ use core::fmt::{self, Write};
 use units::PerAxis;
 
 use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
+use crate::lights::{LightChange, Lights};
 
 /// Its name in words: `axis speeds`.
 impl fmt::Display for Function {
@@ -53,6 +54,7 @@ impl fmt::Display for Described<'_, '_> {
             Action::Effect(Effect::Arm { rule, armed }) => {
                 write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
             }
+            Action::Effect(Effect::Light(change)) => describe_light(f, change),
             Action::HeatAndWait { heater, target, .. } => {
                 write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
             }
@@ -184,4 +186,18 @@ fn describe_probe_down(f: &mut fmt::Formatter<'_>, probe: &ProbeDown) -> fmt::Re
     probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
     probe.reads.map_or(Ok(()), |mm| write!(f, ", Z reads {mm} there"))?;
     f.write_str(if probe.stays { ", and stay" } else { ", and return" })
+}
+
+fn describe_light(f: &mut fmt::Formatter<'_>, change: &LightChange) -> fmt::Result {
+    match change.which {
+        Lights::All => f.write_str("lights")?,
+        Lights::One(place) => write!(f, "light {place}")?,
+        Lights::Next { count, more } => write!(f, "next {count} lights{}", if more { ", more follow," } else { "" })?,
+    }
+    change.strip.map_or(Ok(()), |strip| write!(f, " of strip {strip}"))?;
+    for (letter, part) in ['R', 'G', 'B', 'W'].into_iter().zip(change.parts) {
+        part.map_or(Ok(()), |part| write!(f, " {letter}{part}"))?;
+    }
+    f.write_str(if change.shown { "" } else { ", not shown yet" })?;
+    f.write_str(if change.rides { ", on the way" } else { ", at once" })
 }

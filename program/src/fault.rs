@@ -127,6 +127,10 @@ pub enum Problem {
     NoAnalogOutput(u8),
     NoInput(u8),
     NoAnalogInput,
+    /// No strip of lights has this number.
+    NoStrip(f64),
+    /// A strip has so many lights.
+    NoLight(u16),
     DigitalOrAnalog,
     NoPatience,
     NoWay,
@@ -214,6 +218,8 @@ impl fmt::Display for Problem {
                 return write!(f, "no output that takes a value has io_number = {number} in [switch]");
             }
             Self::NoInput(number) => return write!(f, "no input has io_number = {number} in [switch]"),
+            Self::NoStrip(number) => return write!(f, "no strip has number {number} in [led strip]"),
+            Self::NoLight(lights) => return write!(f, "the strip has {lights} lights, from 0 on"),
             Self::NotInTable(tool) => return write!(f, "tool {tool} is not in tool.tbl"),
             Self::RotaryOffset(tool, letter) => {
                 return write!(f, "tool {tool} has an offset along {letter}: only X Y and Z have one here");

@@ -31,6 +31,7 @@ mod flow;
 mod holes;
 mod interpreter;
 mod left_out;
+mod lights;
 mod meaning;
 mod memory;
 mod modal;
@@ -66,13 +67,16 @@ pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use interpreter::{Interpreter, Kept};
+pub use lights::{LightChange, Lights};
 pub use meaning::objects;
 pub use meaning::printers::said_by_m118;
 pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
 pub use remark::{Remark, write_values};
-pub use setup::{CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, ToolSettings};
+pub use setup::{
+    CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
+};
 pub use state::{State, States};
 pub use tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
 pub use tools::{MAX_TOOLS, Tool, Tools};

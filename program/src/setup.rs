@@ -29,6 +29,8 @@ pub struct Setup {
     pub pulses: Vec<PulseSetup, MOST_IO>,
     /// Switches that codes name by a number.
     pub io: Vec<IoSetup, MOST_IO>,
+    /// Strips of lights, in the description's order.
+    pub strips: Vec<StripSetup, MOST_STRIPS>,
     /// Nothing is carried out: programs are only looked at.
     pub is_preview: bool,
     /// What the spindle can do.
@@ -41,6 +43,18 @@ pub struct Setup {
 
 /// Switches at most.
 const MOST_IO: usize = 16;
+
+/// Strips of lights at most.
+const MOST_STRIPS: usize = 4;
+
+/// A strip of lights, as M150 addresses it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StripSetup {
+    /// Its number.
+    pub number: u8,
+    /// Lights that it has.
+    pub lights: u16,
+}
 
 /// A switch on a timer: what its pulses are.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, NamedSwitch, Names, translate};
 use program::{
     Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place,
-    PulseSetup, ServoSetup, Setup, SpindleSetup, ToolSettings,
+    PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -101,6 +101,13 @@ impl Session {
                     let servo = (switch == 7).then_some(ServoSetup { max_angle: 180.0, pulse_us: [1_000.0, 2_000.0] });
                     let pulses = PulseSetup { switch: SwitchId(switch), percent_per_us: 0.005, servo };
                     setup.pulses.push(pulses).unwrap();
+                }
+                self.interpreter = Interpreter::new(setup);
+            }
+            ("strips", "") => {
+                let mut setup = setup();
+                for (number, lights) in [(0, 5), (3, 2)] {
+                    setup.strips.push(StripSetup { number, lights }).unwrap();
                 }
                 self.interpreter = Interpreter::new(setup);
             }
@@ -300,11 +307,19 @@ impl Session {
 /// `fan` is switch 0, `extruder` heater 0, `heater_bed` heater 1.
 impl Names for Session {
     fn switch(&self, name: &str) -> Option<NamedSwitch> {
-        (name == "fan").then_some(NamedSwitch { on: Code::m(106), off: Some(Code::m(107)), full: 255.0 })
+        (name == "fan").then_some(NamedSwitch { on: Code::m(106), number: None, off: Some(Code::m(107)), full: 255.0 })
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {
         self.heater_at(["extruder", "heater_bed"].iter().position(|known| *known == name)?)
+    }
+
+    fn strip(&self, name: &str) -> Option<u8> {
+        ["case", "nozzle"].iter().position(|known| *known == name).map(|place| place as u8)
+    }
+
+    fn has_strips(&self) -> bool {
+        true
     }
 
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {

@@ -105,6 +105,27 @@ impl<SPI: SpiDevice> Chip<SPI> {
         }
     }
 
+    /// Whether the chip can test the sensor's wires.
+    pub(crate) const fn has_test(&self) -> bool {
+        matches!(self, Self::Max31865(..))
+    }
+
+    /// Has the chip test the sensor's wires: for so long it stands. None where it has no such test.
+    pub(crate) fn begin_test(&mut self) -> Result<Option<Micros>, Fault> {
+        match self {
+            Self::Max31855(_) | Self::Max31856(..) => Ok(None),
+            Self::Max31865(chip, _) => chip.begin_test().map(|()| Some(max31865::TEST)).map_err(Fault::from),
+        }
+    }
+
+    /// What that has found. The chip converts again, and has its next reading after its first conversion.
+    pub(crate) fn end_test(&mut self) -> Result<(), Fault> {
+        match self {
+            Self::Max31855(_) | Self::Max31856(..) => Ok(()),
+            Self::Max31865(chip, _) => chip.end_test().map_err(Fault::from),
+        }
+    }
+
     pub(crate) fn read(&mut self) -> Result<Celsius, Fault> {
         match self {
             Self::Max31855(chip) => chip.read().map_err(Fault::from),

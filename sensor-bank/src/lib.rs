@@ -22,54 +22,107 @@ const ASK_AGAIN: Micros = Micros::from_millis(50);
 /// A reading counts for so many of its own periods.
 const LASTS_PERIODS: u64 = 4;
 
+/// A chip that can test its sensor's wires does it this often. It has no reading for the time of one conversion
+/// and a few milliseconds, so that none is left out.
+const TEST_PERIOD: Micros = Micros::from_seconds(5);
+
+/// What a chip is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// It has to be set up.
+    New,
+    /// It is to test the wires: they are not known to be sound.
+    Untested,
+    /// It tests them.
+    Tests,
+    /// It converts.
+    Converts,
+}
+
 /// A chip and when it is to be read.
 #[derive(Debug)]
 struct Sensor<SPI> {
     /// The place of its temperature control in the configuration.
     controller: usize,
     chip: Chip<SPI>,
-    is_set_up: bool,
+    stage: Stage,
     period: Micros,
     due: Micros,
+    /// When it was read last, and when its wires were tested.
+    read: Micros,
+    tested: Micros,
 }
 
 impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
-    fn dated(&self, reading: SensorReading, now: Micros, next: Micros) -> DatedReading {
-        let lasts = Micros(self.period.0.max(next.0) * LASTS_PERIODS);
-        DatedReading { reading, taken: now, lasts }
-    }
-
-    /// Sets the chip up, or reads it. None when there is nothing to say yet.
+    /// What is next: setting the chip up, testing the wires, a reading. None when there is nothing to say yet.
     fn run(&mut self, now: Micros) -> Option<DatedReading> {
-        let read = if self.is_set_up { self.chip.read() } else { self.set_up(now)? };
-        let next = match read {
-            Ok(_) => self.period,
-            Err(fault) if fault.needs_set_up => {
-                // Told as what it is. What it reads until its first conversion is over is nobody's
-                // temperature.
-                self.is_set_up = self.chip.set_up().is_ok();
-                if self.is_set_up { self.chip.first_conversion() } else { ASK_AGAIN }
+        let done = match self.stage {
+            Stage::New => self.set_up(now).map(|()| None),
+            Stage::Untested => self.begin_test(now).map(|()| None),
+            Stage::Tests => self.end_test(now).map(|()| None),
+            Stage::Converts => self.read(now).map(Some),
+        };
+        match done {
+            Ok(None) => None,
+            Ok(Some(celsius)) => Some(self.dated(SensorReading::MilliDegrees((celsius.0 * 1e3) as i32), now)),
+            Err(fault) => {
+                // Told as what it is. What it reads until its first conversion is over is nobody's temperature.
+                let is_set_up_anew = fault.needs_set_up && self.set_up(now).is_ok();
+                if !is_set_up_anew {
+                    self.due = now.plus(ASK_AGAIN);
+                }
+                Some(self.dated(SensorReading::Fault(fault.words), now))
             }
-            Err(_) => ASK_AGAIN,
-        };
-        self.due = now.plus(next);
-        let reading = match read {
-            Ok(celsius) => SensorReading::MilliDegrees((celsius.0 * 1e3) as i32),
-            Err(fault) => SensorReading::Fault(fault.words),
-        };
-        Some(self.dated(reading, now, next))
+        }
     }
 
-    /// None when it is set up, and converts.
-    fn set_up(&mut self, now: Micros) -> Option<Result<units::Celsius, chip::Fault>> {
-        match self.chip.set_up() {
-            Ok(()) => {
-                self.is_set_up = true;
-                self.due = now.plus(self.chip.first_conversion());
-                None
+    /// A reading that counts until the next one has failed to come a few times.
+    fn dated(&self, reading: SensorReading, now: Micros) -> DatedReading {
+        DatedReading { reading, taken: now, lasts: Micros(self.period.0 * LASTS_PERIODS) }
+    }
+
+    fn set_up(&mut self, now: Micros) -> Result<(), chip::Fault> {
+        self.stage = Stage::New;
+        self.chip.set_up()?;
+        self.begin_test(now)
+    }
+
+    /// A chip without a test converts.
+    fn begin_test(&mut self, now: Micros) -> Result<(), chip::Fault> {
+        self.stage = Stage::Untested;
+        match self.chip.begin_test()? {
+            Some(lasts) => {
+                self.stage = Stage::Tests;
+                self.due = now.plus(lasts);
             }
-            Err(fault) => Some(Err(fault)),
+            None => self.convert(now),
         }
+        Ok(())
+    }
+
+    fn end_test(&mut self, now: Micros) -> Result<(), chip::Fault> {
+        // Wires that are not sound are tested again.
+        self.stage = Stage::Untested;
+        self.chip.end_test()?;
+        self.tested = now;
+        self.convert(now);
+        Ok(())
+    }
+
+    /// It has begun to convert.
+    fn convert(&mut self, now: Micros) {
+        self.stage = Stage::Converts;
+        let (converted, next) = (now.plus(self.chip.first_conversion()), self.read.plus(self.period));
+        self.due = if self.read == Micros(0) { converted } else { converted.max(next) };
+    }
+
+    fn read(&mut self, now: Micros) -> Result<units::Celsius, chip::Fault> {
+        let celsius = self.chip.read()?;
+        (self.read, self.due) = (now, now.plus(self.period));
+        if self.chip.has_test() && now.since(self.tested) >= TEST_PERIOD {
+            self.begin_test(now)?;
+        }
+        Ok(celsius)
     }
 }
 
@@ -92,7 +145,8 @@ impl<SPI: embedded_hal::spi::SpiDevice> SensorBank<SPI> {
         let Some(chip) = Chip::of(config, spi) else { return false };
         let wanted = Micros(1_000_000 / u64::from(config.readings_per_second.max(1)));
         let period = Micros(wanted.0.max(chip.conversion().0).max(LEAST_PERIOD.0));
-        self.sensors.push(Sensor { controller, chip, is_set_up: false, period, due: Micros(0) }).is_ok()
+        let (stage, never) = (Stage::New, Micros(0));
+        self.sensors.push(Sensor { controller, chip, stage, period, due: never, read: never, tested: never }).is_ok()
     }
 
     /// Whether there is nothing to poll.

@@ -17,6 +17,8 @@ struct Line {
     frame: Rc<Cell<u32>>,
     registers: Rc<RefCell<[u8; 8]>>,
     asked: Rc<Cell<u32>>,
+    /// Fault bits that a test of the wires finds.
+    finds: Rc<Cell<u8>>,
     /// Nothing drives the line.
     is_dead: Rc<Cell<bool>>,
 }
@@ -33,8 +35,15 @@ impl SpiDevice for Line {
             [Operation::Read(into)] => into.copy_from_slice(&self.frame.get().to_be_bytes()),
             [Operation::Write(bytes)] => {
                 let at = usize::from(bytes[0] & 0x7F);
-                self.registers.borrow_mut()[at..at + bytes.len() - 1].copy_from_slice(&bytes[1..]);
-                self.registers.borrow_mut()[0] &= !2;
+                let mut registers = self.registers.borrow_mut();
+                registers[at..at + bytes.len() - 1].copy_from_slice(&bytes[1..]);
+                if registers[0] & 2 != 0 {
+                    registers[7] = 0;
+                }
+                if registers[0] & 0b1100 == 0b0100 {
+                    registers[7] |= self.finds.get();
+                }
+                registers[0] &= !0b1110;
             }
             [Operation::Write(_), Operation::Read(into)] => into.copy_from_slice(&*self.registers.borrow()),
             _ => return Err(ErrorKind::Other),
@@ -111,14 +120,14 @@ fn a_chip_that_was_reset_is_set_up_told_and_left_to_convert() {
     let ratio = (100.0 / 430.0 * 32_768.0) as u16;
     line.registers.borrow_mut()[1..3].copy_from_slice(&(ratio << 1).to_be_bytes());
     let read = readings(&mut bank, 10, 500);
-    assert_eq!(read[0].0, 80, "the first conversion takes 76 ms");
+    assert_eq!(read[0].0, 90, "the test of the wires, and the first conversion, which takes 76 ms");
     assert!(matches!(read[0].1.reading, SensorReading::MilliDegrees(-60..60)), "{read:?}");
     *line.registers.borrow_mut() = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
     let read = readings(&mut bank, 500, 800);
     let words = drivers::max31865::Fault::Reset.message();
     assert_eq!(read[0].1.reading, SensorReading::Fault(words));
     assert_eq!(line.registers.borrow()[0], 0b1100_0001, "told again");
-    assert_eq!(read[1].0 - read[0].0, 80);
+    assert_eq!(read[1].0 - read[0].0, 90);
 }
 
 #[test]
@@ -129,7 +138,31 @@ fn a_chip_that_comes_later_is_set_up_when_it_answers() {
     let words = drivers::max31865::Fault::Absent.message();
     assert!(read.len() == 4 && read.iter().all(|(_, dated)| dated.reading == SensorReading::Fault(words)), "{read:?}");
     line.is_dead.set(false);
-    assert!(bank.poll(Micros::from_millis(200)).is_none() && line.registers.borrow()[0] == 0b1100_0001);
+    assert!(bank.poll(Micros::from_millis(200)).is_none() && line.registers.borrow()[0] == 0b1000_0001, "it tests");
+    assert!(bank.poll(Micros::from_millis(210)).is_none() && line.registers.borrow()[0] == 0b1100_0001, "it converts");
+}
+
+/// Every five seconds, and no reading comes later for it; a wire that is not sound is told until it is.
+#[test]
+fn the_wires_of_platinum_are_tested_again_and_again() {
+    let (mut bank, line) = bank(SensorKind::Max31865, 10);
+    let ratio = (100.0 / 430.0 * 32_768.0) as u16;
+    let read = readings(&mut bank, 0, 200);
+    assert!(!read.is_empty());
+    line.registers.borrow_mut()[1..3].copy_from_slice(&(ratio << 1).to_be_bytes());
+    let read = readings(&mut bank, 200, 12_000);
+    assert!(read.windows(2).all(|pair| pair[1].0 - pair[0].0 == 100), "{read:?}");
+    line.finds.set(1 << 5);
+    let read = readings(&mut bank, 12_000, 18_000);
+    let words = drivers::max31865::Fault::NoCurrent.message();
+    let found = read.iter().position(|(_, dated)| dated.reading == SensorReading::Fault(words)).expect("it is found");
+    assert!(read[found].0 < 17_200, "within the five seconds: {} ms", read[found].0);
+    let told = &read[found..];
+    assert!(told.iter().all(|(_, dated)| dated.reading == SensorReading::Fault(words)), "until it is mended");
+    assert!(told.windows(2).all(|pair| pair[1].0 - pair[0].0 == 60), "{told:?}");
+    line.finds.set(0);
+    let read = readings(&mut bank, 18_000, 18_300);
+    assert!(matches!(read.last(), Some((_, dated)) if matches!(dated.reading, SensorReading::MilliDegrees(-60..60))));
 }
 
 #[test]

@@ -6,6 +6,7 @@ pub mod converter;
 pub mod fan;
 pub mod gantry;
 pub mod heater;
+pub mod led_strip;
 pub mod rotor;
 pub mod sd_card;
 pub mod surface;

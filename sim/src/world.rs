@@ -13,11 +13,12 @@ mod fault;
 mod filament;
 mod from_machine;
 mod heat;
+mod lights;
 mod motion;
 
 pub use config::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, OutsidePort, Pin, SwitchConfig, WorldConfig,
+    Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use electrics::{VFET_INPUT, VMOTOR_INPUT};
@@ -26,6 +27,7 @@ pub use fault::{Fault, SPELLING, TimedFault};
 use units::{Actuator, MAX_ACTUATORS};
 
 use crate::models::fan;
+use crate::models::led_strip::LedStrip;
 use crate::models::surface::TouchNoise;
 use crate::models::switch::{self, Switch};
 use crate::models::tmc_stealth::TmcStealth;
@@ -74,6 +76,8 @@ pub struct World {
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<FanState>,
+    /// Strips of lights.
+    strips: Vec<LedStrip>,
     filament: filament::Filament,
     vmotor_v: f64,
     vfet_v: f64,
@@ -122,6 +126,7 @@ impl World {
             bounces: Vec::new(),
             heaters: config.heaters.iter().map(|heater| HeaterState::new(heater, config.air_c)).collect(),
             fans: config.fans.iter().map(FanState::new).collect(),
+            strips: config.strips.iter().map(|strip| LedStrip::new(strip.lights, strip.bytes_each)).collect(),
             filament: filament::Filament::default(),
             vmotor_v: config.vmotor_v,
             vfet_v: config.vfet_v,
@@ -199,12 +204,14 @@ impl World {
             Fault::ThermistorOpen(name) => self.heater_named(name)?.wiring = Wiring::Open,
             Fault::ThermistorShort(name) => self.heater_named(name)?.wiring = Wiring::Shorted,
             Fault::SensorToSupply(name) => self.heater_named(name)?.wiring = Wiring::ToSupply,
+            Fault::SensorLead(name, leads) => self.heater_named(name)?.leads = *leads,
             Fault::ConverterSilent(name) => self.converter_of(name)?.data = DataLine::Silent,
             Fault::ConverterLow(name) => self.converter_of(name)?.data = DataLine::Low,
             Fault::ConverterReset(name) => self.converter_of(name)?.reset(now_ns),
             Fault::HeaterStuckOn(name) => self.heater_named(name)?.stuck = Some(true),
             Fault::ThermistorSlips(name) => self.heater_named(name)?.seat.slips = true,
             Fault::ThermistorLoose(name) => self.heater_named(name)?.seat.loose = true,
+            Fault::ThermistorNoisy(name, kelvin) => self.heater_named(name)?.seat.noise_k = *kelvin,
             Fault::ThermistorDrifts(name, kelvin_per_s) => self.heater_named(name)?.seat.drift_k_per_s = *kelvin_per_s,
             Fault::HeaterWeak(name, share) => self.heater_named(name)?.strength = *share,
             Fault::ThermistorsSwapped(one, other) => {

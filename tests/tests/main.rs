@@ -33,6 +33,7 @@ mod job_control;
 mod jobs;
 mod late_steps;
 mod levelling;
+mod lights;
 mod mesh;
 mod mesh_residuals;
 mod mills;

@@ -2,6 +2,7 @@
 //! what is old.
 
 use scenarios::{Bench, CARTESIAN, Plan};
+use sim::models::converter::Leads;
 use sim::world::Fault;
 
 const KINDS: [(&str, &[&str]); 4] = [
@@ -58,7 +59,7 @@ fn broken(kind: &str, more: &[&str], fault: Fault) -> (String, f64) {
     assert!(bench.duty("hotend") > 0.5, "{kind} heats");
     let from_s = bench.now_s();
     inject(&bench, fault);
-    let said = bench.hear_until("MINTEMP or MAXTEMP triggered on T", 3.0);
+    let said = bench.hear_until("MINTEMP or MAXTEMP triggered on T", 7.0);
     let took_s = bench.now_s() - from_s;
     bench.assert_safe();
     (said, took_s)
@@ -90,6 +91,20 @@ fn every_fault_halts_within_a_second_and_says_what_to_check() {
         assert!(halted, "{kind} {fault:?}: {said}");
         assert!(said.contains(&format!("WARNING: hotend: {words}")), "{said}");
         assert!(took_s < 1.0, "{kind} {fault:?}: {took_s} s");
+    }
+}
+
+/// What no conversion shows, or tells apart: the chip's own test, every five seconds, and four looks.
+#[test]
+fn a_single_wire_of_platinum_that_is_open_or_at_ground_is_found_by_the_chips_test() {
+    for (leads, words) in [
+        (Leads::ForceOpen, "platinum sensor open: check its plug, its FORCE wires and rtd_wires"),
+        (Leads::MinusToGround, "platinum sensor: RTDIN- or FORCE- touches ground"),
+        (Leads::PlusToGround, "platinum sensor"),
+    ] {
+        let (said, took_s) = broken("max31865", &["rtd_wires = 4"], Fault::SensorLead(hotend(), leads));
+        assert!(said.contains(&format!("triggered on T: {words}")), "{leads:?}: {said}");
+        assert!(took_s < 5.6, "{leads:?}: {took_s} s");
     }
 }
 

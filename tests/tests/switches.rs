@@ -86,6 +86,42 @@ fn m42_sets_an_output_by_its_number() {
 }
 
 #[test]
+fn commands_by_name_know_what_only_has_a_number() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[general] dialect = klipper")
+        .set("[switch] valve.enable = true")
+        .set("[switch] valve.output_pin = PI11")
+        .set("[switch] valve.output_type = sigmadeltapwm")
+        .set("[switch] valve.io_number = 7")
+        .start();
+    for (line, says) in [("SET_PIN PIN=valve VALUE=0.5", "is 1"), ("SET_PIN PIN=valve VALUE=0", "is 0")] {
+        assert_eq!(bench.say(line), "ok\n", "{line}: {}", bench.greeting());
+        assert!(bench.say("switch valve").contains(says), "{line}");
+    }
+}
+
+/// A relay for mains is on once in a second, and a heater by it holds its target.
+#[test]
+fn what_has_a_cycle_switches_once_in_it() {
+    let plan =
+        Plan::new(CARTESIAN).set("[temperature control] bed.cycle_time = 1").set("[switch] fan.cycle_time = 0.5");
+    let mut bench = plan.start();
+    bench.say("M106 S64");
+    let mut rises = 0;
+    let mut before = 1.0;
+    for _ in 0..1_000 {
+        bench.hear(0.01);
+        let now = bench.world(|world| world.fan_speed(0));
+        rises += u32::from(before < 0.5 && now >= 0.5);
+        before = now;
+    }
+    assert!((19..=21).contains(&rises), "{rises} times in ten seconds");
+    bench.say("M190 S50");
+    bench.hear(60.0);
+    assert!((bench.celsius("bed") - 50.0).abs() < 1.0, "{} C", bench.celsius("bed"));
+}
+
+#[test]
 fn m226_waits_for_an_input_as_long_as_it_takes() {
     let lid = "\n[switch]\nlid.enable = true\nlid.input_pin = PB7^\nlid.io_number = 1\n";
     for (line, downs) in [("M226 P1 S1", &[true][..]), ("M226 P1 S0", &[]), ("M226 P1", &[true])] {

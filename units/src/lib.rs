@@ -7,6 +7,7 @@
 
 mod axis;
 mod axis_set;
+mod colour;
 mod heater;
 mod plane;
 mod quantity;
@@ -17,6 +18,7 @@ mod tool;
 
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
 pub use axis_set::AxisSet;
+pub use colour::{Colour, ColourOrder};
 pub use heater::{HeaterId, MAX_HEATERS, SwitchId};
 pub use plane::Plane;
 pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, Ohms, Volts};

@@ -28,6 +28,7 @@ use crate::console::{Line, LineEnd};
 use crate::drivers::{self, ConverterPort, DriverPort, WireEnd};
 use crate::mcu::PrimeMcu;
 pub use crate::outputs::{PinChange, SharedWorld};
+use crate::pin_state::Drive;
 use crate::pins::{Wiring, driver_selects, pin, port_name};
 
 /// Crystals: HSE 25 MHz, LSE 32.768 kHz.
@@ -264,20 +265,37 @@ impl PrimeBoard {
         self.mcu.tick_usb(at, slept);
         self.world.lock().advance(at.0);
         self.take_switch_changes(at);
+        self.refresh_tachometers(at);
         self.ticks += 1;
         self.refresh_analog();
         self.refresh_pwm();
     }
 
+    /// A fan's tachometer pulls its line to ground, or lets it go.
+    fn refresh_tachometers(&mut self, at: VirtualNanos) {
+        let lines: Vec<(Pin, bool)> = {
+            let world = self.world.lock();
+            let fans = world.config().fans.iter().enumerate();
+            fans.filter_map(|(index, fan)| Some((fan.tachometer?, world.fan_tachometer(index)))).collect()
+        };
+        for (Pin { port, number }, closed) in lines {
+            let level = closed.then_some(Level::Low);
+            self.mcu.part.drive_port(at, usize::from(port), |port, file, context| {
+                port.drive(port_pin(number), level, file, context);
+            });
+        }
+    }
+
     /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers
-    /// say.
+    /// say. And tells the timers which of their outputs reach their pins.
     fn refresh_pwm(&mut self) {
         for timer in 0..PWM_TIMERS {
             for channel in 0..PWM_CHANNELS {
                 let Some(output) = TimerChannel::new(channel as u8 + 1) else { continue };
-                let (model, registers) = self.mcu.part.advanced_timer(timer);
-                let pulse = model.pulse(output, registers);
+                let pulse = self.mcu.pulse(timer, output);
                 let duty = pulse.map_or(0.0, |p| p.width.0 as f64 / p.period.0.max(1) as f64);
+                let state = self.mcu.pin_state(pin(wiring::PWM[timer][channel]));
+                self.mcu.pwm[timer].reaches_pin[channel] = state.drive == Drive::Function(wiring::PWM_FUNCTIONS[timer]);
                 let mut world = self.world.lock();
                 world.pwm(timer, channel, duty);
                 if let Some(pulse) = pulse {

@@ -26,3 +26,4 @@ pub mod vm;
 mod clock_modes;
 mod drivers;
 mod outputs;
+mod timer_outputs;

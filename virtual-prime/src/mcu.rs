@@ -1,16 +1,18 @@
 //! The STM32H745 as the emulator runs it: the H743 part with our models in the places of its own.
 
 use rigless::device::{Device, DeviceContext, ErasedDevice, ResetCause};
+use rigless::edge::Pulse;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::stm32h743::generated::{gpioa, pwr, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
+use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
-use sim::world::Pin;
+use sim::world::{PWM_TIMERS, Pin};
 
 use crate::outputs::{PinChange, SharedWorld, TappedExti};
 use crate::peripherals::ethernet::{EthernetDma, EthernetMac, Surroundings};
@@ -23,6 +25,7 @@ use crate::peripherals::rtc::Rtc;
 use crate::peripherals::sdmmc::Sdmmc;
 use crate::pin_state::{Drive, PinState};
 use crate::pins::Wiring;
+use crate::timer_outputs::TappedTimer;
 use crate::usb_host::controller::Controller;
 
 /// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
@@ -39,6 +42,8 @@ pub struct PrimeMcu {
     pub part: Stm32h743,
     /// EXTI, listening to the pins.
     exti: TappedExti,
+    /// TIM1 and TIM8, whose outputs are listened to.
+    pub(crate) pwm: [TappedTimer; PWM_TIMERS],
     pwr: PrimePwr,
     ethernet_dma: EthernetDma,
     ethernet_mac: EthernetMac,
@@ -55,7 +60,9 @@ pub struct PrimeMcu {
 
 #[derive(Clone, Copy, Debug)]
 struct Slots {
+    adc1: usize,
     exti: usize,
+    pwm: [usize; PWM_TIMERS],
     flash: usize,
     pwr: usize,
     rcc: usize,
@@ -89,7 +96,9 @@ impl PrimeMcu {
         let slots = Slots {
             ports,
             consoles: [slot("USART2")?, slot("USART3")?, slot("UART4")?],
+            adc1: slot("ADC1")?,
             exti: slot("EXTI")?,
+            pwm: [slot("TIM1")?, slot("TIM8")?],
             flash: slot("Flash")?,
             pwr: slot("PWR")?,
             rcc: slot("RCC")?,
@@ -105,6 +114,7 @@ impl PrimeMcu {
             sdmmc: slot("SDMMC1")?,
         };
         let mut mcu = Self {
+            pwm: std::array::from_fn(|timer| TappedTimer::new(timer, world.clone())),
             exti: TappedExti::new(wiring, world),
             pwr: PrimePwr::default(),
             ethernet_dma: EthernetDma::default(),
@@ -132,6 +142,19 @@ impl PrimeMcu {
         self.pwr.inner.set_analog_supply(millivolts, registers);
     }
 
+    /// The rail changes while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4), which the
+    /// emulator does not wire. Only changes are told: a detector that is switched on later tells nothing.
+    pub fn change_supply(&mut self, at: VirtualNanos, millivolts: u32) {
+        let below = |mcu: &Self| pwr::csr1::PVDO.is_set(mcu.register(mcu.slots.pwr, pwr::Register::Csr1));
+        let before = below(self);
+        self.set_supply(millivolts);
+        let after = below(self);
+        if before != after {
+            let (registers, mut context) = self.part.bus_mut().drive(at, self.slots.exti);
+            self.exti.detector(after, registers, &mut context);
+        }
+    }
+
     /// Programs the option bytes of an H745: the M7 starts after reset, and the M4 or not.
     pub fn set_second_core(&mut self, starts: bool) {
         let bits = BCM7 | if starts { BCM4 } else { 0 };
@@ -150,6 +173,14 @@ impl PrimeMcu {
         clocks.fail_hse(registers, &mut context);
         self.part.rcc = clocks;
         rcc::cifr::HSECSSF.is_set(self.register(self.slots.rcc, rcc::Register::Cifr))
+    }
+
+    /// ADC1 stands: the conversion that it is in never ends, as without a clock, and its results stay as they are.
+    pub fn stop_converter(&mut self, at: VirtualNanos) {
+        if let (bus, Some(converter)) = self.part.split(self.slots.adc1) {
+            let (registers, mut context) = bus.drive(at, self.slots.adc1);
+            converter.on_clock(0, registers, &mut context);
+        }
     }
 
     fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {
@@ -249,6 +280,12 @@ impl PrimeMcu {
         self.slots.ports[port]
     }
 
+    /// The pulse that an output of TIM1 (0) or TIM8 (1) repeats, if any.
+    #[must_use]
+    pub fn pulse(&self, timer: usize, channel: Channel) -> Option<Pulse> {
+        self.pwm[timer].inner.pulse(channel, self.bus().slots()[self.slots.pwm[timer]].registers())
+    }
+
     /// Keeps every change of this pin from now on, for [`Self::take_pin_changes`].
     pub fn watch_pin(&mut self, pin: Pin) {
         self.exti.watch(pin);
@@ -284,6 +321,7 @@ impl Mcu for PrimeMcu {
     fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
         self.part.reset(at, cause);
         Device::reset(&mut self.exti);
+        self.pwm.iter_mut().for_each(Device::reset);
         Device::reset(&mut self.pwr);
         Device::reset(&mut self.ethernet_dma);
         Device::reset(&mut self.ethernet_mac);
@@ -317,6 +355,8 @@ impl Mcu for PrimeMcu {
                 self.usb_is_stale = true;
                 &mut self.pwr
             }
+            slot if slot == self.slots.pwm[0] => &mut self.pwm[0],
+            slot if slot == self.slots.pwm[1] => &mut self.pwm[1],
             slot if slot == self.slots.ethernet_dma => &mut self.ethernet_dma,
             slot if slot == self.slots.ethernet_mac => &mut self.ethernet_mac,
             slot if slot == self.slots.fmc => &mut self.fmc,

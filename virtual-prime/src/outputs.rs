@@ -77,6 +77,16 @@ impl TappedExti {
         std::mem::take(&mut self.changes)
     }
 
+    /// The detector of the chip's supply (event input 16) has changed: where the image listens for such an edge, it is
+    /// pending, as if by software.
+    pub fn detector(&mut self, below: bool, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        const EVENT: u64 = 1 << 16;
+        let edges = if below { Register::Rtsr1 } else { Register::Ftsr1 };
+        if file.get(edges) & EVENT != 0 {
+            self.inner.write(Register::Swier1, EVENT, file, context);
+        }
+    }
+
     /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN
     /// floats, and the drivers' inputs read a floating ENN as high; everything else is pulled or leaks low.
     pub fn release_all(&mut self, at_ns: u64) {

@@ -14,6 +14,7 @@ mod forecast;
 mod golden;
 mod homing;
 mod images;
+mod led_strips;
 mod operation;
 mod outside_drivers;
 mod power_cuts;

@@ -2,6 +2,7 @@
 
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::spi1;
+use sim::models::converter::Leads;
 use sim::world::Fault;
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
@@ -45,6 +46,23 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     assert!(200_000_000 >> ((cfg1 >> 28 & 0b111) + 1) <= 1_000_000 && cfg1 & 0x1F == 7, "{cfg1:#010x}");
     assert_eq!((cfg2 >> 25 & 1, cfg2 >> 24 & 1), (0, 0), "{cfg2:#010x}");
     opens(&mut velvet, "thermocouple open: check its plug and wires");
+}
+
+/// The chip tests the wires every five seconds, while the heater goes on; the one that is open is found although the
+/// reading looks right.
+#[test]
+fn a_max31865_tests_its_wires() {
+    let mut velvet = hotend("max31865", 0).set("[temperature control] hotend.rtd_wires = 4").start();
+    velvet.ask("M104 S60", SECOND);
+    velvet.hear(12 * SECOND);
+    assert!(!velvet.said().contains("WARNING") && celsius(&mut velvet, "hotend") > 40.0, "{}", velvet.said());
+    let from = velvet.now_ms();
+    velvet.inject(&Fault::SensorLead("hotend".into(), Leads::ForceOpen));
+    velvet.hear_until("its FORCE wires (no current flows)", 6 * SECOND);
+    velvet.hear_until("MINTEMP or MAXTEMP triggered on T", SECOND);
+    assert!(velvet.now_ms() - from < 5_600, "{} ms", velvet.now_ms() - from);
+    velvet.hear(50);
+    velvet.assert_safe();
 }
 
 /// Three clocks on one bus: the drivers' mode 3 at 391 kHz, the platinum chip's mode 3 and the thermocouple

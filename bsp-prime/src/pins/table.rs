@@ -149,9 +149,9 @@ pub const THERMISTORS: [AnalogInput; 7] = [
     AnalogInput { name: "ADC1_6", channel: 15, pin: Some(pin('A', 3)) },
 ];
 
-/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and two sources inside the chip (RM0399
+/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and three sources inside the chip (RM0399
 /// section 26.4.4, table of inputs).
-pub const SUPPLIES: [AnalogInput; 8] = [
+pub const SUPPLIES: [AnalogInput; 9] = [
     AnalogInput { name: "ADC3_0", channel: 10, pin: Some(pin('C', 0)) },
     AnalogInput { name: "ADC3_1", channel: 6, pin: Some(pin('F', 10)) },
     AnalogInput { name: "ADC3_2", channel: 7, pin: Some(pin('F', 8)) },
@@ -160,6 +160,7 @@ pub const SUPPLIES: [AnalogInput; 8] = [
     AnalogInput { name: "ADC3_5", channel: 16, pin: Some(pin('H', 5)) },
     AnalogInput { name: "chip temperature", channel: 18, pin: None },
     AnalogInput { name: "vref", channel: 19, pin: None },
+    AnalogInput { name: "vbat", channel: 17, pin: None },
 ];
 /// Index into [`SUPPLIES`] of the heaters' and fans' supply.
 pub const VFET: usize = 2;
@@ -169,5 +170,9 @@ pub const VMOTOR: usize = 5;
 pub const CHIP_TEMPERATURE: usize = 6;
 /// Index into [`SUPPLIES`] of the chip's own 1.2 V reference.
 pub const VREF: usize = 7;
+/// Index into [`SUPPLIES`] of the pin for a coin cell.
+pub const VBAT: usize = 8;
+/// That comes through a bridge inside the chip (RM0399 section 26.4.36).
+pub const VBAT_DIVIDER: f32 = 4.0;
 /// Both supplies come through 100 k over 10 k.
 pub const SUPPLY_DIVIDER: f32 = 11.0;

@@ -11,6 +11,7 @@ mod fans;
 mod filament;
 mod heat;
 mod homing;
+mod led_strips;
 mod leveling;
 mod motors;
 mod names;
@@ -61,6 +62,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     outputs::check(&mut checks);
     temperature_switches::check(&mut checks);
     fans::check(&mut checks);
+    led_strips::check(&mut checks);
     buttons::check(&mut checks);
     pins::check(&mut checks);
 }

@@ -53,7 +53,8 @@ fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
 /// Another section operates it.
 fn is_automatic(checks: &Checks<'_, '_>, switch: &SwitchConfig) -> bool {
     let ruled = checks.config.temperature_switches.iter().any(|rule| rule.enable && rule.switch == switch.name);
-    ruled || checks.config.automatic_fan(&switch.name).is_some()
+    let config = checks.config;
+    ruled || config.automatic_fan(&switch.name).is_some() || config.strip_of_switch(&switch.name).is_some()
 }
 
 fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
@@ -85,7 +86,8 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
         }
         (Some(OutputPin::Pwm(pwm)), OutputKind::HardwarePwm) => {
             let timer = usize::from(pwm.timer).saturating_sub(1);
-            if checks.config.pwm_frequency_hz.get(timer).is_none_or(Option::is_none) {
+            let sends = checks.config.timer_sends(pwm.timer);
+            if !sends && checks.config.pwm_frequency_hz.get(timer).is_none_or(Option::is_none) {
                 let reason = format_args!("the timer of PWM{} is not set up", pwm.timer);
                 checks.error((SWITCH, place, "output_pin"), reason, format_args!("add the section [pwm{}]", pwm.timer));
             }

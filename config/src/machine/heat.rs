@@ -261,6 +261,8 @@ pub struct TemperatureConfig {
     pub heater_pin: Option<Pin>,
     /// Ceiling of the output.
     pub max_pwm: Duty,
+    /// It is on once in so long; 0: as often as can be.
+    pub cycle: Micros,
     /// Gains.
     pub pid: Pid,
     /// Control by a model instead of PID.

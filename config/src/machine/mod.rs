@@ -13,6 +13,7 @@ mod filament;
 mod heat;
 mod homing;
 mod id;
+mod led_strips;
 mod leveling;
 mod motion;
 mod outputs;
@@ -41,6 +42,7 @@ pub use homing::{
     EndstopConfig, EndstopPhaseConfig, EndstopStallConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig,
     SoftEndstops,
 };
+pub use led_strips::{LedStripConfig, StripShows};
 pub use leveling::{
     CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
 };
@@ -73,6 +75,10 @@ pub const MAX_SWITCHES: usize = 16;
 pub const MAX_BUTTONS: usize = 12;
 /// Fans at most.
 pub const MAX_FANS: usize = 8;
+/// Strips of lights at most.
+pub const MAX_STRIPS: usize = 4;
+/// Lights of all strips at most.
+pub const MOST_LIGHTS: u16 = 256;
 /// Rules of `[temperature switch]` at most.
 pub const MAX_TEMPERATURE_SWITCHES: usize = 8;
 /// Endstops at most: two per axis.
@@ -153,6 +159,8 @@ pub struct MachineConfig {
     pub button_poll_hz: u16,
     /// `[fan]`, enabled ones only after reading.
     pub fans: Vec<FanConfig, MAX_FANS>,
+    /// `[led strip]`, enabled ones only after reading.
+    pub led_strips: Vec<LedStripConfig, MAX_STRIPS>,
     /// `[temperature switch]`, enabled ones only after reading.
     pub temperature_switches: Vec<TemperatureSwitchConfig, MAX_TEMPERATURE_SWITCHES>,
     /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.

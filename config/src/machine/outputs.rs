@@ -75,6 +75,8 @@ pub struct SwitchConfig {
     pub output_kind: OutputKind,
     /// Ceiling of a sigma-delta output; S255 maps to it.
     pub max_pwm: Duty,
+    /// A sigma-delta output is on once in so long; 0: as often as can be.
+    pub cycle: Micros,
     /// On at boot.
     pub startup_state: bool,
     /// Sigma-delta: the on value, 0 to 255. Hardware PWM: percent when off.

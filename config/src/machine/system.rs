@@ -1,6 +1,6 @@
 //! The board and the program itself: `[general]`, `[system]`, consoles, kill button, player.
 
-use units::Micros;
+use units::{Micros, Volts};
 
 use super::Command;
 use crate::pin::Pin;
@@ -80,6 +80,8 @@ pub struct SystemConfig {
     pub fets_enable_pin: Option<Pin>,
     /// Switches the supply of the MOSFET outputs.
     pub fets_power_enable_pin: Option<Pin>,
+    /// Below this a supply falls while the machine works; none: below three quarters of what it usually has.
+    pub brown_out_volts: Option<Volts>,
     /// A second USB serial port.
     pub second_usb_serial_enable: bool,
 }

@@ -246,6 +246,17 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         )
         .klipper("[extruder] max_power")
         .v1("temperature_control.<name>.max_pwm"),
+        number(
+            "cycle_time",
+            "0",
+            (0.0, 10.0),
+            heater!(|h, v| h.cycle = Micros((v * 1e6) as u64)),
+            "The heater is on once in so long, for its share of it, as a relay on mains needs: 0.2 and more. 0: as often as \
+             can be.",
+        )
+        .unit("s")
+        .klipper("[extruder] pwm_cycle_time")
+        .velvet(),
         number("p_factor", "10", ANY, heater!(|h, v| h.pid.p = v as f32), "Proportional gain. M301 P changes it.")
             .klipper("[extruder] pid_Kp")
             .v1("temperature_control.<name>.p_factor"),

@@ -69,7 +69,10 @@ const GROUPS: &[(&str, &[&str])] = &[
             "filament change",
         ],
     ),
-    ("Switches, fans, voltages", &["switch", "fan", "pwm1", "pwm2", "voltage monitor", "button box"]),
+    (
+        "Switches, fans, lights, voltages",
+        &["switch", "fan", "led strip", "pwm1", "pwm2", "voltage monitor", "button box"],
+    ),
     (
         "Homing and probing",
         &[

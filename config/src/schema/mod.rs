@@ -28,6 +28,7 @@ mod heat_control;
 #[cfg(any(test, feature = "std"))]
 mod json;
 mod kinematics;
+mod led_strips;
 mod leveling;
 #[cfg(any(test, feature = "std"))]
 mod markdown;
@@ -80,6 +81,7 @@ pub const SECTIONS: &[Section] = &[
     soft_endstops::SOFT_ENDSTOP,
     switches::SWITCH,
     fans::FAN,
+    led_strips::LED_STRIP,
     switches::PWM1,
     switches::PWM2,
     switches::VOLTAGE_MONITOR,

@@ -136,6 +136,16 @@ pub const SWITCH: Section = Section {
             "What S255 means on a sigmadeltapwm output.",
         )
         .v1("switch.<name>.max_pwm"),
+        number(
+            "cycle_time",
+            "0",
+            (0.0, 10.0),
+            switch!(|s, v| s.cycle = Micros((v * 1e6) as u64)),
+            "sigmadeltapwm: the output is on once in so long, for its share of it, as a relay needs. 0: as often as can be.",
+        )
+        .unit("s")
+        .klipper("[output_pin <name>] cycle_time")
+        .velvet(),
         bool("startup_state", "false", switch!(|s, v| s.startup_state = v), "On at boot.")
             .v1("switch.<name>.startup_state"),
         number(

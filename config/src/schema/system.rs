@@ -122,6 +122,17 @@ pub const SYSTEM: Section = Section {
             |c, _, v| c.system.fets_power_enable_pin = v.and_then(PinName::digital),
             "Switches the supply of hot ends and fans; on except in a halt. The bed's supply cannot be switched.",
         ),
+        number(
+            "brown_out_volts",
+            "",
+            (0.0, 60.0),
+            |c, _, v| c.system.brown_out_volts = Some(units::Volts(v as f32)),
+            "When the supply of motors (vmotor) or heaters (vfet) falls below this while something heats or moves, heaters go off at once, motors brake and are held as long as it lasts, and it is told at the next start. 0: never.",
+        )
+        .derived("three quarters of what the supply usually has")
+        .unit("V")
+        .typical(5.0, 45.0)
+        .velvet(),
     ],
 };
 

@@ -84,6 +84,7 @@ fn two_values(row: &Setting) -> (String, String) {
         Kind::Numbers(..) => ("1,2,3,4,5,6".into(), "6,5,4,3,2,1".into()),
         Kind::Places(..) => ("1,2, 3,4".into(), "5,6 7,8 9,1".into()),
         Kind::Word(words, _) => (words[0].into(), words[words.len() - 1].into()),
+        Kind::Text(..) if row.key == "color_order" => ("RGB".into(), "GRBW".into()),
         Kind::Text(..) => ("one".into(), "two".into()),
         Kind::Command(_) => ("M1".into(), "G2.3".into()),
         Kind::Registers(_) => ("1,2,3,4,5".into(), "5,4,3,2,1".into()),

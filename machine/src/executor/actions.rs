@@ -6,8 +6,8 @@ use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
 use units::{Celsius, Micros, PerAxis};
 
 use super::{
-    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator, program_io,
-    shapes, suspend, tool_change,
+    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, lights, objects, operator,
+    program_io, shapes, suspend, tool_change,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::grbl::numbers::Alarm;
@@ -234,8 +234,10 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);
-            if let Effect::Arm { rule, armed } = effect {
-                machine.temperature_switches.arm(rule, armed);
+            match effect {
+                Effect::Arm { rule, armed } => machine.temperature_switches.arm(rule, armed),
+                Effect::Light(change) => machine.strips.change(&change),
+                _ => {}
             }
         }
         return Ok(());
@@ -260,6 +262,7 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
             machine.temperature_switches.arm(rule, armed);
             None
         }
+        Effect::Light(change) => return lights::change(machine, change).await,
     };
     let Some(output) = output else { return Ok(()) };
     ride(machine, output).await?;

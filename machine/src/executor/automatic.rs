@@ -20,6 +20,20 @@ pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         follow_by_fans(machine, now);
         watch_tachometers(machine, now);
     }
+    compare_with_models(machine, now);
+}
+
+/// A heater that takes quite another power than its model explains is told: its sensor may be slipping out.
+fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    let Machine { ports, heat_surplus, .. } = machine;
+    let found = ports.heat(|heat| heat_surplus.look(now, |id| heat.heater(id)?.surplus()));
+    let Some((id, share)) = found else { return };
+    let name = machine.config.heater(id).map_or("?", |heater| heater.designator.as_str());
+    let (percent, what) = (100.0 * share.abs(), if share > 0.0 { "more" } else { "less" });
+    machine.announce(format_args!(
+        "WARNING: {name} takes {percent:.0} % {what} heat than its model explains: look after its sensor, sock, fan and \
+         supply; M306 finds another model\n"
+    ));
 }
 
 /// `[temperature switch]`.
@@ -38,9 +52,12 @@ fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// Tells heat control which outputs drive fans. At boot, before any output changes.
+/// Tells heat control which outputs drive fans, and which have a cycle. At boot, before any output changes.
 pub(super) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
     let config = machine.config;
+    for (place, switch) in config.switches.iter().enumerate() {
+        machine.ports.heat(|heat| heat.set_switch_cycle(place, switch.cycle));
+    }
     for fan in &config.fans {
         let switch = config.switches.iter().position(|switch| switch.name == fan.name);
         if let Some(switch) = switch {

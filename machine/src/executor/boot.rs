@@ -10,7 +10,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, automatic, grbl, kept, recover, statistics, suspend};
+use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend};
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -160,6 +160,7 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     if usable && start_parts(machine).await {
         read_grbls_own(machine);
         load_settings(machine);
+        brown_out::tell(machine);
         recover::say_offer(machine);
         machine.jobs.queue_boot_file(machine.config);
     } else {
@@ -195,6 +196,7 @@ async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return false;
     }
     automatic::configure_fans(machine);
+    lights::configure(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
         // A switch takes anything.

@@ -465,6 +465,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);
     machine.ports.heat(crate::heat::HeatControl::drop_effects);
+    machine.riding_lights.clear();
     // A halt meanwhile has dropped everything too.
     let _ = machine.standstill().await;
     machine.resynchronise();

@@ -10,7 +10,7 @@ use events::{Event as Happened, Text};
 use program::{Dialect, State};
 use units::Micros;
 
-use super::{Machine, journal, log, program_io};
+use super::{Machine, brown_out, journal, log, program_io};
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
@@ -23,6 +23,25 @@ impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, to those of GRBL's dialect by number too. While halted already:
     /// nothing.
     pub(super) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        if self.safety.rests_held() {
+            self.release_motors();
+        }
+        self.safety.hold_motors(false);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn release_motors(&mut self) {
+        self.axes.disable_all(&mut self.ports, self.config);
+        self.ports.set_motor_power(false);
+    }
+
+    /// The same, and when the motors stand they keep their current: what falls without it stays where it is.
+    pub(super) fn halt_holding(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        self.safety.hold_motors(true);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn halt_at_once(&mut self, alarm: Alarm, why: Arguments<'_>) {
         let now = self.ports.now();
         if self.safety.halt(now) {
             self.record(&Happened::Halted(Text::new(why)));
@@ -72,6 +91,7 @@ impl<P: Ports> Machine<'_, P> {
 
     fn stop_everything(&mut self) {
         self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
         self.ports.motion(motion::Motion::stop);
         for output in self.outputs.halt(self.config) {
@@ -89,6 +109,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
         for output in self.outputs.halt(self.config) {
             // A switch takes anything.
             let _ = self.ports.heat(|heat| heat.apply(output));
@@ -170,9 +191,10 @@ impl<P: Ports> Machine<'_, P> {
             }
             Stopping::Over => {}
         }
-        journal::stands(self);
-        self.axes.disable_all(&mut self.ports, self.config);
-        self.ports.set_motor_power(false);
+        brown_out::stands(self);
+        if !self.safety.holds_motors() {
+            self.release_motors();
+        }
         self.resynchronise();
         self.finish_release();
     }

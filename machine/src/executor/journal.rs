@@ -1,13 +1,12 @@
 //! What of the job goes into the journal, and when: every few seconds, before Z goes to another height and
-//! when it is there, where the motors' supply falls, and where a halt comes to rest. One block at a time.
+//! when it is there, and where a halt comes to rest. One block at a time.
 
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
-use units::{Axis, AxisSet, Micros, PerAxis, Volts};
+use units::{Axis, AxisSet, Micros, PerAxis};
 
-use super::{Machine, card};
+use super::{Machine, brown_out, card};
 use crate::failure::Failure;
-use crate::grbl::numbers::Alarm;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
 use crate::ports::{Ports, StorageError};
 
@@ -22,8 +21,6 @@ const UNNOTED: f64 = 0.015;
 /// An entry holds where Z may go within this time, s: longer than the dispatcher is held by a card, so that
 /// another height is noted before Z begins to go there.
 const AHEAD_S: f64 = 0.3;
-/// So often the motors' supply is looked at.
-const SUPPLY_PERIOD: Micros = Micros::from_millis(3);
 /// A job is looked at so often: motion knows where its motors are every 16 ms.
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
@@ -36,6 +33,7 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     give_up_offer(machine);
+    brown_out::prepare(machine);
     if !machine.journal.is_on {
         return;
     }
@@ -188,25 +186,6 @@ pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if is_due && machine.ports.is_ready() {
         machine.journal.due = now.plus(machine.config.player.power_loss.period);
         note(machine, Heights::Planned, false);
-    }
-}
-
-/// A look at the motors' supply under a job that is noted, which falls within some ten milliseconds. Two in a
-/// row that find it too low count: one may be of a motor's switching.
-pub(super) fn watch_supply<P: Ports>(machine: &mut Machine<'_, P>) {
-    let least = Volts(machine.config.player.power_loss.motor_volts);
-    let watches = machine.journal.is_noting() && !machine.journal.halts && machine.recovery.is_none();
-    let now = machine.ports.now();
-    if least <= Volts(0.0) || !watches || now < machine.journal.supply_due {
-        return;
-    }
-    machine.journal.supply_due = now.plus(SUPPLY_PERIOD);
-    let is_low = machine.ports.voltage_now("vmotor").is_some_and(|volts| volts < least);
-    if core::mem::replace(&mut machine.journal.supply_is_low, is_low) && is_low {
-        // Heaters and motors give way to the card: this halts them, and `halts` notes the job.
-        machine.halt(Alarm::Abort, format_args!("ERROR: the motors' supply falls: the job was noted\n"));
-        // Files that grow are not to be written by what is left of it.
-        let _unsaved = machine.jobs.statistics.take_unsaved();
     }
 }
 

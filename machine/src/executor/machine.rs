@@ -6,9 +6,10 @@ use config::MachineConfig;
 use events::Event as Happened;
 use motion::path::Bounds;
 use motion::{Refusal, Tag};
-use program::{Facts, Interpreter, State, States};
+use program::{Facts, Interpreter, LightChange, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
+use super::brown_out::BrownOut;
 use super::cut::Cut;
 use super::frames::Frames;
 use super::hold::Hold;
@@ -27,8 +28,11 @@ use crate::files::logs::Logs;
 use crate::forecast::{Ahead, Foresight};
 use crate::grbl::Grbl;
 use crate::grbl::numbers::Error;
+use crate::heat::Effects;
+use crate::heat_surplus::SurplusWatch;
 use crate::jobs::Jobs;
 use crate::journal::{Journal, Recovery};
+use crate::lights::LightShow;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::{Outputs, TemperatureSwitches};
 use crate::paper::Paper;
@@ -38,6 +42,7 @@ use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
 use crate::sessions::{Recipient, Sessions};
 use crate::stall_recovery::StallRecovery;
+use crate::strips::Strips;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 use crate::wait::yield_once;
@@ -70,6 +75,15 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) buttons: Buttons,
     /// Fans that run by themselves, and tachometers.
     pub(super) fans: Fans,
+    /// Whether heaters take what their models explain.
+    pub(super) heat_surplus: SurplusWatch,
+    /// Whether supplies fall.
+    pub(super) brown_out: BrownOut,
+    /// The colours that strips of lights are told to have, those that wait for their places on the path, and what is
+    /// shown.
+    pub(super) strips: Strips,
+    pub(super) riding_lights: Effects<LightChange>,
+    pub(super) lights: LightShow,
     /// What operates outputs by temperatures.
     pub(super) temperature_switches: TemperatureSwitches,
     pub(super) filament: Filament,
@@ -144,6 +158,11 @@ impl<'c, P: Ports> Machine<'c, P> {
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
             fans: Fans::new(config),
+            heat_surplus: SurplusWatch::default(),
+            brown_out: BrownOut::default(),
+            strips: Strips::new(),
+            riding_lights: Effects::new(),
+            lights: LightShow::default(),
             temperature_switches: TemperatureSwitches::new(config),
             filament: Filament::default(),
             filament_width: filament::Width::new(&config.filament_width),

@@ -83,6 +83,8 @@ impl Passed {
             }
             // It acts later, when a temperature passes its threshold: it was armed as it was read.
             Effect::Arm { .. } => {}
+            // Lights are set as they are read.
+            Effect::Light(_) => {}
         }
     }
 

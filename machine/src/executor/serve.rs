@@ -9,8 +9,8 @@ use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
-    Machine, automatic, commands, door, filament, foresee, functions, grbl, journal, leave_out, long_answers,
-    program_io, recording, stall_recovery, stalls, statistics,
+    Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
+    long_answers, program_io, recording, stall_recovery, stalls, statistics,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -46,7 +46,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.watch_kill_button(now);
         door::watch(machine);
         filament::count(machine);
-        journal::watch_supply(machine);
+        brown_out::watch(machine);
         stalls::watch(machine, now);
     }
     if now >= machine.polls.due {
@@ -267,6 +267,7 @@ impl<P: Ports> Machine<'_, P> {
             self.outputs.look(levels, self.config, now);
             self.watch_buttons(levels, now);
             automatic::look(self, now);
+            lights::look(self, now);
         }
         self.follow_motion();
         if self.config.filament_detector.enable || self.config.filament_width.enable {
@@ -387,7 +388,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Without supply a motor holds nothing: positions are no longer known.
-    fn motor_supply_lost(&mut self) {
+    pub(super) fn motor_supply_lost(&mut self) {
         self.axes.lose_supply();
         self.phases.lose_supply();
         let state = self.safety.state();
@@ -399,7 +400,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Without its supply a heater would only be missed by its guard, minutes later.
-    fn fet_supply_lost(&mut self) {
+    pub(super) fn fet_supply_lost(&mut self) {
         if self.ports.heat(|heat| heat.any_on()) {
             self.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
         } else {
@@ -469,6 +470,9 @@ impl<P: Ports> Machine<'_, P> {
             _ => true,
         };
         self.ports.set_led(1, playing);
+        let hot = self.ports.heat(|heat| heat.any_hot());
+        self.ports.set_led(2, hot);
+        self.ports.set_led(3, self.jobs.is_open());
     }
 }
 

@@ -105,6 +105,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.cut = super::cut::Cut::default();
         machine.ports.motion(motion::Motion::stop);
         machine.ports.heat(|heat| heat.drop_effects());
+        machine.riding_lights.clear();
         machine.program.halt();
     }
 }

@@ -26,17 +26,17 @@ pub struct Full;
 
 /// Changes that wait for their marks, in the order of these.
 #[derive(Clone, Debug)]
-pub struct Effects {
-    waiting: Deque<(Mark, Output), WAITING>,
+pub struct Effects<T = Output> {
+    waiting: Deque<(Mark, T), WAITING>,
 }
 
-impl Default for Effects {
+impl<T: Copy> Default for Effects<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Effects {
+impl<T: Copy> Effects<T> {
     /// None.
     #[must_use]
     pub const fn new() -> Self {
@@ -47,13 +47,13 @@ impl Effects {
     ///
     /// # Errors
     /// When too many wait.
-    pub fn wait(&mut self, mark: Mark, output: Output) -> Result<(), Full> {
+    pub fn wait(&mut self, mark: Mark, output: T) -> Result<(), Full> {
         self.waiting.push_back((mark, output)).map_err(|_| Full)
     }
 
     /// The next change whose mark has been reached.
     #[inline]
-    pub fn reached(&mut self, mark: Mark) -> Option<Output> {
+    pub fn reached(&mut self, mark: Mark) -> Option<T> {
         let (wanted, output) = *self.waiting.front()?;
         if !wanted.is_reached_with(mark) {
             return None;

@@ -5,6 +5,9 @@ use units::{Celsius, Duty, Micros};
 use super::filter::Filter;
 use super::{HeaterSettings, Law, LawSettings, OFF_BELOW, Sensor, SensorFault, StepTest, Surroundings};
 
+/// This near its target, C, it holds it.
+const HOLDS_WITHIN: f32 = 5.0;
+
 /// Why a target was not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TargetRefused {
@@ -78,6 +81,14 @@ impl Heater {
     #[must_use]
     pub fn is_on(&self) -> bool {
         self.target > OFF_BELOW
+    }
+
+    /// What it takes to hold its target beyond what its model explains, as a share of that; below zero: less. None
+    /// on its way, or without a model.
+    #[must_use]
+    pub fn surplus(&self) -> Option<f32> {
+        let holds = self.is_on() && (self.reading()?.0 - self.target.0).abs() < HOLDS_WITHIN;
+        self.law.surplus().filter(|_| holds)
     }
 
     /// Whether it is to be sampled.

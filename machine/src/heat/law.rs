@@ -121,6 +121,14 @@ impl Law {
             Self::Tuning(test) => test.update(target, reading, period),
         }
     }
+
+    /// What the heater takes beyond what its model explains, as a share of that. None without a model.
+    pub(super) fn surplus(&self) -> Option<f32> {
+        match self {
+            Self::Model(model) => model.surplus(),
+            _ => None,
+        }
+    }
 }
 
 impl Pid {

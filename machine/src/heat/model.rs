@@ -69,32 +69,45 @@ pub struct Model {
     felt: f32,
     unknown: f32,
     output: f32,
+    /// What the body loses as far as the model knows, W.
+    lost_w: f32,
     steps: Steps,
 }
+
+/// Of so much of full output the model must know before what it does not know is compared with it.
+const KNOWN: f32 = 0.05;
 
 impl Model {
     pub(super) fn new(settings: ModelSettings, max: Duty) -> Self {
         let (body, felt) = (AIR_C, AIR_C);
         let steps = Steps::default();
-        Self { settings, max: f32::from(max.0), body, felt, unknown: 0.0, output: 0.0, steps }
+        Self { settings, max: f32::from(max.0), body, felt, unknown: 0.0, output: 0.0, lost_w: 0.0, steps }
     }
 
     pub(super) fn start(&mut self, Celsius(reading): Celsius) {
         let (body, felt) = (reading, reading);
-        *self = Self { body, felt, unknown: 0.0, output: 0.0, steps: Steps::default(), ..*self };
+        *self = Self { body, felt, unknown: 0.0, output: 0.0, lost_w: 0.0, steps: Steps::default(), ..*self };
     }
 
     pub(super) fn update(&mut self, target: f32, reading: f32, dt: f32, around: Surroundings) -> Duty {
         let settings = self.settings;
         let loss = settings.loss + settings.fan_loss * around.fan + settings.filament_heat * around.flow;
         self.observe(reading, loss, dt);
+        self.lost_w = loss * (self.body - AIR_C);
         let late = settings.late_s.max(QUICKEST_S);
         let missing = (target - self.body) / (CLOSED_LOOP * late);
-        let watts = settings.capacity * (missing + self.unknown) + loss * (self.body - AIR_C);
+        let watts = settings.capacity * (missing + self.unknown) + self.lost_w;
         let output = watts / settings.power_w.max(f32::MIN_POSITIVE) * f32::from(Duty::FULL.0);
         // Neither clamp nor cast lets a figure through that is none.
         self.output = if output.is_finite() { output.clamp(0.0, self.max) } else { 0.0 };
         self.steps.next(self.output)
+    }
+
+    /// What it takes beyond what the model explains, as a share of that; below zero: less. None where the model
+    /// explains next to nothing.
+    pub(super) fn surplus(&self) -> Option<f32> {
+        let is_much = self.lost_w > KNOWN * self.settings.power_w;
+        is_much.then(|| self.settings.capacity * self.unknown / self.lost_w)
     }
 
     /// One step of the observer, with the output that was given since the last one.

@@ -1,26 +1,38 @@
-//! Sigma-delta modulation of slow outputs: heaters, fans, valves.
+//! Modulation of slow outputs: heaters, fans, valves, and solid-state relays.
 //!
-//! First order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255 ticks an
+//! Sigma-delta of first order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255 ticks an
 //! output is on for exactly `duty` of them, spread as evenly as can be, and the finest share still switches
 //! only a few hundred times a second, which MOSFETs and fans take.
+//!
+//! What must not switch so often, as a relay that waits for mains to cross zero, has a cycle: it is on once in each,
+//! and what does not fit into whole ticks comes with the next ones.
 
-use units::Duty;
+use units::{Duty, Micros};
 
 use crate::ports::{MAX_HEATERS, MAX_SWITCHES, heater_bit, switch_bit};
 
 /// Modulation ticks per second.
 pub const MODULATION_HZ: u32 = 2_000;
+const FULL: u32 = Duty::FULL.0 as u32;
 
-/// One accumulator.
+/// One output.
 #[derive(Clone, Copy, Debug, Default)]
 struct Modulator {
     duty: u8,
     sum: u16,
+    /// Ticks of a cycle; 0: as fine as can be.
+    cycle: u16,
+    /// How far it is in its cycle, and for how many ticks it is on in it.
+    place: u16,
+    on: u16,
 }
 
 impl Modulator {
     #[inline]
     fn tick(&mut self) -> bool {
+        if self.cycle > 0 {
+            return self.cycle_tick();
+        }
         self.sum += self.duty as u16;
         let on = self.sum >= 255;
         if on {
@@ -29,11 +41,27 @@ impl Modulator {
         on
     }
 
+    fn cycle_tick(&mut self) -> bool {
+        if self.place == 0 {
+            let due = u32::from(self.duty) * u32::from(self.cycle) + u32::from(self.sum);
+            (self.on, self.sum) = ((due / FULL) as u16, (due % FULL) as u16);
+        }
+        let on = self.place < self.on;
+        self.place = if self.place + 1 < self.cycle { self.place + 1 } else { 0 };
+        on
+    }
+
     fn set(&mut self, duty: Duty) {
         self.duty = duty.0;
         if duty == Duty::OFF {
-            self.sum = 0;
+            // At once, whatever its cycle says.
+            (self.sum, self.place, self.on) = (0, 0, 0);
         }
+    }
+
+    fn set_cycle(&mut self, cycle: Micros) {
+        let ticks = cycle.0 * u64::from(MODULATION_HZ) / 1_000_000;
+        (self.cycle, self.place) = (ticks.min(u64::from(u16::MAX)) as u16, 0);
     }
 }
 
@@ -54,7 +82,7 @@ impl Modulators {
     /// Everything off.
     #[must_use]
     pub const fn new() -> Self {
-        const OFF: Modulator = Modulator { duty: 0, sum: 0 };
+        const OFF: Modulator = Modulator { duty: 0, sum: 0, cycle: 0, place: 0, on: 0 };
         Self { heaters: [OFF; MAX_HEATERS], switches: [OFF; MAX_SWITCHES] }
     }
 
@@ -69,6 +97,20 @@ impl Modulators {
     pub fn set_switch(&mut self, index: usize, duty: Duty) {
         if let Some(modulator) = self.switches.get_mut(index) {
             modulator.set(duty);
+        }
+    }
+
+    /// A heater is on once in so long; 0: as often as can be.
+    pub fn set_heater_cycle(&mut self, index: usize, cycle: Micros) {
+        if let Some(modulator) = self.heaters.get_mut(index) {
+            modulator.set_cycle(cycle);
+        }
+    }
+
+    /// The same for a switch.
+    pub fn set_switch_cycle(&mut self, index: usize, cycle: Micros) {
+        if let Some(modulator) = self.switches.get_mut(index) {
+            modulator.set_cycle(cycle);
         }
     }
 
@@ -104,6 +146,8 @@ impl Modulators {
 
 #[cfg(test)]
 mod tests {
+    use std::vec::Vec;
+
     use super::*;
 
     #[test]
@@ -114,6 +158,27 @@ mod tests {
             let on = (0..255 * 4).filter(|_| modulators.tick() == switch_bit(3)).count();
             assert_eq!(on, duty as usize * 4, "duty {duty}");
         }
+    }
+
+    #[test]
+    fn one_with_a_cycle_is_on_once_in_it_for_its_share() {
+        for duty in [1, 77, 128, 254_u8] {
+            let mut modulators = Modulators::new();
+            modulators.set_heater_cycle(1, Micros::from_millis(200));
+            modulators.set_heater(1, Duty(duty));
+            let levels: Vec<bool> = (0..255 * 400).map(|_| modulators.tick() != 0).collect();
+            assert_eq!(levels.iter().filter(|on| **on).count(), usize::from(duty) * 400, "duty {duty}");
+            let rises = levels.windows(2).filter(|two| !two[0] && two[1]).count();
+            assert!(rises <= 255, "duty {duty}: {rises}");
+            // Off is off in the middle of it.
+            modulators.tick();
+            modulators.set_heater(1, Duty::OFF);
+            assert!((0..1_000).all(|_| modulators.tick() == 0));
+        }
+        let mut modulators = Modulators::new();
+        modulators.set_switch_cycle(0, Micros::from_seconds(1));
+        modulators.set_switch(0, Duty::FULL);
+        assert!((0..5_000).all(|_| modulators.tick() == switch_bit(0)));
     }
 
     #[test]

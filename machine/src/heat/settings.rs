@@ -33,6 +33,8 @@ pub struct HeaterSettings {
     pub law: LawSettings,
     /// Output ceiling.
     pub max_duty: Duty,
+    /// Its output is on once in so long; 0: as often as can be.
+    pub cycle: Micros,
     /// Lowest believable reading while heating.
     pub min: Celsius,
     /// Highest target and highest believable reading while heating.
@@ -62,6 +64,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
             sensor: Sensor::from(&config.sensor),
             law: law(config),
             max_duty: config.max_pwm,
+            cycle: config.cycle,
             min: config.min_temp,
             max: config.max_temp,
             change_per_s: [config.verify.max_rise, config.verify.max_fall].map(|celsius| celsius.0),

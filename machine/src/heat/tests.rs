@@ -27,6 +27,7 @@ fn settings() -> HeaterSettings {
         sensor: Sensor::Thermistor(thermistor()),
         law: LawSettings::Pid(gains),
         max_duty: Duty::FULL,
+        cycle: Micros(0),
         min: Celsius(0.0),
         max: Celsius(260.0),
         change_per_s: [30.0, 15.0],

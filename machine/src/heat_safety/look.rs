@@ -26,12 +26,17 @@ pub enum HeatCause {
     /// The reading fell by this much within three seconds although the heater was at full output: it has
     /// failed, or its sensor slides out.
     FallsWhileDriven(Celsius),
+    /// It warmed at full output, and from one moment to the next did not: its sensor slides out, or a part of it has
+    /// failed.
+    Stalls,
     /// The reading jumps up and down: a loose contact, or noise on its wire.
     Erratic,
     /// Driven as if for so many seconds at full output, it did not warm by this much.
     NoResponse(Micros, Celsius),
     /// It was at its target, and has sunk below it for too long; by how much it is below.
     Sinking(Celsius),
+    /// The reading was exactly the same for so long, whatever the heater was given.
+    Frozen(Micros),
     /// The target was not reached within the heating timeout.
     HeatingTooSlow,
     /// A lower target was not reached within the cooling timeout.

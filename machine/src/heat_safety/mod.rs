@@ -9,6 +9,7 @@
 //! |---|---|---|
 //! | reading | open, shorted, outside `min_temp` to `max_temp`, changing faster than heat can, jumping about | `reading.rs` |
 //! | response | driven, and does not warm; held, and sinks away from its target | `response.rs` |
+//! | frozen | the reading stands although its heater is given another output | `frozen.rs` |
 //! | course | the target is not reached in time, or left by more than `runaway_range` | `course.rs` |
 //! | rest | warms although it is switched off | `at_rest.rs` |
 //! | wiring | a heater warms another heater's sensor and not its own | `swapped.rs` |
@@ -18,6 +19,7 @@
 
 mod at_rest;
 mod course;
+mod frozen;
 mod look;
 mod reading;
 mod response;
@@ -32,6 +34,7 @@ use crate::heat::{Sensor, SensorFault, read_sensor};
 use crate::ports::{MAX_HEATERS, OutputLevels, SensorReadings, heater_bit};
 use at_rest::StuckOnWatch;
 use course::Course;
+use frozen::Frozen;
 use look::Look;
 use reading::ReadingLaw;
 use response::Response;
@@ -72,6 +75,7 @@ struct Watch {
     on_ticks: u32,
     reading: ReadingLaw,
     response: Response,
+    frozen: Frozen,
     course: Course,
     rest: StuckOnWatch,
     time: Time,
@@ -86,6 +90,7 @@ impl Watch {
             on_ticks: 0,
             reading: ReadingLaw::default(),
             response: Response::default(),
+            frozen: Frozen::default(),
             course: Course::default(),
             rest: StuckOnWatch::default(),
             time: Time::default(),
@@ -98,10 +103,11 @@ impl Watch {
         let limits = &self.limits;
         let reading = self.reading.check(&limits.reading, look);
         let response = self.response.check(&limits.response, limits.full_share, look);
+        let frozen = self.frozen.check(&limits.response, limits.full_share, look);
         let course = self.course.check(&limits.course, look);
         let rest = self.rest.check(limits.reading.max, look);
         let time = self.time.check(&limits.time, limits.full_share, look);
-        reading.and(rest).and(response).and(course).and(time)
+        reading.and(rest).and(response).and(frozen).and(course).and(time)
     }
 }
 

@@ -4,7 +4,8 @@
 //! seconds of effort. So a control law that goes gently needs no longer limits, and one that asks for nothing
 //! is not blamed on the heater. Warming on the way to a target and sinking away from it are judged as by
 //! Klipper's `verify_heater`, with its usual figures; two things more are no heater's doing: to be given full
-//! output near its target for as long as it would need to come from below, in vain; and to cool under it.
+//! output near its target for as long as it would need to come from below, in vain; and to cool under it. What is
+//! slow, as beds are, also does not stop warming from one moment to the next.
 
 use units::{Celsius, Micros};
 
@@ -22,6 +23,17 @@ const FALL: f32 = 3.0;
 const FALL_S: usize = 3;
 /// Seconds in a row that must agree: one jump makes one fall.
 const AGREE: u8 = 2;
+/// A heater that may take this long to warm by a little is slow: no fan blows at it, and no filament cools it.
+const SLOW: Micros = Micros::from_seconds(45);
+/// It warmed for so many seconds...
+const STEADY_S: usize = 6;
+/// ...and for so many it did not: it went on by less than this share of what it had warmed in as long...
+const STALLS_S: usize = 5;
+const STALL: f32 = 0.2;
+/// ...and so many degrees are missing.
+const MISSING: f32 = 1.0;
+/// Seconds whose readings are kept.
+const KEPT_S: usize = STEADY_S + STALLS_S;
 
 /// How a heater must answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +71,9 @@ struct FullOutput {
     in_vain_s: f32,
     from: f32,
     /// The readings of the last seconds, newest last.
-    before: [f32; FALL_S],
+    before: [f32; KEPT_S],
     falls: u8,
+    stalls: u8,
 }
 
 impl FullOutput {
@@ -68,7 +81,7 @@ impl FullOutput {
     fn check(&mut self, limits: &ResponseLimits, missing: f32, reading: f32) -> Result<(), HeatCause> {
         let seconds = LOOK_PERIOD.seconds() as f32;
         if self.seconds == 0.0 {
-            *self = Self { from: reading, before: [reading; FALL_S], ..Self::default() };
+            *self = Self { from: reading, before: [reading; KEPT_S], ..Self::default() };
         }
         let whole_before = self.seconds as u32;
         self.seconds += seconds;
@@ -76,20 +89,37 @@ impl FullOutput {
         if reading >= self.from + limits.gain.0 || missing <= NEAR {
             (self.from, self.in_vain_s) = (reading, 0.0);
         }
-        let oldest = self.before[0];
+        let before = self.before[KEPT_S - FALL_S];
         if self.seconds as u32 != whole_before {
             self.before.rotate_left(1);
-            self.before[FALL_S - 1] = reading;
-            let falls = self.seconds > COME_THROUGH_S && oldest - reading > FALL;
+            self.before[KEPT_S - 1] = reading;
+            let falls = self.seconds > COME_THROUGH_S && before - reading > FALL;
             self.falls = if falls { self.falls + 1 } else { 0 };
+            self.stalls = if limits.within >= SLOW && self.stalls() { self.stalls + 1 } else { 0 };
         }
         if self.falls >= AGREE {
-            return Err(HeatCause::FallsWhileDriven(Celsius(oldest - reading)));
+            return Err(HeatCause::FallsWhileDriven(Celsius(before - reading)));
+        }
+        if self.stalls >= AGREE {
+            return Err(HeatCause::Stalls);
         }
         if limits.within > Micros(0) && self.in_vain_s > limits.within.seconds() as f32 {
             return Err(HeatCause::NoResponse(limits.within, limits.gain));
         }
         Ok(())
+    }
+}
+
+impl FullOutput {
+    /// It warmed steadily, and does not any more.
+    fn stalls(&self) -> bool {
+        let [first, .., last] = self.before;
+        let turn = self.before[STEADY_S];
+        let expected = (turn - first) / STEADY_S as f32 * (STALLS_S - 1) as f32;
+        let went_on = last - turn;
+        // Heat that still comes through makes it warm faster and faster: that is no stall.
+        let is_known = self.seconds > KEPT_S as f32;
+        is_known && went_on < STALL * expected && expected - went_on > MISSING
     }
 }
 

@@ -230,3 +230,36 @@ fn what_was_found_closes_heaters_and_supply_until_it_is_released() {
     safety.release();
     assert_eq!(safety.pass(asked), asked);
 }
+
+/// A reading of a sensor that is noisy by a twentieth of a degree and stands after this second.
+fn stands_from(second: f64, at: f64, celsius: impl Fn(f64) -> f64) -> SensorReading {
+    let noise = 0.05 * ((second * 97.0).sin() + (second * 41.0).cos());
+    counts(if second < at { celsius(second) + noise } else { celsius(at) })
+}
+
+fn warming(second: f64) -> f64 {
+    (22.0 + 3.0 * (second - 1.0).max(0.0)).min(200.0)
+}
+
+#[test]
+fn a_reading_that_stands_while_the_output_changes_is_nobodys() {
+    // Control sees a difference that never goes, and gives more and more.
+    let (second, cause) =
+        held(|second| stands_from(second, 100.0, warming), |second| 0.33 + 0.002 * (second - 100.0).max(0.0)).unwrap();
+    assert!(matches!(cause, HeatCause::Frozen(_)), "{cause:?}");
+    assert!((140.0..170.0).contains(&second), "{second}");
+    // Or less and less.
+    let less = held(|second| stands_from(second, 100.0, warming), |second| 0.33 - 0.003 * (second - 100.0).max(0.0));
+    assert!(matches!(less, Some((_, HeatCause::Frozen(_)))), "{less:?}");
+    // Nothing at all: whatever is hot cools.
+    let off = held(|second| stands_from(second, 100.0, warming), |second| if second < 100.0 { 0.33 } else { 0.0 });
+    assert!(matches!(off, Some((_, HeatCause::Frozen(_)))), "{off:?}");
+}
+
+#[test]
+fn a_reading_may_stand_as_long_as_its_output_does() {
+    assert_eq!(held(|second| stands_from(second, 100.0, warming), |_| 0.33), None);
+    // Nor does a coarse sensor prove anything.
+    let coarse = |second: f64| counts((warming(second) * 4.0).round() / 4.0);
+    assert_eq!(held(coarse, |second| if second < 100.0 { 0.33 } else { 0.45 }), None);
+}

@@ -101,9 +101,6 @@ pub(crate) struct Journal {
     pub due: Micros,
     /// When the next look is.
     pub look_due: Micros,
-    /// When the next look at the motors' supply is, and whether it was too low at the last one.
-    pub supply_due: Micros,
-    pub supply_is_low: bool,
     /// The last entry.
     pub last: Entry,
     /// The machine halts: a last entry follows when it stands.

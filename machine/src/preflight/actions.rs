@@ -93,7 +93,7 @@ impl Reading<'_, '_> {
                 let checked = Outputs::check(self.preflight.config, switch, on, value, true);
                 checked.map_err(|failure| self.failed(Kind::Off, failure))
             }
-            Effect::Arm { .. } => Ok(()),
+            Effect::Arm { .. } | Effect::Light(_) => Ok(()),
         }
     }
 

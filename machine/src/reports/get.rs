@@ -131,8 +131,8 @@ fn volts(board: &mut impl Board, config: &MachineConfig, name: Option<&str>, rep
     if let Some(name) = name {
         return say(name);
     }
-    let mut names: Vec<&str, { config::MAX_VOLTAGES + 1 }> = Vec::new();
-    names.extend(config.voltages.iter().map(|monitor| monitor.name.as_str()).chain(["vref"]));
+    let mut names: Vec<&str, { config::MAX_VOLTAGES + 2 }> = Vec::new();
+    names.extend(config.voltages.iter().map(|monitor| monitor.name.as_str()).chain(["vbat", "vref"]));
     units::sort_short(&mut names, Ord::cmp);
     names.iter().for_each(|name| say(name));
 }

@@ -30,6 +30,8 @@ pub struct Safety {
     mode: Mode,
     /// Motion is being brought to rest since then.
     stopping_since: Option<Micros>,
+    /// The motors keep their current in this halt.
+    holds_motors: bool,
     /// Release as soon as everything stands still.
     release_wanted: bool,
     /// Halted since then by a reset of a machine that stands, which is no alarm and ends by itself.
@@ -101,6 +103,24 @@ impl Safety {
         self.stopping_since = Some(now);
         self.release_wanted = false;
         true
+    }
+
+    /// Whether the motors keep their current in the halt that follows, or that is: what takes it from them comes to
+    /// its end then.
+    pub const fn hold_motors(&mut self, holds: bool) {
+        self.holds_motors = holds;
+    }
+
+    /// The motors keep their current in this halt.
+    #[must_use]
+    pub const fn holds_motors(&self) -> bool {
+        self.holds_motors
+    }
+
+    /// Halted, at rest, and the motors have their current.
+    #[must_use]
+    pub const fn rests_held(&self) -> bool {
+        self.is_halted() && self.holds_motors && self.stopping_since.is_none()
     }
 
     /// Halts a machine that stands in a hold, for a moment: what waits to go on is to end. False when it is

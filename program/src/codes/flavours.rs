@@ -5,11 +5,11 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Group, Waits};
+use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::meaning::{modes, printers, spindle};
+use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::{Unit, WordInfo, word};
 
 /// A row that is for some dialects alone.
@@ -68,6 +68,18 @@ const SPEEDS: &[WordInfo] = &[
     word('Z', Unit::MmPerMinute, "of this axis"),
     word('E', Unit::MmPerMinute, "of the extruder's motor"),
 ];
+const STRIP_WORDS: &[WordInfo] = &[
+    word('R', Unit::Number, "red").within(0.0, 255.0),
+    word('U', Unit::Number, "green").within(0.0, 255.0),
+    word('B', Unit::Number, "blue").within(0.0, 255.0),
+    word('W', Unit::Number, "white").within(0.0, 255.0),
+    word('P', Unit::Number, "brightness of all of them, 255 is full").within(0.0, 255.0),
+    word('Y', Unit::Number, "brightness of a DotStar: has nothing to do"),
+    word('S', Unit::Number, "the next so many lights; without it all").whole(1.0, 256.0),
+    word('F', Unit::Number, "1: the next line goes on behind these lights").whole(0.0, 1.0),
+    word('E', Unit::Number, "only the strip with this number").whole(0.0, 15.0),
+    word('X', Unit::Number, "kind of the strip, which the configuration says: has nothing to do"),
+];
 const IDLE: &[WordInfo] = &[
     word('S', Unit::Seconds, "turn them off after standing so long: has nothing to do"),
     word('E', Unit::Flag, "the motor of the active extruder"),
@@ -107,6 +119,13 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(Dialects::PRINTERS, motors_off(84)),
     reads(MARLIN, CodeInfo::passed_over(Code::m(120), "watch the end switches: they are, where configured")),
     reads(MARLIN, CodeInfo::passed_over(Code::m(121), "do not watch the end switches: they are, where configured")),
+    reads(
+        REPRAP,
+        CodeInfo::means(Code::m(150), lights::colour, "colour of lights; what is not named is dark")
+            .takes(STRIP_WORDS)
+            .waits(Waits::Path)
+            .states(EVERYWHERE_BUT_INVALID),
+    ),
     reads(
         REPRAP,
         CodeInfo::asks(Code::m(203), Function::AxisSpeeds, "greatest speeds of axes, a minute").takes(SPEEDS),

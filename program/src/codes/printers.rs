@@ -4,9 +4,9 @@
 
 use gcode::Code;
 
-use super::row::{CodeInfo, Waits};
+use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
-use crate::meaning::printers;
+use crate::meaning::{lights, printers};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
@@ -119,7 +119,22 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(118), Function::SayToAll, "say a text on every console").differs(NOT_KNOWN),
     quiet(141, "temperature of the chamber, where no heater is named so"),
     quiet(191, "wait for the temperature of the chamber, where no heater is named so"),
-    quiet(150, "colour of the lights"),
+    CodeInfo::means(Code::m(150), lights::colour, "colour of lights; what is not named is dark")
+        .takes(&[
+            word('R', Unit::Number, "red, 255 without a number").within(0.0, 255.0),
+            word('U', Unit::Number, "green").within(0.0, 255.0),
+            word('B', Unit::Number, "blue").within(0.0, 255.0),
+            word('W', Unit::Number, "white").within(0.0, 255.0),
+            word('P', Unit::Number, "brightness of all of them, 255 is full").within(0.0, 255.0),
+            word('I', Unit::Number, "only the light at this place, from 0").whole(0.0, 255.0),
+            word('S', Unit::Number, "only the strip with this number").whole(0.0, 15.0),
+            word('K', Unit::Flag, "what is not named stays as it is"),
+            word('T', Unit::Number, "0: not seen until the next change of the strip"),
+            word('Q', Unit::Number, "0: now, and not where the path has come to it"),
+        ])
+        .waits(Waits::Path)
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs(NOT_KNOWN),
     quiet(300, "sound a tone"),
     quiet(302, "allow cold extrusion: it is not watched"),
     quiet(355, "light of the case"),

@@ -64,7 +64,13 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         becomes: Becomes::Console("pause next layer"),
     },
     codes("SET_PRESSURE_ADVANCE", "ADVANCE SMOOTH_TIME EXTRUDER", "pressure advance, as M900", pressure_advance),
-    passed_over("SET_LED", "colour of a light"),
+    codes(
+        "SET_LED",
+        "LED RED GREEN BLUE WHITE INDEX TRANSMIT SYNC",
+        "colour of a strip by its name, or of one light of it, as M150",
+        set_led,
+    ),
+    passed_over("SET_LED_TEMPLATE", "a colour that a template works out: write shows = state in [led strip]"),
     passed_over("SET_PRINT_STATS_INFO", "layers, for a display"),
     codes("SET_SERVO", "SERVO ANGLE WIDTH", "turn a servo that is described, by the name of its switch", servo),
     codes(
@@ -151,13 +157,15 @@ fn output(
 ) -> Result<(), ExtendedFault> {
     let name = command.get(which).ok_or(ExtendedFault::MustSupply(which))?;
     let share = number(command, value)?.ok_or(ExtendedFault::MustSupply(value))?;
-    let NamedSwitch { on, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let NamedSwitch { on, number: place, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
     // A tenth of a percent, or a whole step of 255.
     let fine = if full <= 100.0 { 10.0 } else { 1.0 };
     // What is on or off takes any S for on.
-    let written = match off.filter(|_| share <= 0.0) {
-        Some(off) => write!(line, "{off}"),
-        None => write!(line, "{on} S{}", libm::round(share.clamp(0.0, 1.0) * full * fine) / fine),
+    let value = libm::round(share.clamp(0.0, 1.0) * full * fine) / fine;
+    let written = match (off.filter(|_| share <= 0.0), place) {
+        (Some(off), _) => write!(line, "{off}"),
+        (None, Some(place)) => write!(line, "{on} P{place} S{value}"),
+        (None, None) => write!(line, "{on} S{value}"),
     };
     written.map_err(|_| ExtendedFault::TooLong)
 }
@@ -165,13 +173,42 @@ fn output(
 /// `ANGLE=` in degrees or `WIDTH=` in seconds, as the switch of a servo takes them as S.
 fn servo(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let name = command.get("SERVO").ok_or(ExtendedFault::MustSupply("SERVO"))?;
-    let NamedSwitch { on, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let NamedSwitch { on, number: place, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
+    let code = match place {
+        Some(place) => write!(line, "{on} P{place}"),
+        None => write!(line, "{on}"),
+    };
+    code.map_err(|_| ExtendedFault::TooLong)?;
     let written = match (number(command, "ANGLE")?, number(command, "WIDTH")?) {
-        (Some(angle), _) => write!(line, "{on} S{angle}"),
-        (None, Some(width)) => write!(line, "{on} S{}", libm::round(width * 1e6)),
+        (Some(angle), _) => write!(line, " S{angle}"),
+        (None, Some(width)) => write!(line, " S{}", libm::round(width * 1e6)),
         (None, None) => return Err(ExtendedFault::MustSupply("ANGLE")),
     };
     written.map_err(|_| ExtendedFault::TooLong)
+}
+
+/// Shares of full brightness, and the place of a light from 1 on. On a machine without strips M150 is passed
+/// over, whatever it names.
+fn set_led(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    let name = command.get("LED").ok_or(ExtendedFault::MustSupply("LED"))?;
+    put(line, "M150")?;
+    if !names.has_strips() {
+        return Ok(());
+    }
+    put_number(line, " S", names.strip(name).ok_or(ExtendedFault::NoStrip)?.into())?;
+    for (key, letter) in [("RED", " R"), ("GREEN", " U"), ("BLUE", " B"), ("WHITE", " W")] {
+        let share = number(command, key)?.unwrap_or(0.0);
+        put_number(line, letter, libm::round(share.clamp(0.0, 1.0) * 255.0))?;
+    }
+    if let Some(place) = number(command, "INDEX")? {
+        put_number(line, " I", place - 1.0)?;
+    }
+    for (key, word) in [("TRANSMIT", " T0"), ("SYNC", " Q0")] {
+        if number(command, key)? == Some(0.0) {
+            put(line, word)?;
+        }
+    }
+    Ok(())
 }
 
 /// `Z=` is where the shift is to be, `Z_ADJUST=` by how much it is to change.

@@ -116,6 +116,14 @@ mod tests {
             None
         }
 
+        fn strip(&self, _: &str) -> Option<u8> {
+            None
+        }
+
+        fn has_strips(&self) -> bool {
+            false
+        }
+
         fn heater_at(&self, _: usize) -> Option<(Code, u8)> {
             None
         }

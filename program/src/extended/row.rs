@@ -14,6 +14,10 @@ pub trait Names {
     fn switch(&self, name: &str) -> Option<NamedSwitch>;
     /// The code that sets the target of a heater of this name, and the heater's id.
     fn heater(&self, name: &str) -> Option<(Code, u8)>;
+    /// The number of a strip of lights of this name.
+    fn strip(&self, name: &str) -> Option<u8>;
+    /// Whether there is any strip.
+    fn has_strips(&self) -> bool;
     /// The same of the heaters in turn.
     fn heater_at(&self, place: usize) -> Option<(Code, u8)>;
 }
@@ -23,6 +27,8 @@ pub trait Names {
 pub struct NamedSwitch {
     /// The code that switches it on.
     pub on: Code,
+    /// P of that code, where it is the one of all outputs with numbers.
+    pub number: Option<u8>,
     /// The code that switches it off, where there is one.
     pub off: Option<Code>,
     /// What S of full power is: 255, 100 for percent.
@@ -68,6 +74,7 @@ pub enum ExtendedFault {
     List(&'static str, usize),
     NoHeater,
     NoFan,
+    NoStrip,
     TooLong,
 }
 
@@ -84,6 +91,7 @@ impl fmt::Display for ExtendedFault {
             Self::NotANumber(key) => write!(f, "needs a number for {key}="),
             Self::NoHeater => f.write_str("names no heater of this machine"),
             Self::NoFan => f.write_str("names no switch of this machine"),
+            Self::NoStrip => f.write_str("names no strip of this machine"),
             Self::TooLong => f.write_str("is too long"),
         }
     }

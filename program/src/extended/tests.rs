@@ -8,9 +8,10 @@ struct Machine;
 impl Names for Machine {
     fn switch(&self, name: &str) -> Option<NamedSwitch> {
         Some(match name {
-            "fan" => NamedSwitch { on: Code::m(106), off: None, full: 255.0 },
-            "lamp" => NamedSwitch { on: Code::m(8), off: Some(Code::m(9)), full: 255.0 },
-            "arm" => NamedSwitch { on: Code::m(280), off: None, full: 100.0 },
+            "fan" => NamedSwitch { on: Code::m(106), number: None, off: None, full: 255.0 },
+            "lamp" => NamedSwitch { on: Code::m(8), number: None, off: Some(Code::m(9)), full: 255.0 },
+            "arm" => NamedSwitch { on: Code::m(280), number: None, off: None, full: 100.0 },
+            "valve" => NamedSwitch { on: Code::m(42), number: Some(3), off: None, full: 255.0 },
             _ => return None,
         })
     }
@@ -19,6 +20,14 @@ impl Names for Machine {
         (0..2)
             .filter_map(|place| self.heater_at(place))
             .nth(["extruder", "heater_bed"].iter().position(|n| *n == name)?)
+    }
+
+    fn strip(&self, name: &str) -> Option<u8> {
+        ["case", "nozzle"].iter().position(|known| *known == name).map(|place| place as u8)
+    }
+
+    fn has_strips(&self) -> bool {
+        true
     }
 
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
@@ -51,6 +60,9 @@ fn commands_become_codes() {
         ("SET_PIN PIN=lamp VALUE=1", "M8 S255"),
         ("SET_PIN PIN=lamp VALUE=0", "M9"),
         ("SET_PIN PIN=arm VALUE=0.075", "M280 S7.5"),
+        ("SET_PIN PIN=valve VALUE=0.5", "M42 P3 S128"),
+        ("SET_PIN PIN=valve VALUE=0", "M42 P3 S0"),
+        ("SET_SERVO SERVO=valve ANGLE=12.5", "M42 P3 S12.5"),
         ("SET_SERVO SERVO=arm ANGLE=12.5", "M280 S12.5"),
         ("SET_SERVO SERVO=arm WIDTH=0.0015", "M280 S1500"),
         ("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60", "M140 S60 T254"),

@@ -6,6 +6,7 @@ pub(crate) mod extruders;
 pub(crate) mod feed_modes;
 pub(crate) mod heat;
 pub(crate) mod homing;
+pub(crate) mod lights;
 pub(crate) mod modes;
 pub(crate) mod moves;
 pub mod objects;

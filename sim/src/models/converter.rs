@@ -19,8 +19,25 @@ pub struct Terminals {
     pub sensor_c: f64,
     /// What is wrong with its wires.
     pub wiring: Wiring,
+    /// What is wrong with single leads of a platinum sensor of four wires.
+    pub leads: Leads,
     /// The chip's own temperature: the cold junction's, degrees Celsius.
     pub chip_c: f64,
+}
+
+/// What is wrong with single leads of a platinum sensor of four wires: what only the chip's fault detection
+/// cycle finds, or tells apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Leads {
+    /// Nothing.
+    #[default]
+    Sound,
+    /// A wire that brings the current is open.
+    ForceOpen,
+    /// RTDIN- is at ground.
+    MinusToGround,
+    /// RTDIN+ is at ground.
+    PlusToGround,
 }
 
 /// Which chip there is, and what is soldered to it.

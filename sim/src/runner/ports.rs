@@ -8,8 +8,8 @@ use events::{Cause, Event, EventRing, Slots};
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, SessionProfile,
-    Start, StepTimes, Storage, StorageError, Usb, Workspace,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken,
+    SessionProfile, Start, StepTimes, Storage, StorageError, Usb, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -187,6 +187,13 @@ impl HeatPort for HostPorts {
 
     /// The executor runs once a period of the heat task, so this is its next run.
     fn run_heat_now(&mut self) {}
+}
+
+impl LightPort for HostPorts {
+    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
+        self.shared.world.borrow_mut().strip_bytes(strip, bytes);
+        true
+    }
 }
 
 impl DriversPort for HostPorts {

@@ -20,6 +20,8 @@ const VOLTAGE_CHANNELS: [u8; 6] = [10, 6, 7, 8, 9, 16];
 pub const CHIP_C: f32 = 30.0;
 /// Reference of the converters, volts.
 const REFERENCE_V: f32 = 3.3;
+/// The cell of the clock.
+const CELL_V: f32 = 3.0;
 
 /// Which world switch is which input of the machine, and what else of the configuration the tasks need.
 pub struct Inputs {
@@ -336,8 +338,10 @@ fn readings(shared: &Shared) -> SensorReadings {
 
 /// A named voltage monitor of the wired configuration.
 pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
-    if name == "vref" {
-        return Some(units::Volts(REFERENCE_V));
+    match name {
+        "vref" => return Some(units::Volts(REFERENCE_V)),
+        "vbat" => return Some(units::Volts(CELL_V)),
+        _ => {}
     }
     let wired = shared.wired.borrow();
     let monitor = wired.as_ref()?.voltages.iter().find(|monitor| monitor.name == name)?;

@@ -205,6 +205,19 @@ pub struct FanConfig {
     pub on_high: bool,
     /// Index in [`WorldConfig::heaters`] of what it blows at.
     pub cools: Option<usize>,
+    /// Where its tachometer's contact to ground is, if it has one.
+    pub tachometer: Option<Pin>,
+}
+
+/// A strip of lights with a chip each, on a timer's output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StripConfig {
+    /// Its timer (0: PWM1) and channel (0: PWM1_1).
+    pub output: (usize, usize),
+    /// Lights that it has.
+    pub lights: usize,
+    /// Bytes that each of them takes.
+    pub bytes_each: usize,
 }
 
 /// A sensor of the width of filament, in front of an extruder.
@@ -250,6 +263,8 @@ pub struct WorldConfig {
     pub heaters: Vec<HeaterConfig>,
     /// Fans.
     pub fans: Vec<FanConfig>,
+    /// Strips of lights, in the order of the machine's description.
+    pub strips: Vec<StripConfig>,
     /// What measures the width of filament.
     pub filament_sensor: Option<FilamentSensorConfig>,
     /// Temperature of the air, degrees Celsius.
@@ -327,7 +342,14 @@ impl Default for WorldConfig {
                     plant: Plant::BED,
                 },
             ],
-            fans: vec![FanConfig { name: "fan".into(), pin: pin("PE1"), on_high: true, cools: Some(0) }],
+            fans: vec![FanConfig {
+                name: "fan".into(),
+                pin: pin("PE1"),
+                on_high: true,
+                cools: Some(0),
+                tachometer: None,
+            }],
+            strips: Vec::new(),
             filament_sensor: None,
             air_c: 22.0,
             vmotor_v: 24.0,

@@ -13,6 +13,7 @@ impl World {
         let terminals = Terminals {
             sensor_c: self.felt_c(heater),
             wiring: self.heaters[heater].wiring,
+            leads: self.heaters[heater].leads,
             chip_c: self.config.air_c + CHIP_WARMTH_K,
         };
         if let Some(converter) = &mut self.heaters[heater].converter {

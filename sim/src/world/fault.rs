@@ -2,6 +2,8 @@
 
 use units::Actuator;
 
+use crate::models::converter::Leads;
+
 /// One thing that goes wrong. Heaters, switches and motors are named as in the machine's configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
@@ -11,6 +13,8 @@ pub enum Fault {
     ThermistorShort(String),
     /// A wire of this heater's sensor touches the supply.
     SensorToSupply(String),
+    /// Single leads of this heater's platinum sensor.
+    SensorLead(String, Leads),
     /// The converter chip of this heater's sensor does not answer.
     ConverterSilent(String),
     /// Its data line is at ground, as with a chip without supply.
@@ -21,6 +25,9 @@ pub enum Fault {
     ThermistorSlips(String),
     /// The plug of this heater's sensor is loose: the reading jumps.
     ThermistorLoose(String),
+    /// The wire of this heater's sensor picks up what others switch: the reading is off by up to so many kelvin, now
+    /// that way and now the other.
+    ThermistorNoisy(String, f64),
     /// The sensor of this heater comes to read more and more too much, or too little: kelvin per second.
     ThermistorDrifts(String, f64),
     /// The sensors of these two heaters are in each other's plugs.
@@ -78,7 +85,7 @@ pub struct TimedFault {
 }
 
 /// How faults are spelled, for usage texts.
-pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER sensor-to-supply:HEATER converter-silent:HEATER converter-low:HEATER converter-reset:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
+pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER sensor-to-supply:HEATER sensor-lead:HEATER,LEAD (force-open, minus-to-ground, plus-to-ground) converter-silent:HEATER converter-low:HEATER converter-reset:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-noisy:HEATER,K thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-bit-errors:MOTOR,EVERY driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR driver-reset:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \
 repaired, each with @SECONDS for when";
@@ -119,12 +126,29 @@ impl TimedFault {
             "thermistor-open" => Fault::ThermistorOpen(named()?),
             "thermistor-short" => Fault::ThermistorShort(named()?),
             "sensor-to-supply" => Fault::SensorToSupply(named()?),
+            "sensor-lead" => {
+                let lead = |(name, lead): (&str, &str)| {
+                    let leads = match lead {
+                        "force-open" => Leads::ForceOpen,
+                        "minus-to-ground" => Leads::MinusToGround,
+                        "plus-to-ground" => Leads::PlusToGround,
+                        _ => return None,
+                    };
+                    Some(Fault::SensorLead(name.to_owned(), leads))
+                };
+                let read = object.split_once(',').and_then(lead);
+                read.ok_or_else(|| format!("fault `{text}`: write sensor-lead:NAME,force-open or the like"))?
+            }
             "converter-silent" => Fault::ConverterSilent(named()?),
             "converter-low" => Fault::ConverterLow(named()?),
             "converter-reset" => Fault::ConverterReset(named()?),
             "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
             "thermistor-slip" => Fault::ThermistorSlips(named()?),
             "thermistor-loose" => Fault::ThermistorLoose(named()?),
+            "thermistor-noisy" => {
+                let (name, kelvin) = named_number()?;
+                Fault::ThermistorNoisy(name.to_owned(), kelvin)
+            }
             "thermistor-drifts" => {
                 let (name, kelvin_per_s) = named_number()?;
                 Fault::ThermistorDrifts(name.to_owned(), kelvin_per_s)

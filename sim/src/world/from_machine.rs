@@ -9,7 +9,7 @@ use units::{Actuator, Axis, PerActuator};
 use super::delta::DeltaFrame;
 use super::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, OutsidePort, Pin, SwitchConfig, WorldConfig,
+    Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 use crate::models::converter::{Kind, Thermocouple};
 use crate::models::gantry::Gantry;
@@ -46,6 +46,7 @@ impl WorldConfig {
             surface: surface(machine),
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
+            strips: strips(machine),
             filament_sensor: filament_sensor(machine),
             ..Self::default()
         }
@@ -376,17 +377,30 @@ fn curve(thermistor: &config::ThermistorConfig) -> Curve {
     })
 }
 
+/// Strips that are switches have no chips.
+fn strips(machine: &MachineConfig) -> Vec<StripConfig> {
+    let strip = |strip: &config::LedStripConfig| {
+        let output =
+            strip.pin.map_or((usize::MAX, 0), |pin| (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1));
+        let bytes_each = strip.order.unwrap_or_default().bytes_each();
+        StripConfig { output, lights: usize::from(strip.lights()), bytes_each }
+    };
+    machine.led_strips.iter().map(strip).collect()
+}
+
 fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
     let hot_end = machine.temperatures.iter().position(TemperatureConfig::is_hot_end);
     let fan = |switch: &config::SwitchConfig| {
         let Some(OutputPin::Digital(output)) = switch.output_pin else { return None };
-        let is_fan = switch.name.contains("fan") || machine.fans.iter().any(|fan| fan.name == switch.name);
+        let described = machine.fans.iter().find(|fan| fan.name == switch.name);
+        let is_fan = switch.name.contains("fan") || described.is_some();
         is_fan.then(|| FanConfig {
             name: switch.name.as_str().into(),
             pin: pin(output),
             on_high: !output.inverted,
             // The fan of this plain name blows at the part, and at the nozzle with it.
             cools: if switch.name == "fan" { hot_end } else { None },
+            tachometer: described.and_then(|fan| fan.tachometer.pin).map(pin),
         })
     };
     machine.switches.iter().filter_map(fan).collect()

@@ -2,7 +2,7 @@
 
 use super::electrics::Path;
 use super::{FanConfig, GRID_NS, HeaterConfig, World};
-use crate::models::converter::Converter;
+use crate::models::converter::{Converter, Leads};
 use crate::models::fan::{Condition, Fan, Plant};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
@@ -63,6 +63,8 @@ pub(super) struct Seat {
     out: f64,
     /// Its plug is loose.
     pub(super) loose: bool,
+    /// What its wire picks up adds up to so many kelvin, either way.
+    pub(super) noise_k: f64,
     /// How fast it drifts, and how far it has.
     pub(super) drift_k_per_s: f64,
     drift_k: f64,
@@ -74,6 +76,8 @@ const SLIPS_WITHIN_S: f64 = 3.0;
 /// What a loose plug adds in the half of every period in which it has contact through dirt only.
 const LOOSE_C: f64 = -15.0;
 const LOOSE_PERIOD_NS: u64 = 1_200_000_000;
+/// What a wire picks up changes this often: of faster noise a converter takes the mean.
+const NOISE_PERIOD_NS: u64 = 40_000_000;
 
 #[derive(Clone, Debug)]
 pub(super) struct HeaterState {
@@ -81,6 +85,7 @@ pub(super) struct HeaterState {
     path: Path,
     heater: Heater,
     pub(super) wiring: Wiring,
+    pub(super) leads: Leads,
     pub(super) converter: Option<Converter>,
     /// A switch that conducts always or never.
     pub(super) stuck: Option<bool>,
@@ -99,6 +104,7 @@ impl HeaterState {
             path: Path::of(config.pin),
             heater: Heater::new(config.plant, air_c),
             wiring: Wiring::Sound,
+            leads: Leads::Sound,
             converter: config.converter.map(|converter| Converter::new(converter.kind, 0)),
             stuck: None,
             strength: 1.0,
@@ -277,6 +283,11 @@ impl World {
         felt_c += state.seat.drift_k;
         if state.seat.loose && self.now_ns % LOOSE_PERIOD_NS < LOOSE_PERIOD_NS / 2 {
             felt_c += LOOSE_C;
+        }
+        if state.seat.noise_k > 0.0 {
+            // Evenly spread, and the same in every run.
+            let place = (self.now_ns / NOISE_PERIOD_NS).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
+            felt_c += state.seat.noise_k * (place as f64 / f64::from(1 << 23) - 1.0);
         }
         felt_c
     }

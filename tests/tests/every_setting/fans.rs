@@ -11,6 +11,7 @@ const SECOND: &[&str] = &[
     "[fan] cooling.enable = true",
     "[fan] cooling.follows = heaters",
     "[fan] cooling.sensors = hotend",
+    "[fan] cooling.temperature = 70",
 ];
 /// The same, which follows motors.
 const CABINET: &[&str] = &[
@@ -59,9 +60,9 @@ const ARMED: &[&str] = &[
 
 pub const ROWS: &[Row] = &[
     row("[fan] fan.enable", "true", "false", Say(&["M123"])),
-    row("[fan] cooling.follows", "heaters", "temperature", Say(HOT)).with(SECOND),
+    row("[fan] cooling.follows", "heaters", "temperature", Look(course)).with(SECOND),
     row("[fan] cooling.sensors", "hotend", "bed", Say(HOT)).with(SECOND),
-    row("[fan] cooling.temperature", "50", "30", Look(course)).with(SECOND),
+    row("[fan] cooling.temperature", "70", "76", Look(course)).with(SECOND),
     row("[fan] cooling.hysteresis", "2", "15", Look(course)).with(SECOND),
     row("[fan] cooling.speed", "100", "60", Say(HOT)).with(SECOND),
     row("[fan] cooling.idle_speed", "100", "60", Say(MOTORS)).with(CABINET),

@@ -13,6 +13,8 @@ const WHEEL: &[&str] = &["[filament detector] enable = true", "[filament detecto
 const WIDTH: &[&str] = &[
     "[filament width sensor] enable = true",
     "[filament width sensor] adc_pin = ADC1_4",
+    // What is read of both together may be more than an input alone can give.
+    "[filament width sensor] second_adc_pin = ADC1_5",
     "[filament width sensor] measurement_delay = 8",
 ];
 const VOLTS: &[&str] = &[
@@ -23,7 +25,6 @@ const VOLTS: &[&str] = &[
 ];
 const CHANGE: &[&str] = &["G91", "G1 X20 Y20 F6000", "M600", "resume"];
 const LENGTHS: &[&str] = &["[filament change] unload_length = 4", "[filament change] load_length = 3"];
-const LIFT: &[&str] = &["[filament change] lift = 3"];
 
 pub const ROWS: &[Row] = &[
     row("[filament detector] enable", "true", "false", Look(prints_without)).with(INPUT),
@@ -56,7 +57,8 @@ pub const ROWS: &[Row] = &[
     row("[filament change] lift", "0", "3", Edges(CHANGE)),
     row("[filament change] park_x", "5", "10", Edges(&["G28", "G1 X20 Y20 F6000", "M600", "resume"])),
     row("[filament change] park_y", "5", "10", Edges(&["G28", "G1 X20 Y20 F6000", "M600", "resume"])),
-    row("[filament change] park_feedrate", "100", "20", Edges(CHANGE)).with(LIFT),
+    row("[filament change] park_feedrate", "100", "20", Edges(&["G28", "G1 X20 Y20 F6000", "M600", "resume"]))
+        .with(&["[filament change] park_x = 5"]),
     row("[filament change] unload_length", "0", "4", Edges(CHANGE)),
     row("[filament change] unload_feedrate", "25", "5", Edges(CHANGE)).with(LENGTHS),
     row("[filament change] load_length", "0", "4", Edges(CHANGE)),
@@ -76,7 +78,7 @@ fn prints_without(bench: &mut Bench) -> String {
     // Without a detector, or with a wheel alone, there is none.
     let _ = bench.world(|world| world.press(at_ns, "filament", true));
     said += &bench.hear(12.0);
-    said + &bench.say("M105")[..20]
+    said + &bench.say("M105")
 }
 
 /// What is measured, said and fed of filament that is thinner, and then thicker.

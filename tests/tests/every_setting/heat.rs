@@ -82,6 +82,7 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.heater_pin", "PE0", "nc", Look(heated)),
     row("[temperature control] hotend.heater_pin", "PE0", "PB8", Board("settings.rs")),
     row("[temperature control] hotend.max_pwm", "255", "100", Look(heated)),
+    row("[temperature control] hotend.cycle_time", "0", "5", Look(warmed)),
     row("[temperature control] hotend.p_factor", "20", "5", Look(warmed)),
     row("[temperature control] hotend.i_factor", "1.2", "0.2", Look(warmed)),
     row("[temperature control] hotend.d_factor", "80", "400", Look(warmed)),

@@ -8,6 +8,7 @@ mod heat;
 mod homing;
 mod kinematics;
 mod leveling;
+mod lights;
 mod motion;
 mod motors;
 mod probe;
@@ -117,7 +118,7 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 12] {
+fn tables() -> [(&'static str, &'static [Row]); 13] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
@@ -129,6 +130,7 @@ fn tables() -> [(&'static str, &'static [Row]); 12] {
         ("probe", probe::ROWS),
         ("switches", switches::ROWS),
         ("fans", fans::ROWS),
+        ("lights", lights::ROWS),
         ("kinematics", kinematics::ROWS),
         ("leveling", leveling::ROWS),
     ]
@@ -209,6 +211,9 @@ tests! {
     each_setting_of_homing_changes_something: homing;
     each_setting_of_the_probe_changes_something: probe;
     each_setting_of_switches_changes_something: switches;
+    each_setting_of_fans_changes_something: fans;
+    each_setting_of_filament_changes_something: filament;
+    each_setting_of_lights_changes_something: lights;
     each_setting_of_kinematics_changes_something: kinematics;
     each_setting_of_leveling_changes_something: leveling;
 }

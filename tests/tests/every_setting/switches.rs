@@ -50,6 +50,7 @@ pub const ROWS: &[Row] = &[
     row("[switch] fan.output_pin", "PE1", "PB9", Board("settings.rs")),
     row("[switch] fan.output_type", "sigmadeltapwm", "digital", Look(half)),
     row("[switch] fan.max_pwm", "255", "100", Look(half)),
+    row("[switch] fan.cycle_time", "0", "1", Look(in_turns)),
     row("[switch] fan.startup_state", "false", "true", Look(fan)),
     row("[switch] fan.startup_value", "255", "100", Look(full)),
     row("[switch] spindle.default_on_value", "0", "60", Say(&["M3", "switch spindle"])).with(SPINDLE),
@@ -124,6 +125,16 @@ fn fan(bench: &mut Bench) -> String {
 fn half(bench: &mut Bench) -> String {
     bench.say("M106 S128");
     fan(bench)
+}
+
+/// What half power is made of.
+fn in_turns(bench: &mut Bench) -> String {
+    bench.say("M106 S128");
+    let moment = |bench: &mut Bench| {
+        bench.hear(0.1);
+        bench.world(|world| format!("{:.1} ", world.fan_speed(0)))
+    };
+    (0..20).map(|_| moment(bench)).collect()
 }
 
 fn full(bench: &mut Bench) -> String {

@@ -27,6 +27,7 @@ pub const ROWS: &[Row] = &[
     row("[system] fets_enable_pin", "PF14!o", "PF15!o", Boot),
     row("[system] fets_power_enable_pin", "PD7", "PJ5", Boot),
     row("[consoles] second_usb_serial_enable", "false", "true", Board("usb/ports.rs")),
+    row("[system] brown_out_volts", "0", "30", Say(&["M104 S50", "G4 S1", "get temp hotend"])),
     row("[uart console] enable", "true", "false", Boot).with(&["[switch] fan.output_pin = PB11"]),
     row("[uart console] channel", "0", "1", Boot).with(UART),
     row("[uart console] console", "true", "false", Board("settings.rs")),

@@ -178,3 +178,31 @@ fn preheat_sets_every_heater_that_has_the_preset() {
     assert_eq!(bench.say("preheat off"), "ok\n");
     assert!(!bench.say("M105").contains("/60.0"));
 }
+
+/// Control follows a sensor that slides out: only what the heater takes tells of it.
+#[test]
+fn a_sensor_that_slides_out_slowly_is_told_by_what_its_heater_takes() {
+    let model = ["control = model", "model_capacity = 12", "model_loss = 0.1", "model_fan_loss = 0.02"];
+    let more = ["model_late = 1.5", "fan = fan", "max_temp = 400"];
+    let plan = model
+        .iter()
+        .chain(&more)
+        .fold(Plan::new(CARTESIAN), |plan, line| plan.set(&format!("[temperature control] hotend.{line}")));
+    let mut bench = plan.start();
+    bench.say("M109 S200");
+    // Neither the fan nor its end is any news.
+    for line in ["M106 S255", "M107"] {
+        bench.say(line);
+        let said = bench.hear(90.0);
+        assert!(!said.contains("WARNING"), "{said}");
+    }
+    let drifts = sim::world::Fault::ThermistorDrifts("hotend".into(), -0.1);
+    bench.world(|world| world.inject(&drifts)).expect("a sensor of this machine");
+    let said = bench.hear_until("more heat than its model explains", 1_200.0);
+    assert!(said.contains("WARNING: T takes 4"), "{said}");
+    let is = bench.celsius("hotend");
+    assert!((255.0..290.0).contains(&is), "told at {is} C");
+    // Once.
+    let said = bench.hear(60.0);
+    assert!(!said.contains("its model explains"), "{said}");
+}

@@ -75,6 +75,28 @@ fn a_high_led_pin_is_what_shows_life() {
     assert!(LEDS[1..].iter().all(|name| lit(name) == 0), "{all:?}");
 }
 
+/// LED 3 while a heater is on or hot, LED 4 while a file is played.
+#[test]
+fn the_third_led_says_hot_and_the_fourth_that_a_file_is_played() {
+    let mut velvet = Plan::new().file("job.g", "G4 S2\n").start();
+    velvet.hear(300);
+    let lit = |velvet: &mut Velvet| [LEDS[2], LEDS[3]].map(|name| velvet.level(name));
+    assert_eq!(lit(&mut velvet), [false, false]);
+    velvet.ask("M104 S60", SECOND);
+    velvet.hear(300);
+    assert_eq!(lit(&mut velvet), [true, false], "a heater is on");
+    velvet.type_in("play /sd/job.g");
+    velvet.hear_until("Playing", SECOND);
+    velvet.hear(300);
+    assert_eq!(lit(&mut velvet), [true, true]);
+    velvet.hear_until("Done printing", 4 * SECOND);
+    velvet.hear(20 * SECOND);
+    assert_eq!(lit(&mut velvet), [true, false]);
+    velvet.ask("M104 S0", SECOND);
+    velvet.hear(300);
+    assert_eq!(lit(&mut velvet), [true, false], "it is still hot");
+}
+
 /// `aux_play_led` shows what LED 2 shows: dark at rest, on while something moves, blinking in a halt.
 #[test]
 fn a_second_lamp_follows_the_second_led() {

@@ -32,9 +32,31 @@ const ELSEWHERE: &[Elsewhere] = &[
         ],
     },
     Elsewhere {
-        what: "the thermistors' converter stands, so readings are old",
-        does: "no reading counts after 50 ms: heaters off; halt 0.2 s later",
-        tests: &[("tests/tests/faults.rs", "a_converter_that_stands_is_told_while_heating_and_holding")],
+        what: "a reading that freezes while its heater holds, whose converter goes on",
+        does: "halt as soon as the output is another, for so long that the reading would be",
+        tests: &[
+            ("machine/src/heat_safety/tests.rs", "a_reading_that_stands_while_the_output_changes_is_nobodys"),
+            ("machine/src/heat_safety/tests.rs", "a_reading_may_stand_as_long_as_its_output_does"),
+        ],
+    },
+    Elsewhere {
+        what: "a single wire of a platinum sensor open or at ground, behind a MAX31865",
+        does: "found by the chip's own test within five seconds: the heater off, halt after four looks, with what to check",
+        tests: &[
+            (
+                "tests/tests/spi_sensors.rs",
+                "a_single_wire_of_platinum_that_is_open_or_at_ground_is_found_by_the_chips_test",
+            ),
+            ("virtual-prime/tests/spi_sensors.rs", "a_max31865_tests_its_wires"),
+        ],
+    },
+    Elsewhere {
+        what: "a sensor that slides out, or drifts, so slowly that control follows; the heater has a model",
+        does: "told when its heater takes 40 % more heat, or less, than the model explains, for a minute",
+        tests: &[(
+            "tests/tests/heat_control/codes.rs",
+            "a_sensor_that_slides_out_slowly_is_told_by_what_its_heater_takes",
+        )],
     },
     Elsewhere {
         what: "heater too slow",
@@ -42,8 +64,8 @@ const ELSEWHERE: &[Elsewhere] = &[
         tests: &[("tests/tests/faults.rs", "a_heater_that_is_too_slow_is_given_up_when_its_time_is_over")],
     },
     Elsewhere {
-        what: "a fan with a tachometer stops, or turns too slowly",
-        does: "told once, or halt, as `[fan] alarm` says; a fan without power is no fault",
+        what: "a fan with a tachometer that has no power",
+        does: "nothing: that is no fault",
         tests: &[("tests/tests/fans.rs", "a_fan_that_stops_is_told_once_or_halts_and_one_without_power_is_not")],
     },
     Elsewhere {

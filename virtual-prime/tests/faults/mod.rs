@@ -7,6 +7,7 @@ mod axes;
 mod cards;
 mod document;
 mod drivers;
+mod fans;
 mod firmware;
 mod heaters;
 mod page;
@@ -14,6 +15,7 @@ mod scene;
 mod sensors;
 mod supplies;
 
+use crate::power_cuts;
 use scene::{Seen, State};
 
 /// A class of faults.
@@ -59,6 +61,7 @@ impl Case {
 const TABLE: &[(&str, &[Class])] = &[
     ("Sensors", sensors::CLASSES),
     ("Heaters", heaters::CLASSES),
+    ("Fans", fans::CLASSES),
     ("Supplies", supplies::CLASSES),
     ("Motor drivers", drivers::CLASSES),
     ("Axes, probe, buttons", axes::CLASSES),
@@ -99,39 +102,100 @@ fn the_table_is_whole() {
     }
 }
 
+/// What takes minutes and has no limit: the power goes at each write of a job, and what came of each is on a page
+/// of its own.
+const LONG: &[(&str, &str, fn() -> String)] = &[
+    ("power_cuts_of_a_large_card", "the power goes at each block write of a job, FAT32", power_cuts::of_a_large_card),
+    ("power_cuts_of_a_small_card", "the power goes at each block write of a job, FAT16", power_cuts::of_a_small_card),
+];
+
+/// One thing to be run, and what it is called.
+enum Task<'a> {
+    Case(&'a str, &'a Class, &'a Case),
+    Long(fn() -> String),
+}
+
+/// What was asked for: everything, or the classes whose names hold what `FAULTS_ONLY` says.
+fn tasks() -> Vec<Task<'static>> {
+    let only = std::env::var("FAULTS_ONLY").unwrap_or_default();
+    let long = LONG.iter().filter(|(name, ..)| name.contains(&only)).map(|(_, _, run)| Task::Long(*run));
+    let short = TABLE
+        .iter()
+        .flat_map(|(part, classes)| classes.iter().map(move |class| (*part, class)))
+        .filter(|(_, class)| class.name.contains(&only))
+        .flat_map(|(part, class)| class.cases.iter().map(move |case| Task::Case(part, class, case)));
+    // The long ones first, so that no core waits for one in the end.
+    let tasks: Vec<Task> = long.chain(short).collect();
+    let names = || TABLE.iter().flat_map(|(_, classes)| *classes).map(|class| class.name);
+    let all = || names().chain(LONG.iter().map(|(name, ..)| *name)).collect::<Vec<_>>().join(" ");
+    // The host's was run beforehand, or was not asked for.
+    let is_run = !tasks.is_empty() || !std::env::var("FAULTS_HOST").unwrap_or_default().is_empty();
+    assert!(is_run, "no class has {only:?} in its name; there are: {}", all());
+    tasks
+}
+
 /// Two at a time, as the machine has cores.
 #[test]
 #[ignore = "long: make faults"]
 fn every_case_and_the_page() {
-    let all: Vec<(&str, &Class, &Case)> = TABLE
-        .iter()
-        .flat_map(|(part, classes)| classes.iter().map(move |class| (*part, class)))
-        .flat_map(|(part, class)| class.cases.iter().map(move |case| (part, class, case)))
-        .collect();
+    let tasks = tasks();
     let next = std::sync::atomic::AtomicUsize::new(0);
-    let results: Vec<std::sync::Mutex<Option<Seen>>> = all.iter().map(|_| std::sync::Mutex::default()).collect();
+    let ends: Vec<std::sync::Mutex<Option<End>>> = tasks.iter().map(|_| std::sync::Mutex::default()).collect();
     std::thread::scope(|scope| {
         let work = || {
-            while let Some((number, (_, class, case))) =
-                Some(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed)).and_then(|n| Some((n, all.get(n)?)))
+            while let Some((number, task)) =
+                Some(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed)).and_then(|n| Some((n, tasks.get(n)?)))
             {
-                let done = std::panic::catch_unwind(|| case.check(class));
-                *results[number].lock().expect("nobody panics with it") = done.ok();
+                *ends[number].lock().expect("nobody panics with it") = Some(end(task));
             }
         };
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
         (0..cores).for_each(|_| drop(scope.spawn(work)));
     });
-    let rows: Vec<page::Row> = all
-        .iter()
-        .zip(results)
-        .map(|((part, class, case), seen)| page::Row { part, class, case, seen: seen.into_inner().expect("done") })
-        .collect();
-    if let Some(folder) = std::env::var_os("FAULTS_OUT") {
-        std::fs::write(std::path::Path::new(&folder).join("faults.html"), page::draw(&rows)).expect("the page");
+    let mut rows = Vec::new();
+    let mut others = Vec::new();
+    for (task, end) in tasks.iter().zip(ends) {
+        match (task, end.into_inner().expect("done").expect("each was run")) {
+            (Task::Case(part, class, case), End::Case(seen)) => rows.push(page::Row { part, class, case, seen }),
+            (Task::Long(run), End::Long(text)) => {
+                let (name, what, _) = LONG.iter().find(|(.., long)| std::ptr::fn_addr_eq(*long, *run)).expect("its row");
+                others.push(page::Other { name, what, text });
+            }
+            _ => unreachable!("a task ends as what it is"),
+        }
     }
-    let missed: Vec<_> = rows.iter().filter(|row| row.seen.is_none()).map(page::Row::name).collect();
-    assert!(missed.is_empty(), "{} of {} failed: {missed:#?}", missed.len(), rows.len());
+    // What was tried on the host beforehand.
+    match std::env::var("FAULTS_HOST").as_deref() {
+        Ok("ok") => others.push(page::Other { name: HOST.0, what: HOST.1, text: Ok("none made another part".into()) }),
+        Ok("failed") => others.push(page::Other { name: HOST.0, what: HOST.1, text: Err("see the console".into()) }),
+        _ => {}
+    }
+    if let Some(folder) = std::env::var_os("FAULTS_OUT") {
+        let folder = std::path::Path::new(&folder);
+        std::fs::write(folder.join("report.html"), page::draw(&rows, &others)).expect("the page");
+        std::fs::write(folder.join("summary.json"), page::summary(&rows, &others)).expect("the summary");
+    }
+    let missed = page::failed(&rows, &others);
+    assert!(missed.is_empty(), "{} of {} failed: {missed:#?}", missed.len(), rows.len() + others.len());
+}
+
+const HOST: (&str, &str) = ("power_cuts_on_the_host", "the power goes at each block write of a job, on the host");
+
+/// How a task ended.
+enum End {
+    Case(Result<Seen, String>),
+    Long(Result<String, String>),
+}
+
+fn end(task: &Task) -> End {
+    let words = |why: Box<dyn std::any::Any + Send>| match why.downcast::<String>() {
+        Ok(text) => *text,
+        Err(why) => why.downcast_ref::<&str>().map_or("it panicked", |text| text).to_owned(),
+    };
+    match task {
+        Task::Case(_, class, case) => End::Case(std::panic::catch_unwind(|| case.check(class)).map_err(words)),
+        Task::Long(run) => End::Long(std::panic::catch_unwind(run).map_err(words)),
+    }
 }
 
 #[test]

@@ -1,29 +1,102 @@
-//! The fault page: what was injected, in which state, and how soon the machine had reacted.
+//! The fault page, and the same as `summary.json`: what was injected, in which state, and how soon the machine had
+//! reacted.
 
 use std::fmt::Write as _;
 
 use super::scene::Seen;
 use super::{Case, Class};
 
-/// A case that was run; nothing was seen where it failed.
+/// A case that was run: what was seen, or why it failed.
 pub struct Row<'a> {
     pub part: &'a str,
     pub class: &'a Class,
     pub case: &'a Case,
-    pub seen: Option<Seen>,
+    pub seen: Result<Seen, String>,
 }
 
 impl Row<'_> {
-    pub fn name(&self) -> String {
-        format!("{}, {}", self.class.what, self.case.state.words())
+    fn name(&self) -> String {
+        format!("{}, {}", self.class.name, self.case.state.words())
+    }
+
+    /// What was seen; nothing where it failed.
+    fn times(&self) -> Seen {
+        self.seen.as_ref().copied().unwrap_or_default()
+    }
+
+    /// The same in words.
+    fn figure(&self) -> String {
+        let Seen { outputs_ms, motion_ms, told_ms } = self.times();
+        let parts = [("outputs off", outputs_ms), ("standstill", motion_ms), ("told", told_ms)];
+        let words = parts.into_iter().filter_map(|(what, ms)| Some(format!("{what} {}", time(ms?))));
+        words.collect::<Vec<_>>().join(", ")
     }
 
     /// Of the limit, the share that it took.
     fn share(&self) -> f64 {
-        let seen = self.seen.unwrap_or_default();
+        let seen = self.times();
         let slowest = [seen.outputs_ms, seen.motion_ms, seen.told_ms].into_iter().flatten().fold(0.0, f64::max);
         if self.case.within_ms > 0.0 { (slowest / self.case.within_ms).min(1.0) } else { 0.0 }
     }
+}
+
+/// What has no times: its figures in words, or why it failed.
+pub struct Other<'a> {
+    pub name: &'a str,
+    pub what: &'a str,
+    pub text: Result<String, String>,
+}
+
+/// Everything: its name, and its figure or why it failed.
+fn ends<'a>(rows: &'a [Row<'_>], others: &'a [Other<'_>]) -> impl Iterator<Item = (String, Result<String, &'a str>)> {
+    let cases = rows.iter().map(|row| (row.name(), row.seen.as_ref().map(|_| row.figure()).map_err(String::as_str)));
+    let others = others.iter().map(|other| {
+        (other.name.to_owned(), other.text.as_ref().map(String::clone).map_err(String::as_str))
+    });
+    cases.chain(others)
+}
+
+/// What failed, by name, and why.
+pub fn failed(rows: &[Row<'_>], others: &[Other<'_>]) -> Vec<String> {
+    ends(rows, others).filter_map(|(name, end)| Some(format!("{name}: {}", end.err()?))).collect()
+}
+
+/// `{"cases": [{"name", "ok", "figure", "why"}], "passed", "failed", "skipped"}`
+pub fn summary(rows: &[Row<'_>], others: &[Other<'_>]) -> String {
+    let mut text = String::from("{\"cases\": [");
+    let (mut passed, mut failed) = (0, 0);
+    for (name, end) in ends(rows, others) {
+        text += if passed + failed == 0 { "\n" } else { ",\n" };
+        let (ok, figure, why) = match end {
+            Ok(figure) => (true, figure, ""),
+            Err(why) => (false, String::new(), why),
+        };
+        *(if ok { &mut passed } else { &mut failed }) += 1;
+        let _ = write!(
+            text,
+            "  {{\"name\": {}, \"ok\": {ok}, \"figure\": {}, \"why\": {}}}",
+            quoted(&name),
+            quoted(&figure),
+            quoted(why)
+        );
+    }
+    let _ = writeln!(text, "\n], \"passed\": {passed}, \"failed\": {failed}, \"skipped\": 0}}");
+    text
+}
+
+/// A string of JSON.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => quoted.extend(['\\', letter]),
+            letter if letter < ' ' => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(letter));
+            }
+            letter => quoted.push(letter),
+        }
+    }
+    quoted + "\""
 }
 
 const HEAD: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Velvet: faults</title><style>
@@ -44,19 +117,23 @@ fn escape(text: &str) -> String {
 }
 
 /// A time as a person reads it.
-fn time(ms: Option<f64>) -> String {
+fn time(ms: f64) -> String {
     match ms {
-        None => "&ndash;".into(),
-        Some(ms) if ms < 10.0 => format!("{ms:.2} ms"),
-        Some(ms) if ms < 1_000.0 => format!("{ms:.0} ms"),
-        Some(ms) => format!("{:.1} s", ms / 1e3),
+        ms if ms < 10.0 => format!("{ms:.2} ms"),
+        ms if ms < 1_000.0 => format!("{ms:.0} ms"),
+        ms => format!("{:.1} s", ms / 1e3),
     }
 }
 
+/// The same, in a cell of the page.
+fn cell(ms: Option<f64>) -> String {
+    ms.map_or_else(|| "&ndash;".into(), time)
+}
+
 /// The page, as one file of HTML.
-pub fn draw(rows: &[Row<'_>]) -> String {
+pub fn draw(rows: &[Row<'_>], others: &[Other<'_>]) -> String {
     let classes = rows.iter().map(|row| row.class.name).collect::<std::collections::BTreeSet<_>>().len();
-    let failed = rows.iter().filter(|row| row.seen.is_none()).count();
+    let failed = failed(rows, others).len();
     let mut page = String::from(HEAD);
     let verdict =
         if failed == 0 { "every one as promised".to_owned() } else { format!("<b class=failed>{failed} failed</b>") };
@@ -86,20 +163,32 @@ pub fn draw(rows: &[Row<'_>]) -> String {
             format!("{}<br><span class=does>{}</span>", escape(row.class.what), escape(row.class.does))
         };
         class = row.class.name;
-        let seen = row.seen.unwrap_or_default();
-        let limit = if row.case.within_ms > 0.0 { time(Some(row.case.within_ms)) } else { String::new() };
-        let bar = match row.seen {
-            None => "<span class=failed>failed</span>".to_owned(),
-            Some(_) => format!("<div class=bar><i style=\"width:{:.0}%\"></i></div>", 100.0 * row.share()),
+        let seen = row.times();
+        let limit = if row.case.within_ms > 0.0 { time(row.case.within_ms) } else { String::new() };
+        let bar = match &row.seen {
+            Err(why) => format!("<span class=failed>failed</span><br>{}", escape(why)),
+            Ok(_) => format!("<div class=bar><i style=\"width:{:.0}%\"></i></div>", 100.0 * row.share()),
         };
         let _ = write!(
             page,
             "<tr><td>{what}<td>{}<td class=n>{}<td class=n>{}<td class=n>{}<td class=n>{limit}<td>{bar}</tr>",
             row.case.state.words(),
-            time(seen.outputs_ms),
-            time(seen.motion_ms),
-            time(seen.told_ms)
+            cell(seen.outputs_ms),
+            cell(seen.motion_ms),
+            cell(seen.told_ms)
         );
     }
-    page + "</table></html>\n"
+    page += if part.is_empty() { "" } else { "</table>" };
+    if !others.is_empty() {
+        page += "<h2>Power cuts</h2><table><tr><th>what fails<th style=\"width:auto\">what came of it</tr>";
+    }
+    for other in others {
+        let end = match &other.text {
+            Ok(text) => escape(text),
+            Err(why) => format!("<span class=failed>failed</span> {}", escape(why)),
+        };
+        let _ = write!(page, "<tr><td>{}<td>{end}</tr>", escape(other.what));
+    }
+    page += if others.is_empty() { "" } else { "</table>" };
+    page + "</html>\n"
 }

@@ -4,7 +4,7 @@ use sim::world::Fault;
 
 use super::scene::{Seen, State, enter, fault_halts, halts, printer};
 use super::{Case, Class};
-use crate::common::velvet::{Plan, SECOND};
+use crate::common::velvet::{Plan, SECOND, Velvet};
 
 const NO_HOT_END: &str = "ERROR: MINTEMP or MAXTEMP triggered on T";
 const NO_BED: &str = "ERROR: MINTEMP or MAXTEMP triggered on B";
@@ -38,6 +38,10 @@ fn loose(case: &Case) -> Seen {
     fault_halts(printer(), case.state, &Fault::ThermistorLoose("hotend".into()), told, case.within_ms)
 }
 
+fn noisy(case: &Case) -> Seen {
+    fault_halts(printer(), case.state, &Fault::ThermistorNoisy("hotend".into(), 25.0), "ERROR: T", case.within_ms)
+}
+
 fn drifts(case: &Case) -> Seen {
     let fault = Fault::ThermistorDrifts("hotend".into(), -4.0);
     fault_halts(printer(), case.state, &fault, "ERROR: ", case.within_ms)
@@ -48,6 +52,27 @@ fn swapped(case: &Case) -> Seen {
     let mut velvet = enter(Plan::new(), State::Idle);
     velvet.inject(&swap);
     halts(velvet, |velvet| velvet.type_in("M104 S200"), "ERROR: ", case.within_ms)
+}
+
+/// The converter itself stands, and with it every reading.
+fn converter_stands(case: &Case) -> Seen {
+    let velvet = enter(printer(), case.state);
+    let stands = |velvet: &mut Velvet| {
+        velvet.bench.vm.with(|stopped| {
+            let at = stopped.stop.at;
+            stopped.session.board_mut().mcu.stop_converter(at);
+        });
+    };
+    halts(velvet, stands, "ERROR: MINTEMP or MAXTEMP triggered on ", case.within_ms)
+}
+
+/// The hot end's sensor is behind a chip that says nothing any more.
+fn chip_falls_silent(case: &Case) -> Seen {
+    let plan = ["sensor = max31865", "spi_channel = 0", "spi_select_pin = PD10"]
+        .iter()
+        .fold(printer(), |plan, line| plan.set(&format!("[temperature control] hotend.{line}")));
+    let silent = Fault::ConverterSilent("hotend".into());
+    fault_halts(plan, case.state, &silent, NO_HOT_END, case.within_ms)
 }
 
 fn open_in_m109(case: &Case) -> Seen {
@@ -102,12 +127,41 @@ pub const CLASSES: &[Class] = &[
         ],
     },
     Class {
+        name: "a_sensor_with_noise",
+        what: "sensor's wire picks up noise: the reading is off by up to 25 C, either way",
+        does: "halt",
+        cases: &[
+            Case { state: State::Holding, within_ms: 8_000.0, run: noisy },
+            Case { state: State::Printing, within_ms: 8_000.0, run: noisy },
+            Case { state: State::Heating, within_ms: 8_000.0, run: noisy },
+        ],
+    },
+    Class {
         name: "a_sensor_that_drifts",
         what: "sensor reads less and less, by 4 C a second (a slow drift is not seen)",
         does: "halt: it cools at full output",
         cases: &[
             Case { state: State::Holding, within_ms: 15_000.0, run: drifts },
             Case { state: State::Printing, within_ms: 15_000.0, run: drifts },
+        ],
+    },
+    Class {
+        name: "a_converter_that_stands",
+        what: "the converter of the thermistors stands (ADC1)",
+        does: "no reading counts after 50 ms: heaters off; halt 0.2 s later",
+        cases: &[
+            Case { state: State::Heating, within_ms: FOUR_LOOKS_MS, run: converter_stands },
+            Case { state: State::Holding, within_ms: FOUR_LOOKS_MS, run: converter_stands },
+            Case { state: State::Printing, within_ms: FOUR_LOOKS_MS, run: converter_stands },
+        ],
+    },
+    Class {
+        name: "a_chip_that_falls_silent",
+        what: "a sensor's converter chip stops answering",
+        does: "that heater off at once; halt after four looks, with what to check",
+        cases: &[
+            Case { state: State::Heating, within_ms: 500.0, run: chip_falls_silent },
+            Case { state: State::Printing, within_ms: 500.0, run: chip_falls_silent },
         ],
     },
     Class {
@@ -123,6 +177,9 @@ super::tests! {
     a_sensor_that_shorts
     a_sensor_that_slides_out
     a_sensor_with_a_loose_plug
+    a_sensor_with_noise
     a_sensor_that_drifts
+    a_converter_that_stands
+    a_chip_that_falls_silent
     sensors_in_each_others_plugs
 }

@@ -3,9 +3,10 @@
 use sim::world::Fault;
 use units::Actuator;
 
-use super::scene::{Seen, State, enter, fault_halts, halted, printer, refuses, tells};
+use super::scene::{Seen, State, enter, fault_halts, halted, printer, refuses, resets, tells};
 use super::{Case, Class};
-use crate::common::velvet::{Plan, SECOND};
+use crate::common::machine::{changes, pin, watch};
+use crate::common::velvet::{Plan, SECOND, Velvet};
 
 const NO_HEAT: &str = "ERROR: heater supply lost while heating (vfet below 6 V)";
 const NO_MOTORS: &str = "ERROR: motor supply lost while moving";
@@ -76,6 +77,76 @@ fn motors_back(case: &Case) -> Seen {
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
+/// How fast a supply falls: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own capacitors.
+const FALL_V_PER_MS: f64 = 0.4;
+/// Below this the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8 V at most).
+const GONE_VOLTS: f64 = 8.0;
+const FALLEN: &str = "supply has fallen to ";
+
+/// Heaters go off first, the motors brake and have their current until the end; the next start tells, once.
+fn browns_out(case: &Case) -> Seen {
+    let heaters = ["PE0", "PE3", "PD7"];
+    let mut velvet = enter(printer(), case.state);
+    // Full on, so that its pin has something to say.
+    velvet.ask("M104 S240", SECOND);
+    velvet.hear(100);
+    watch(&mut velvet, &heaters);
+    changes(&mut velvet);
+    velvet.world(|world| world.trace_mut().take());
+    let from_ns = velvet.bench.vm.now_ns();
+    let ms = |at_ns: u64| at_ns.saturating_sub(from_ns) as f64 / 1e6;
+    let mut volts = 24.0;
+    while volts > GONE_VOLTS {
+        volts -= FALL_V_PER_MS;
+        velvet.inject(&Fault::MotorSupply(volts));
+        velvet.inject(&Fault::FetSupply(volts));
+        velvet.hear(1);
+    }
+    let pins = heaters.map(pin);
+    let off = changes(&mut velvet).into_iter().filter(|change| pins.contains(&change.pin)).last();
+    for name in heaters {
+        assert!(!velvet.level(name), "{name} is on");
+    }
+    let edges = velvet.world(|world| world.trace_mut().take());
+    let (outputs_ms, motion_ms) = (off.map(|change| ms(change.at_ns)), edges.last().map(|edge| ms(edge.time_ns)));
+    assert!(outputs_ms < motion_ms, "{outputs_ms:?} {motion_ms:?}");
+    // It stands while the supply is still there, and has its current.
+    assert!(motion_ms.is_some_and(|at_ms| at_ms < ms(velvet.bench.vm.now_ns()) - 2.0), "{motion_ms:?}");
+    let motors = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma];
+    assert!(motors.iter().all(|motor| velvet.world(|world| world.driver(*motor as usize).drives())), "not held");
+    let card = velvet.card(|card| card.content().to_vec());
+    let card = told_at_the_next_start(card, true);
+    told_at_the_next_start(card, false);
+    Seen { outputs_ms, motion_ms, told_ms: None }
+}
+
+/// A board that knows nothing but the card is switched on. What is on the card then.
+#[track_caller]
+fn told_at_the_next_start(card: Vec<u8>, is_news: bool) -> Vec<u8> {
+    let mut velvet = Plan::new().with_card(move |_| card.clone()).start();
+    let told = velvet.said().lines().find(|line| line.contains("when the machine was on last")).map(str::to_owned);
+    assert_eq!(told.is_some(), is_news, "{}", velvet.said());
+    if let Some(told) = told {
+        assert!(told.starts_with("WARNING: ") && told.contains(FALLEN) && told.contains("/sd/job.g"), "{told}");
+    }
+    velvet.hear(SECOND);
+    velvet.card(|card| card.content().to_vec())
+}
+
+fn rail(velvet: &mut Velvet, millivolts: u32) {
+    velvet.bench.vm.with(move |stopped| {
+        let at = stopped.stop.at;
+        stopped.session.board_mut().mcu.change_supply(at, millivolts);
+    });
+}
+
+/// The chip has its detector of that (PVD); it says so if the supply is back.
+fn logic_falls(case: &Case) -> Seen {
+    let velvet = enter(printer().meaning_faults(), case.state);
+    let told = "WARNING: the firmware had ended itself: the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
+    resets(velvet, |velvet| rail(velvet, 2_600), |velvet| rail(velvet, 3_300), told, case.within_ms)
+}
+
 /// Two looks a second apart, and the halt.
 const TWO_LOOKS_MS: f64 = 2_200.0;
 
@@ -112,6 +183,22 @@ pub const CLASSES: &[Class] = &[
         cases: &[Case { state: State::Heating, within_ms: TWO_LOOKS_MS, run: heaters_back }],
     },
     Class {
+        name: "supplies_that_fall",
+        what: "brown-out: the supplies of motors and heaters fall, by 0.4 V a millisecond",
+        does: "below three quarters of what they usually have heaters go off, then the motors brake and are held while the voltage lasts; the event is kept on the card, and the next start tells it once",
+        cases: &[Case { state: State::Printing, within_ms: 30.0, run: browns_out }],
+    },
+    Class {
+        name: "a_logic_supply_that_falls",
+        what: "the chip's own 3.3 V falls below 2.8 V",
+        does: "outputs off at once, motors without current, reset; the next start tells",
+        cases: &[
+            Case { state: State::Heating, within_ms: 2.0, run: logic_falls },
+            Case { state: State::Printing, within_ms: 2.0, run: logic_falls },
+            Case { state: State::Idle, within_ms: 2.0, run: logic_falls },
+        ],
+    },
+    Class {
         name: "a_motor_supply_that_is_missing",
         what: "motor supply missing",
         does: "told at the start; moves are refused",
@@ -141,6 +228,8 @@ super::tests! {
     a_heater_supply_that_is_lost
     a_heater_supply_that_sags
     a_heater_supply_that_comes_back
+    supplies_that_fall
+    a_logic_supply_that_falls
     a_motor_supply_that_is_missing
     a_motor_supply_that_is_lost
     a_motor_supply_that_comes_back

@@ -1,10 +1,10 @@
 //! MAX31865, from its data sheet (19-6478 Rev 3): tables 1 and 2 for addresses and configuration, 4 and 5 for
-//! the ratio, 6 for the thresholds, 7 for the fault status, 10 to 12 for what a fault makes of the data.
+//! the ratio, 3 for the fault detection cycle, 6 for the thresholds, 7 for the fault status, 10 to 12 for what
+//! a fault makes of bits and data.
 //!
-//! Not modelled: one-shot conversions and the fault detection cycle with its bits D5 to D3, which take a
-//! command of their own.
+//! Not modelled: one-shot conversions, and the fault detection cycle in two steps.
 
-use super::{Access, Cursor, Terminals};
+use super::{Access, Cursor, Leads, Terminals};
 use crate::models::thermistor::{Curve, Wiring};
 
 const CONFIGURATION: usize = 0;
@@ -15,8 +15,15 @@ const STATUS: usize = 7;
 /// Configuration, table 2.
 const BIAS_AND_AUTOMATIC: u8 = 0b11 << 6;
 const CLEAR: u8 = 1 << 1;
-/// Those of one-shot, fault detection and clearing go back to zero by themselves.
+/// Table 3: the fault detection cycle with automatic delays, which wants the converter off (100X010X).
+const CYCLE: u8 = 0b11 << 2;
+const AUTOMATIC_CYCLE: u8 = 0b01 << 2;
+const WHEN_IT_MAY: u8 = 0b1110_1110;
+const IT_MAY: u8 = 0b1000_0100;
+/// Those of one-shot and clearing go back to zero at once; those of fault detection when it is over.
 const KEPT: u8 = 0b1101_0001;
+/// The cycle takes so long at most ("Electrical Characteristics": 550 us, 600 us at most).
+const CYCLE_NS: u64 = 600_000;
 /// Single conversion of the 50 Hz filter, which the first one of many is ("Electrical Characteristics").
 const FIRST_NS: u64 = 66_000_000;
 /// The most that the 15 bits say.
@@ -31,13 +38,15 @@ pub struct Max31865 {
     cursor: Cursor,
     /// When the first automatic conversion is over; none while it stands.
     ready_ns: Option<u64>,
+    /// When the fault detection cycle is over, while one runs.
+    cycle_ends_ns: Option<u64>,
 }
 
 impl Max31865 {
     pub(super) fn new(sensor: Curve, reference_ohms: f64) -> Self {
         // Table 1: all zeros but the high threshold.
         let registers = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
-        Self { sensor, reference_ohms, registers, cursor: Cursor::default(), ready_ns: None }
+        Self { sensor, reference_ohms, registers, cursor: Cursor::default(), ready_ns: None, cycle_ends_ns: None }
     }
 
     pub(super) const fn registers(&self) -> &[u8] {
@@ -46,15 +55,35 @@ impl Max31865 {
 
     pub(super) fn select(&mut self, at_ns: u64, terminals: &Terminals) {
         self.cursor.select();
+        if self.cycle_ends_ns.is_some_and(|ends_ns| at_ns >= ends_ns) {
+            self.cycle_ends_ns = None;
+            self.registers[CONFIGURATION] &= !CYCLE;
+            self.detect(terminals);
+        }
         if self.ready_ns.is_some_and(|ready_ns| at_ns >= ready_ns) {
             self.convert(terminals);
         }
     }
 
+    /// What the cycle finds, tables 10 to 12: D5 no current flows, D4 RTDIN- low, D3 something low.
+    fn detect(&mut self, terminals: &Terminals) {
+        let no_current = terminals.wiring == Wiring::Open || terminals.leads == Leads::ForceOpen;
+        let minus_low = terminals.leads == Leads::MinusToGround;
+        let low = minus_low || terminals.leads == Leads::PlusToGround;
+        self.registers[STATUS] |= u8::from(no_current) << 5 | u8::from(minus_low) << 4 | u8::from(low) << 3;
+        if self.registers[STATUS] != 0 {
+            self.registers[RTD + 1] |= 1;
+        }
+    }
+
     fn convert(&mut self, terminals: &Terminals) {
+        let last = u16::from_be_bytes([self.registers[RTD], self.registers[RTD + 1]]) >> 1;
         let ratio = match terminals.wiring {
             Wiring::Open => FULL_SCALE,
             Wiring::Shorted => 0,
+            _ if terminals.leads == Leads::PlusToGround => 0,
+            // "Indeterminate": at worst, the input's capacitor keeps what looks well.
+            _ if terminals.leads == Leads::ForceOpen => last,
             Wiring::Sound | Wiring::ToSupply => {
                 let ratio = self.sensor.ohms(terminals.sensor_c) / self.reference_ohms;
                 ((ratio * 32_768.0).round() as u16).min(FULL_SCALE)
@@ -74,10 +103,12 @@ impl Max31865 {
         match self.cursor.next(mosi, 8) {
             Access::Read(at) => self.registers[at],
             Access::Write(CONFIGURATION) => {
-                if mosi & CLEAR != 0 {
+                if mosi & CLEAR != 0 && mosi & CYCLE == 0 {
                     self.registers[STATUS] = 0;
                 }
-                self.registers[CONFIGURATION] = mosi & KEPT;
+                // Clearing and the cycle exclude each other (data sheet, "Fault Status Clear").
+                let cycle = if mosi & WHEN_IT_MAY == IT_MAY { AUTOMATIC_CYCLE } else { 0 };
+                self.registers[CONFIGURATION] = mosi & KEPT | cycle;
                 0
             }
             Access::Write(at) if (HIGH..STATUS).contains(&at) => {
@@ -90,6 +121,9 @@ impl Max31865 {
 
     /// A conversion begins when the frame that asks for it ends.
     pub(super) fn deselect(&mut self, at_ns: u64) {
+        if self.registers[CONFIGURATION] & CYCLE == AUTOMATIC_CYCLE {
+            self.cycle_ends_ns = self.cycle_ends_ns.or(Some(at_ns + CYCLE_NS));
+        }
         let runs = self.registers[CONFIGURATION] & BIAS_AND_AUTOMATIC == BIAS_AND_AUTOMATIC;
         self.ready_ns = if runs { self.ready_ns.or(Some(at_ns + FIRST_NS)) } else { None };
     }

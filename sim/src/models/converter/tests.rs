@@ -3,7 +3,7 @@
 use super::*;
 
 const SECOND: u64 = 1_000_000_000;
-const AT: Terminals = Terminals { sensor_c: 200.0, wiring: Wiring::Sound, chip_c: 25.0 };
+const AT: Terminals = Terminals { sensor_c: 200.0, wiring: Wiring::Sound, leads: Leads::Sound, chip_c: 25.0 };
 
 fn frame(chip: &mut Converter, at_ns: u64, terminals: Terminals, bytes: &[u8]) -> Vec<u8> {
     chip.select(at_ns, &terminals);
@@ -73,5 +73,33 @@ fn a_max31865_gives_the_ratio_and_keeps_its_faults() {
         assert_eq!(read(&mut chip, SECOND, Wiring::Sound)[8], 1 << bit, "it is kept");
         frame(&mut chip, SECOND, AT, &[0x80, 0xC3]);
         assert_eq!(read(&mut chip, SECOND, Wiring::Sound)[8], 0, "it is cleared");
+    }
+}
+
+/// The cycle needs the converter off, and its time; what it finds is kept as other faults are.
+#[test]
+fn a_max31865_finds_what_is_wrong_with_single_leads_when_it_is_asked() {
+    for (leads, status, ratio) in [
+        (Leads::Sound, 0, Some(14_406)),
+        (Leads::ForceOpen, 1 << 5, Some(14_406)),
+        (Leads::MinusToGround, 1 << 4 | 1 << 3, Some(14_406)),
+        (Leads::PlusToGround, 1 << 6 | 1 << 3, Some(0)),
+    ] {
+        let sensor = Curve::Platinum { r0_ohms: 100.0 };
+        let mut chip = Converter::new(Kind::Max31865 { sensor, reference_ohms: 400.0 }, 0);
+        let read = |chip: &mut Converter, at_ns, leads| frame(chip, at_ns, Terminals { leads, ..AT }, &[0; 9]);
+        frame(&mut chip, 0, AT, &[0x83, 0xF0, 0x00, 0x08, 0x00]);
+        frame(&mut chip, 0, AT, &[0x80, 0xC1]);
+        read(&mut chip, SECOND, Leads::Sound);
+        let shown = read(&mut chip, SECOND, leads);
+        assert_eq!(Some(u16::from_be_bytes([shown[2], shown[3]]) >> 1), ratio, "{leads:?}");
+        assert_eq!(shown[8] & 0b11_1000, 0, "{leads:?}: not by a conversion");
+        // Not while it converts.
+        frame(&mut chip, SECOND, AT, &[0x80, 0xC5]);
+        assert_eq!(read(&mut chip, 2 * SECOND, leads)[1], 0xC1);
+        frame(&mut chip, 2 * SECOND, AT, &[0x80, 0x85]);
+        assert_eq!(read(&mut chip, 2 * SECOND + 500_000, leads)[1], 0x85, "it runs");
+        let found = read(&mut chip, 2 * SECOND + 700_000, leads);
+        assert_eq!((found[1], found[8]), (0x81, status), "{leads:?}");
     }
 }
