@@ -3,6 +3,7 @@
 
 mod echo;
 mod registers;
+mod remote;
 
 use sim::world::WorldConfig;
 use virtual_prime::board::PrimeBoard;
