@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz usb stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-builds test-image test-virtual
 
 help:
@@ -82,9 +82,11 @@ compare: velvet virtual-prime firmware
 	@test -n "$(GCODE)" || { echo "make compare: say which G-code with GCODE=file"; exit 2; }
 	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" IMAGE="$(IMAGE)" scripts/compare.sh
 
-## make console [CONFIG=f.ini] [ELF=image [START=seconds]]       a live prompt on the virtual board
+## make console [CONFIG=f.ini] [ELF=image [START=seconds]] [USB=1 [USBREDIR_PORT=n] [USBIP_PORT=n]]
+##                               a live prompt on the virtual board; USB=1 offers its USB socket to QEMU and to Linux
 console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
-	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)" $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START))
+	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)" $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START)) \
+	    $(if $(USB),--usb $(if $(USBREDIR_PORT),--usbredir-port $(USBREDIR_PORT)) $(if $(USBIP_PORT),--usbip-port $(USBIP_PORT)))
 
 ## make check CONFIG=f.ini [JSON=1]              the configuration checker
 check: velvet
@@ -102,6 +104,11 @@ peers: target/toolchain.mk
 ## make peers-senders [SENDERS="printcore bcnc ..."]              printrun, OctoPrint, bCNC, CNCjs at the virtual board; installs them
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
+
+## make usb [ONLY=case] [GCODE=f.gcode]   the image at a real Linux: Debian's kernel and tools in QEMU, printrun; half an hour
+usb: virtual-prime firmware
+	@cd virtual-prime/images && CARGO_TARGET_DIR=../target/images $(FW_CARGO) build -q --locked --release $(FW_FLAGS)
+	@GCODE="$(GCODE)" python3 peers/usb/run.py target/peers out/usb $(IMAGE) $(if $(ONLY),"$(ONLY)")
 
 ## make faults [ONLY=class]      every fault of docs/safety.md in every state, and the power cut at every block write of a job: a page in
 ##                               out/faults; half an hour. ONLY: classes whose names hold this

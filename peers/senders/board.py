@@ -25,17 +25,18 @@ class Failed(Exception):
 
 
 class Board:
-    """The image on the virtual board, from power-on."""
+    """An image on the virtual board, from power-on: ours, unless another one is named."""
 
-    def __init__(self, config, out, name):
+    def __init__(self, config, out, name, elf=None, arguments=()):
         self.log = open(os.path.join(out, f"{name}.board.log"), "w")
-        elf = os.path.join(ROOT, "target/thumbv7em-none-eabihf/release/firmware")
+        elf = elf or os.path.join(ROOT, "target/thumbv7em-none-eabihf/release/firmware")
         program = os.path.join(ROOT, "virtual-prime/target/release/virtual-prime")
-        command = [program, "console", "--elf", elf, "--config", config, "--state-port", "0", "--until", "1e7"]
+        command = [program, "console", "--elf", elf, *(["--config", config] if config else ["--foreign"]), "--state-port", "0", *arguments]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.wires = []
         self.port = self._port(r"debug \(USART2\) on tcp .*:(\d+)")
         state_port = self._port(r"the machine's state on tcp .*:(\d+)")
+        self.usb_ports = tuple(self._port(rf"USB by {name} on tcp .*?:(\d+)") for name in ("usbredir", "usbip")) if "--usb" in arguments else None
         threading.Thread(target=self._keep_log, daemon=True).start()
         self.state_socket = socket.create_connection(("127.0.0.1", state_port))
         self.state_lines = self.state_socket.makefile("r")
@@ -117,6 +118,11 @@ class Board:
         wire = Wire(self, pseudo_terminal=True)
         self.wires.append(wire)
         return wire
+
+    def end(self):
+        """Lets the board come to its end, so that it leaves its files."""
+        self.process.stdin.close()
+        self.process.wait(PATIENCE)
 
     def close(self):
         for wire in self.wires:

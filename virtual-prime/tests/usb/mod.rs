@@ -6,6 +6,7 @@ mod echo;
 mod load;
 mod ports;
 mod registers;
+mod remote;
 mod velvet;
 
 use sim::world::WorldConfig;

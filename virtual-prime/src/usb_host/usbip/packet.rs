@@ -1,5 +1,5 @@
-//! The packets of USB/IP 1.1.1 (Linux, `Documentation/usb/usbip_protocol.rst`): big-endian, of fixed length but
-//! for what follows them.
+//! The packets of USB/IP 1.1.1 (Linux, `Documentation/usb/usbip_protocol.rst`): big-endian, of fixed length
+//! but for what follows them.
 
 use crate::usb_host::hub::Found;
 

@@ -1,6 +1,5 @@
-//! The messages of the USB network redirection protocol 0.7.1, as QEMU, virt-viewer and usbredirect speak it:
-//! little-endian and packed (protocol description: <https://gitlab.freedesktop.org/spice/usbredir>,
-//! `docs/usb-redirection-protocol.md`).
+//! The messages of the USB network redirection protocol 0.7.1, as QEMU speaks it: little-endian and packed
+//! (description: <https://gitlab.freedesktop.org/spice/usbredir>, `docs/usb-redirection-protocol.md`).
 
 /// Which additions to version 0.3 a side knows: a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -160,8 +160,8 @@ fn bytes_of(hex: &str) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap()).collect()
 }
 
-/// What QEMU 7.2 sent with Linux 6.1 in it, from its first byte on: HELLO, a reset, the first question for the
-/// device descriptor, SET_CONFIGURATION, a read of cdc_acm and its end, notifications wanted and not.
+/// What QEMU 7.2 sent with Linux 6.1 in it, from its first byte on: HELLO, a reset, the first question for
+/// the device descriptor, SET_CONFIGURATION, a read of cdc_acm and its end, notifications wanted and not.
 #[test]
 fn what_qemu_really_sends_is_read() {
     let recorded = [

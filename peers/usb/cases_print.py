@@ -1,0 +1,188 @@
+"""Prints while a computer is plugged in, stalls, and is pulled out."""
+
+import itertools
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+
+from bench import ROOT, Failed, Skipped, case, clean, expect, plug
+
+PART = os.environ.get("GCODE") or os.path.join(ROOT, "demo/part.gcode")
+CYCLES = 100
+# The computer's stalls, seconds, and the most between two of them.
+STALL, BETWEEN = 0.040, 0.5
+# A print may take as long as this, seconds of the board's clock.
+PRINT_SECONDS = 36_000
+# Heating takes a while, seconds of the board's clock.
+PATIENCE = 200.0
+
+
+def motion(path):
+    """Which motor stepped, and which way, in order."""
+    with open(path) as file:
+        next(file)
+        for line in file:
+            yield line.split(",", 1)[1]
+
+
+def compare(found, wanted):
+    """Whether two runs made the same steps in the same order: how many."""
+    count = 0
+    for ours, theirs in itertools.zip_longest(motion(found), motion(wanted)):
+        if ours != theirs:
+            raise Failed(f"step {count + 1} is {ours and ours.strip()}, and without a computer it is {theirs and theirs.strip()}")
+        count += 1
+    return count
+
+
+def reference(bench):
+    """The same job from the card with nobody plugged in: the file of its steps. Made once."""
+    out = os.path.join(bench.out, "reference")
+    steps, stamp = os.path.join(out, "steps.csv"), os.path.join(out, "made")
+    inputs = f"{PART} {os.path.getmtime(PART)} {os.path.getmtime(bench.firmware)}"
+    if not (os.path.exists(stamp) and open(stamp).read() == inputs):
+        program = os.path.join(ROOT, "virtual-prime/target/release/virtual-prime")
+        command = [program, "run", "--elf", bench.firmware, "--config", bench.config(), "--gcode", PART, "--out", out]
+        said = subprocess.run(command, capture_output=True, text=True)
+        expect(said.returncode == 0, f"the job fails without a computer: {said.stderr.strip().splitlines()[-1:]}")
+        with open(stamp, "w") as file:
+            file.write(inputs)
+    return steps
+
+
+class Debug:
+    """The debug console, as a line."""
+
+    def __init__(self, board):
+        import socket
+
+        self.socket = socket.create_connection(("127.0.0.1", board.port))
+        self.file = self.socket.makefile("r", encoding="latin-1", newline="\n")
+
+    def say(self, line):
+        self.socket.sendall((line + "\n").encode())
+
+
+def end(board, guest):
+    """The board's files, when nothing moves any more."""
+    board.rest(PRINT_SECONDS, still=3.0)
+    guest.unplug()
+    board.end()
+
+
+@case("print: the cable out and in 100 times")
+def cable(bench):
+    """A job from the card, and a computer that comes, talks and goes at any moment."""
+    wanted, draw = reference(bench), random.Random(7)
+    guest, card = bench.guest(), os.path.join(bench.out, "card")
+    shutil.rmtree(card, ignore_errors=True)
+    os.makedirs(card)
+    shutil.copy(PART, os.path.join(card, "job.gcode"))
+    board = bench.board("cable", sd=card, files=True)
+    try:
+        Debug(board).say("play /sd/job.gcode")
+        board.moving(60)
+        moved, opened = 0, 0
+        # Somebody who asks as much as he can on both ports, whenever they are there. By nodes of his own: writing to one that
+        # the kernel has just taken away would make a file in its place.
+        guest.do("rm -f /tmp/stop /tmp/acm*; mknod /tmp/acm0 c 166 0; mknod /tmp/acm1 c 166 1; yes M105 | head -20 > /tmp/questions; "
+                 "for p in 0 1; do while [ ! -e /tmp/stop ]; do stty -F /tmp/acm$p raw -echo && { timeout 0.3 cat /tmp/acm$p & cat /tmp/questions > /tmp/acm$p; wait; }; "
+                 "sleep 0.02; done > /dev/null 2>&1 & done")
+        edges = board.state()["edges"]
+        for cycle in range(CYCLES):
+            guest.plug(board.usb_ports[0])
+            if cycle % 2:
+                guest.wait("[ -c /dev/ttyACM0 ]", 60)
+            time.sleep(draw.uniform(0.0, 0.8))
+            opened += guest.run("[ -c /dev/ttyACM0 ]")[0] == 0
+            guest.unplug()
+            time.sleep(draw.uniform(0.0, 0.2))
+            now = board.state()["edges"]
+            moved += now > edges
+            edges = now
+        guest.do("touch /tmp/stop")
+        guest.messages()
+        plug(guest, board, "/dev/ttyACM1")
+        end(board, guest)
+        count = compare(os.path.join(bench.out, "cable", "steps.csv"), wanted)
+        return f"{CYCLES} times, {moved} of them while it moved and {opened} with the ports there; all {count} steps as without a computer"
+    finally:
+        board.close()
+
+
+@case("print: what was acknowledged is done")
+def acknowledged(bench):
+    """Lines that each make one step, sent over and over, and the cable out in the middle of it."""
+    draw, guest, board = random.Random(11), bench.guest(), bench.board("acknowledged", files=True)
+    try:
+        # One step each, there and back by turns, so that no end of the axis is near.
+        texts = [("G91\n" + f"G1 Y{way}0.0125 F1200\n" * 4000).encode() for way in ("", "-")]
+        for name, text in zip("01", texts):
+            with open(os.path.join(guest.share, f"lines{name}"), "wb") as file:
+                file.write(text)
+        begin = board.state()["edges"]
+        done, bytes_sent, empty = 0, 0, 0
+        for cycle in range(CYCLES):
+            plug(guest, board)
+            # The greeting comes before the terminal is told not to echo; so it is echoed, or not, before the count begins.
+            guest.do("[ -c /tmp/acm0 ] || mknod /tmp/acm0 c 166 0; stty -F /tmp/acm0 raw -echo; sleep 0.1")
+            before = sum(board.state()["usb_sent"])
+            guest.do(f"(cat /share/lines{cycle % 2} > /tmp/acm0) > /dev/null 2>&1 &")
+            time.sleep(draw.uniform(0.0, 0.25))
+            guest.unplug()
+            guest.wait("[ ! -c /dev/ttyACM0 ]")
+            sent = sum(board.state()["usb_sent"]) - before
+            # The first line only says that the others are relative.
+            done += max(texts[cycle % 2][:sent].count(b"\n") - 1, 0)
+            bytes_sent += sent
+            empty += sent == 0
+        steps = board.rest(300, still=2.0)["edges"] - begin
+        expect(steps == done, f"{done} lines were acknowledged, and {steps} were done")
+        return f"{CYCLES} times in the middle of {bytes_sent} bytes ({empty} before the first): {done} whole lines acknowledged, {steps} steps made"
+    finally:
+        board.close()
+
+
+@case("print: printcore over /dev/ttyACM0, with stalls of 40 ms")
+def printcore(bench):
+    """printrun's printcore on a terminal that ends at the guest's /dev/ttyACM0, and a computer that stands still now and then."""
+    from run_printcore import PROGRAM, python
+
+    wanted, draw = reference(bench), random.Random(3)
+    try:
+        interpreter = python(bench.tools)
+    except (subprocess.CalledProcessError, OSError) as error:
+        raise Skipped(f"printrun cannot be installed: {error}") from None
+    guest, board = bench.guest(), bench.board("printcore", files=True)
+    try:
+        plug(guest, board)
+        # A port of the guest is opened once, for both ways; it reads as ended while nobody is at the terminal.
+        guest.do("stty -F /dev/ttyACM0 raw -echo; (exec 4<>$serial 5<>/dev/ttyACM0; cat <&5 >&4 & while [ -c /dev/ttyACM0 ]; do cat <&4 >&5; sleep 0.02; done) > /dev/null 2>&1 &")
+        core = subprocess.Popen([interpreter, PROGRAM, guest.terminal, PART], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        said = []
+        reader = threading.Thread(target=lambda: said.extend(core.stdout), daemon=True)
+        reader.start()
+        stalls, last = 0, board.state()
+        while core.poll() is None:
+            time.sleep(draw.uniform(0, BETWEEN))
+            guest.stall(STALL)
+            stalls += 1
+            state = board.state()
+            if state["edges"] != last["edges"]:
+                last = state
+            if state["s"] - last["s"] > PATIENCE:
+                core.kill()
+                raise Failed(f"nothing moves for {PATIENCE:.0f} s of the board's clock, after {state['edges']} steps")
+        reader.join()
+        expect(core.returncode == 0, f"printcore: {' '.join(said).strip()[-300:]}")
+        seconds = board.state()["s"]
+        end(board, guest)
+        count = compare(os.path.join(bench.out, "printcore", "steps.csv"), wanted)
+        return f"{said[-1].strip()}; {stalls} stalls; all {count} steps as from the card"
+    finally:
+        board.close()
