@@ -1,5 +1,5 @@
 //! Memory that a DMA reads or writes: only to be had through [`dma_buffer!`](crate::dma_buffer), which places
-//! it in the non-cacheable arena.
+//! it in memory that no cache touches.
 //!
 //! Access is volatile and by value. No reference into such memory ever exists, because the other side changes
 //! it at any time.
@@ -7,7 +7,7 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use crate::memory::{DMA_ARENA_BYTES, DMA_ARENA_START};
+use crate::memory::{D2_DMA_BYTES, D2_DMA_START, DMA_ARENA_BYTES, DMA_ARENA_START};
 
 /// A word a DMA can move: plain numbers, for which every bit pattern is a value.
 pub trait DmaWord: Copy + sealed::Sealed {}
@@ -44,8 +44,9 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
     /// it must not be used.
     pub fn address(&self) -> Option<u32> {
         let address = self.0.get() as u32;
-        let inside = (DMA_ARENA_START..DMA_ARENA_START + DMA_ARENA_BYTES).contains(&address);
-        inside.then_some(address)
+        let in_arena = (DMA_ARENA_START..DMA_ARENA_START + DMA_ARENA_BYTES).contains(&address);
+        let in_d2 = (D2_DMA_START..D2_DMA_START + D2_DMA_BYTES).contains(&address);
+        (in_arena || in_d2).then_some(address)
     }
 
     /// The word at `index`, or `None` beyond the end.
@@ -97,9 +98,15 @@ impl<const LENGTH: usize> DmaBuffer<u32, LENGTH> {
     }
 }
 
-/// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`
+/// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`; or, for DMA1 and DMA2 alone,
+/// in SRAM3: `dma_buffer!(in D2, static SAMPLES: [u16; 256]);`
 #[macro_export]
 macro_rules! dma_buffer {
+    (in D2, $(#[$attribute:meta])* $visibility:vis static $name:ident: [$word:ty; $length:expr]) => {
+        $(#[$attribute])*
+        #[unsafe(link_section = ".d2dma")]
+        $visibility static $name: $crate::dma::DmaBuffer<$word, { $length }> = $crate::dma::DmaBuffer::placed_by_macro();
+    };
     ($(#[$attribute:meta])* $visibility:vis static $name:ident: [$word:ty; $length:expr]) => {
         $(#[$attribute])*
         #[unsafe(link_section = ".dma_arena")]

@@ -42,7 +42,7 @@ const TAIL: usize = 2;
 /// Longer than any transmission (10.6 ms): one that has not ended by then never does.
 const LIMIT_US: u32 = 50_000;
 
-dma_buffer! {
+dma_buffer! { in D2,
     /// Compare values, in the order in which they are due.
     static VALUES: [u16; MOST_BYTES * 8 + TAIL]
 }

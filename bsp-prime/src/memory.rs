@@ -17,6 +17,8 @@ unsafe extern "C" {
     static mut __eaxisram: u32;
     static mut __sd2ram: u32;
     static mut __ed2ram: u32;
+    static mut __sd2dma: u32;
+    static mut __ed2dma: u32;
     static mut __sdma_arena: u32;
     static mut __edma_arena: u32;
     static __skept: u32;
@@ -37,6 +39,10 @@ pub const DMA_ARENA_BYTES: u32 = 80 * 1024;
 /// It takes two MPU regions, whose sizes are powers of two and whose bases are multiples of them: this much,
 /// and the rest behind it.
 const DMA_ARENA_LOWER_BYTES: u32 = 16 * 1024;
+/// First address of the memory for the DMAs of domain D2, SRAM3; `memory.x` says the same.
+pub const D2_DMA_START: u32 = 0x3004_0000;
+/// Its size in bytes.
+pub const D2_DMA_BYTES: u32 = 32 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
@@ -95,12 +101,15 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: Fl
     scb.enable_dcache(cpuid);
 }
 
-/// Zeroes the statics in SRAM1 and SRAM2. Call once, when their clocks are on (RM0399 section 2.3: without
+/// Zeroes the statics in SRAM1, SRAM2 and SRAM3. Call once, when their clocks are on (RM0399 section 2.3: without
 /// them an access is a bus error) and before anything in them is used.
 pub(crate) fn prepare_d2() {
-    // SAFETY: the linker script gives these symbols to exactly this region and aligns them to words;
+    // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words;
     // interrupts are off, and nobody has a reference to what lies there.
-    unsafe { zero_words(addr_of_mut!(__sd2ram), addr_of_mut!(__ed2ram)) };
+    unsafe {
+        zero_words(addr_of_mut!(__sd2ram), addr_of_mut!(__ed2ram));
+        zero_words(addr_of_mut!(__sd2dma), addr_of_mut!(__ed2dma));
+    }
     cortex_m::asm::dsb();
 }
 
@@ -207,6 +216,8 @@ fn protect(mpu: &mut MPU, flash: FlashUse) {
         (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
         // One sector of the flash is not as the others.
         (sector, of_sector | WRITE_THROUGH | size_field(SECTOR_BYTES)),
+        // SRAM3, for the DMAs of its domain.
+        (D2_DMA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(D2_DMA_BYTES)),
     ];
     cortex_m::asm::dmb();
     // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the

@@ -7,12 +7,12 @@ static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();
 static UART1: Inbox = Inbox::new();
 // The bus carries 64 bytes at a time; these may lie in slower memory.
-#[unsafe(link_section = ".axizero")]
+#[unsafe(link_section = ".d2ram")]
 static USB0: Inbox = Inbox::new();
-#[unsafe(link_section = ".axizero")]
+#[unsafe(link_section = ".d2ram")]
 static USB1: Inbox = Inbox::new();
 /// Nothing fast looks at it, so it need not be in DTCM; and it is all zero, as the section is.
-#[unsafe(link_section = ".axizero")]
+#[unsafe(link_section = ".d2ram")]
 static RTT: Inbox = Inbox::new();
 
 /// A console, in the order of the session ids.

@@ -20,7 +20,7 @@ use crate::dispatcher;
 /// Bytes for the host: what the bus takes in 3 ms, more than the dispatcher is ever away for.
 const TO_HOST_BYTES: usize = 4096;
 
-#[unsafe(link_section = ".axizero")]
+#[unsafe(link_section = ".d2ram")]
 static TO_HOST: [ByteRing<TO_HOST_BYTES>; 2] = [const { ByteRing::new() }; 2];
 
 /// A port has found no room in its inbox: it is to be told when there is.
@@ -37,14 +37,14 @@ type Bus = Guarded<OtgBus>;
 /// The device.
 pub type Device = Composite<'static, Bus, ConsoleLine, Nothing, Nothing>;
 
-/// Where it lives, with what it refers to. In AXI SRAM, as DTCM is for what motion needs all the time.
+/// Where it lives, with what it refers to. In SRAM1, as DTCM is for what motion needs all the time.
 struct Place {
     bus: usb::UsbBusAllocator<Bus>,
     serial: SerialNumber,
     device: Device,
 }
 
-#[unsafe(link_section = ".axizero")]
+#[unsafe(link_section = ".d2ram")]
 static mut PLACE: MaybeUninit<Place> = MaybeUninit::uninit();
 
 /// A console at a serial port.

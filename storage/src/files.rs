@@ -26,7 +26,7 @@ pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
 /// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
-const READY_ROOM: usize = 24;
+const READY_ROOM: usize = 32;
 /// Blocks of the allocation table that are counted in one go.
 const COUNTED_BLOCKS: u32 = 16;
 /// Where the card appears in paths.

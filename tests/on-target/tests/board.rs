@@ -76,7 +76,9 @@ mod tests {
         defmt::assert_eq!(memory::protection(9), kept, "SRAM4, 64 KiB: never cached, never executed");
         let log = (0x081E_0000, 0x1302_0021);
         defmt::assert_eq!(memory::protection(10), log, "the log's sector, 128 KiB: full access, never executed");
-        for unused in 11..16 {
+        let d2_dma = (0x3004_0000, 0x130C_001D);
+        defmt::assert_eq!(memory::protection(11), d2_dma, "SRAM3, 32 KiB: full access, never cached, never executed");
+        for unused in 12..16 {
             defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
         }
         // PRIVDEFENA and ENABLE; not HFNMIENA: a hard fault's handler may touch everything.
