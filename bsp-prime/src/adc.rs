@@ -212,8 +212,8 @@ impl Supplies {
     pub(crate) fn new(adc: pac::ADC3, common: &pac::ADC3_COMMON) -> Self {
         // SAFETY: as for ADC1.
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
-        // The chip's temperature sensor and reference. The battery's divider would drain the cell: it is on only
-        // while that is read.
+        // The chip's temperature sensor and reference. The battery's divider would drain the cell: it is on
+        // only while that is read.
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
@@ -299,8 +299,8 @@ impl Supplies {
     }
 }
 
-/// Connects the battery's divider to ADC3 (RM0399 section 26.8.2, VBATEN). Sampling for 152 us (810.5 cycles) gives it
-/// more than the time it needs (DS12923, "VBAT monitoring characteristics", tS_vbat: 9 us).
+/// Connects the battery's divider to ADC3 (RM0399 section 26.8.2, VBATEN). Sampling for 152 us (810.5 cycles)
+/// gives it more than the time it needs (DS12923, "VBAT monitoring characteristics", tS_vbat: 9 us).
 fn battery_divider(on: bool) {
     // SAFETY: this register is ADC3's alone; it is changed by the owner of `Supplies`, one at a time.
     unsafe { (*pac::ADC3_COMMON::ptr()).ccr.modify(|_, w| w.vbaten().bit(on)) };

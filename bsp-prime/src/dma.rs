@@ -98,8 +98,8 @@ impl<const LENGTH: usize> DmaBuffer<u32, LENGTH> {
     }
 }
 
-/// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`; or, for DMA1 and DMA2 alone,
-/// in SRAM3: `dma_buffer!(in D2, static SAMPLES: [u16; 256]);`
+/// Declares a static in the DMA arena: `dma_buffer!(static SAMPLES: [u16; 256]);`; or, for DMA1 and DMA2
+/// alone, in SRAM3: `dma_buffer!(in D2, static SAMPLES: [u16; 256]);`
 #[macro_export]
 macro_rules! dma_buffer {
     (in D2, $(#[$attribute:meta])* $visibility:vis static $name:ident: [$word:ty; $length:expr]) => {

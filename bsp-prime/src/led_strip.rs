@@ -2,8 +2,8 @@
 //!
 //! A bit is a pulse, long for 1 and short for 0. The timer makes the pulses; with each of its periods a DMA
 //! brings the compare value of the next one, so each edge is exact whatever the processor does, and nothing
-//! waits. The last two values are 0: the line stays low, which after [`LATCH_US`] has the chips show what they
-//! were sent. The interrupt at the end of the transfer stops the timer; it is the only one.
+//! waits. The last two values are 0: the line stays low, which after [`LATCH_US`] has the chips show what
+//! they were sent. The interrupt at the end of the transfer stops the timer; it is the only one.
 //!
 //! The pulses suit all of these chips. Data sheets, high and low times of 0 and of 1 in ns, and the pause:
 //!
@@ -57,7 +57,8 @@ const STREAM: usize = 0;
 const CHANNEL: usize = 8 + STREAM;
 /// Requests of the timers' updates (RM0399 section 18.3.2, table of DMAMUX1 inputs: TIM1_UP, TIM8_UP).
 const UPDATE_REQUESTS: [u8; 2] = [15, 51];
-/// Flags of stream 0 in DMA_LIFCR: FIFO, direct mode, transfer errors, half and whole (RM0399 section 16.5.3).
+/// Flags of stream 0 in DMA_LIFCR: FIFO, direct mode, transfer errors, half and whole (RM0399 section
+/// 16.5.3).
 const STREAM_FLAGS: u32 = 0b11_1101;
 
 fn now_us() -> u32 {
@@ -173,8 +174,8 @@ fn start(timer: usize, compare: u32, values: u32, count: usize) {
         stream.m0ar.write(|w| w.bits(values));
         stream.ndtr.write(|w| w.bits(count as u32));
     }
-    // RM0399 section 16.5.5: memory to peripheral, 16 bits, interrupt at the end and on an error. Urgent: it has
-    // a period's time for each value.
+    // RM0399 section 16.5.5: memory to peripheral, 16 bits, interrupt at the end and on an error. Urgent: it
+    // has a period's time for each value.
     stream.cr.write(|w| {
         w.dir().memory_to_peripheral().msize().bits16().psize().bits16().minc().set_bit();
         w.pl().very_high().tcie().set_bit().teie().set_bit()

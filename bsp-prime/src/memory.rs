@@ -101,8 +101,8 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: Fl
     scb.enable_dcache(cpuid);
 }
 
-/// Zeroes the statics in SRAM1, SRAM2 and SRAM3. Call once, when their clocks are on (RM0399 section 2.3: without
-/// them an access is a bus error) and before anything in them is used.
+/// Zeroes the statics in SRAM1, SRAM2 and SRAM3. Call once, when their clocks are on (RM0399 section 2.3:
+/// without them an access is a bus error) and before anything in them is used.
 pub(crate) fn prepare_d2() {
     // SAFETY: the linker script gives these symbols to exactly these regions and aligns them to words;
     // interrupts are off, and nobody has a reference to what lies there.

@@ -61,8 +61,8 @@ impl Pwm {
         self.timers.get(timer).copied().flatten().map(|registers| unsafe { &*registers })
     }
 
-    /// Gives a timer (0 or 1) to the strips of lights: nothing here touches it any more. `None` when it has been
-    /// given away.
+    /// Gives a timer (0 or 1) to the strips of lights: nothing here touches it any more. `None` when it has
+    /// been given away.
     pub fn give_away(&mut self, timer: usize) -> Option<LedTimer> {
         self.timers.get_mut(timer)?.take().map(|_| LedTimer(timer))
     }

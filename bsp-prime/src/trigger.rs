@@ -33,8 +33,8 @@ fn exti() -> &'static pac::exti::RegisterBlock {
     unsafe { &*pac::EXTI::ptr() }
 }
 
-/// Lets the interrupt of an event through that is no pin's, as it rises (RM0399 section 21.6). Called once, before
-/// interrupts are enabled.
+/// Lets the interrupt of an event through that is no pin's, as it rises (RM0399 section 21.6). Called once,
+/// before interrupts are enabled.
 pub(crate) fn listen_for_rise(event: u32) {
     let (exti, bit) = (exti(), 1 << event);
     // SAFETY: every pattern of these registers is valid; nobody else has changed them yet.

@@ -11,7 +11,8 @@ use units::{Celsius, Micros};
 
 /// SPI clock the chip takes at most (datasheet, "Serial-Interface Timing Characteristics").
 pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
-/// From one conversion to the next at most (datasheet, "Thermal Characteristics": tCONV, 70 ms, at most 100 ms).
+/// From one conversion to the next at most (datasheet, "Thermal Characteristics": tCONV, 70 ms, at most 100
+/// ms).
 pub const CONVERSION: Micros = Micros::from_millis(100);
 /// From power-up to the first conversion (the same, tCONV_PU).
 pub const FIRST_CONVERSION: Micros = Micros::from_millis(200);

@@ -96,19 +96,19 @@ impl Settings {
         }
     }
 
-    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": tCONV, conversions 2 to
-    /// n, 98 ms and at most 110 ms with the 50 Hz notch, 82 ms and at most 90 ms with that of 60 Hz; CR1, AVGSEL:
-    /// what each sample more takes). The one in sixteen that looks for an open thermocouple is up to 15 ms
-    /// longer.
+    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": tCONV, conversions 2
+    /// to n, 98 ms and at most 110 ms with the 50 Hz notch, 82 ms and at most 90 ms with that of 60 Hz;
+    /// CR1, AVGSEL: what each sample more takes). The one in sixteen that looks for an open thermocouple
+    /// is up to 15 ms longer.
     #[must_use]
     pub const fn conversion(&self) -> Micros {
         let [one, more] = if matches!(self.mains, Mains::Hz50) { [110_000, 20_000] } else { [90_000, 16_670] };
         Micros(one + more * ((1 << self.average_exponent()) - 1))
     }
 
-    /// From [`Max31856::set_up`] to the first conversion at most (the same places: 169 ms and at most 185 ms, 143
-    /// ms and at most 155 ms), with the look for an open thermocouple (CR0, OCFAULT 01 with the cold junction
-    /// on: 13.3 ms, at most 15 ms).
+    /// From [`Max31856::set_up`] to the first conversion at most (the same places: 169 ms and at most 185 ms,
+    /// 143 ms and at most 155 ms), with the look for an open thermocouple (CR0, OCFAULT 01 with the cold
+    /// junction on: 13.3 ms, at most 15 ms).
     #[must_use]
     pub const fn first_conversion(&self) -> Micros {
         let [one, more] = if matches!(self.mains, Mains::Hz50) { [185_000, 40_000] } else { [155_000, 33_330] };

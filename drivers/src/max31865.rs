@@ -1,15 +1,15 @@
 //! MAX31865 converter for platinum sensors: registers over SPI, mode 1 or 3, most significant bit first.
 //!
-//! MAX31865 datasheet (19-6478 Rev 3): table 1 addresses, table 2 configuration, table 3 the test of the wires,
-//! tables 4 and 5 the ratio of sensor to reference resistor, table 7 fault status, tables 10 to 12 what a
-//! fault means.
+//! MAX31865 datasheet (19-6478 Rev 3): table 1 addresses, table 2 configuration, table 3 the test of the
+//! wires, tables 4 and 5 the ratio of sensor to reference resistor, table 7 fault status, tables 10 to 12
+//! what a fault means.
 //!
-//! An open or shorted sensor shows with every conversion. That a single wire is open or at ground may not: then
-//! readings are what the input's capacitor keeps, or look right. The chip's fault detection cycle finds that, but
-//! the converter has to stand meanwhile: [`Max31865::begin_test`], a millisecond later [`Max31865::end_test`],
-//! and [`Settings::first_conversion`] later there are readings again. Its own delays are for filters of up to 100
-//! us ("Fault Detection Cycle"); the data sheet's capacitors at the sensor (10 nF for 1 kOhm, 100 nF for 100 Ohm)
-//! make 10 us.
+//! An open or shorted sensor shows with every conversion. That a single wire is open or at ground may not:
+//! then readings are what the input's capacitor keeps, or look right. The chip's fault detection cycle finds
+//! that, but the converter has to stand meanwhile: [`Max31865::begin_test`], a millisecond later
+//! [`Max31865::end_test`], and [`Settings::first_conversion`] later there are readings again. Its own delays
+//! are for filters of up to 100 us ("Fault Detection Cycle"); the data sheet's capacitors at the sensor (10
+//! nF for 1 kOhm, 100 nF for 100 Ohm) make 10 us.
 
 use embedded_hal::spi::{Operation, SpiDevice};
 use units::{Celsius, Micros, Ohms};
@@ -61,8 +61,8 @@ pub enum Mains {
     Hz60,
 }
 
-/// How long a test of the wires takes at most (datasheet, "Electrical Characteristics": automatic fault detection
-/// cycle time, 550 us, 600 us at most).
+/// How long a test of the wires takes at most (datasheet, "Electrical Characteristics": automatic fault
+/// detection cycle time, 550 us, 600 us at most).
 pub const TEST: Micros = Micros(600);
 
 /// How a chip is set up.
@@ -98,7 +98,8 @@ impl Settings {
 
     /// From [`Max31865::set_up`] or the end of a test to the first conversion at most (the same place, single
     /// conversion: 62.5 ms and at most 66 ms, 52 ms and at most 55 ms), and what the input's capacitors take
-    /// once the bias is on: 10.5 time constants and 1 ms ("1-Shot"), within 10 ms for 100 nF at some kiloohms.
+    /// once the bias is on: 10.5 time constants and 1 ms ("1-Shot"), within 10 ms for 100 nF at some
+    /// kiloohms.
     #[must_use]
     pub const fn first_conversion(&self) -> Micros {
         Micros(if matches!(self.mains, Mains::Hz50) { 66_000 + 10_000 } else { 55_000 + 10_000 })
@@ -231,8 +232,8 @@ impl<SPI: SpiDevice> Max31865<SPI> {
     /// [`Settings::first_conversion`] later.
     ///
     /// # Errors
-    /// What is wrong with the wires; that the chip has forgotten its settings, and has to be set up; that it does
-    /// not end its test; or that it does not answer.
+    /// What is wrong with the wires; that the chip has forgotten its settings, and has to be set up; that it
+    /// does not end its test; or that it does not answer.
     pub fn end_test(&mut self) -> Result<(), Fault> {
         let [configuration, .., status] = self.registers()?;
         let begun = self.settings.testing() & configuration::KEPT;
@@ -294,210 +295,4 @@ pub fn celsius(settings: &Settings, ratio: u16) -> Result<Celsius, Fault> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use embedded_hal::spi::{ErrorKind, ErrorType};
-    use proptest::prelude::*;
-
-    const PT100: Settings =
-        Settings { platinum: Platinum::PT100, reference: Ohms(430.0), wires: Wires::Two, mains: Mains::Hz50 };
-
-    /// The chip by its datasheet: eight registers at an address that counts on, faults by the thresholds.
-    struct Chip {
-        registers: [u8; 8],
-        ratio: u16,
-        is_there: bool,
-        also: u8,
-        /// What a test of the wires finds, and whether it ends.
-        finds: u8,
-        ends: bool,
-    }
-
-    impl Chip {
-        /// As it is after power-on (table 1).
-        fn new(ratio: u16) -> Self {
-            Self { registers: [0, 0, 0, 0xFF, 0xFF, 0, 0, 0], ratio, is_there: true, also: 0, finds: 0, ends: true }
-        }
-
-        fn convert(&mut self) {
-            if self.registers[0] & 0b1100 == 0b0100 && self.ends {
-                assert_eq!(self.registers[0] & 0b1110_1110, 0b1000_0100, "100X010X");
-                self.registers[0] &= !0b1100;
-                self.registers[7] |= self.finds;
-            }
-            if self.registers[0] & 0b0100_0000 == 0 {
-                return;
-            }
-            let threshold = |at: usize| u16::from_be_bytes([self.registers[at], self.registers[at + 1]]) >> 1;
-            let high = u8::from(self.ratio >= threshold(3)) << 7;
-            let low = u8::from(self.ratio <= threshold(5)) << 6;
-            self.registers[7] |= high | low | self.also;
-            let rtd = self.ratio << 1 | u16::from(self.registers[7] != 0);
-            [self.registers[1], self.registers[2]] = rtd.to_be_bytes();
-        }
-    }
-
-    impl ErrorType for &mut Chip {
-        type Error = ErrorKind;
-    }
-
-    impl SpiDevice for &mut Chip {
-        fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
-            let (mut at, mut first, mut writes) = (0, true, false);
-            for operation in operations {
-                match operation {
-                    Operation::Write(bytes) => {
-                        for byte in bytes.iter() {
-                            if core::mem::take(&mut first) {
-                                (at, writes) = (usize::from(byte & 0x7F), byte & 0x80 != 0);
-                            } else if writes && (at == 0 || (3..7).contains(&at)) {
-                                self.registers[at] = *byte;
-                                at += 1;
-                            }
-                        }
-                    }
-                    Operation::Read(into) => {
-                        self.convert();
-                        for byte in into.iter_mut() {
-                            *byte = if self.is_there { self.registers[at % 8] } else { 0xFF };
-                            at += 1;
-                        }
-                    }
-                    _ => return Err(ErrorKind::Other),
-                }
-            }
-            if self.registers[0] & 2 != 0 {
-                self.registers[0] &= !2;
-                self.registers[7] = 0;
-            }
-            Ok(())
-        }
-    }
-
-    /// A data line at ground.
-    struct Dead;
-
-    impl ErrorType for Dead {
-        type Error = ErrorKind;
-    }
-
-    impl SpiDevice for Dead {
-        fn transaction(&mut self, _: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
-            Ok(())
-        }
-    }
-
-    fn set_up(chip: &mut Chip, settings: Settings) -> Max31865<&mut Chip> {
-        let mut driver = Max31865::new(chip, settings);
-        driver.set_up().unwrap();
-        driver
-    }
-
-    #[test]
-    fn the_configuration_is_that_of_table_2() {
-        let of = |wires, mains| Settings { wires, mains, ..PT100 }.configuration();
-        assert_eq!(of(Wires::Two, Mains::Hz50), 0b1100_0001);
-        assert_eq!(of(Wires::Three, Mains::Hz60), 0b1101_0000);
-        assert_eq!(of(Wires::Four, Mains::Hz60), 0b1100_0000);
-    }
-
-    #[test]
-    fn the_datasheet_s_example_ratios_are_read() {
-        // Table 9, a PT100 with 400 Ohm: codes and temperatures.
-        let settings = Settings { reference: Ohms(400.0), ..PT100 };
-        for (code, celsius) in
-            [(2_394, -175.0), (6_579, -50.0), (8_192, 0.0), (11_346, 100.0), (14_406, 200.0), (15_901, 250.0)]
-        {
-            let read = super::celsius(&settings, code).unwrap().0;
-            assert!((read - celsius).abs() < 0.03, "{read} for {celsius}");
-        }
-    }
-
-    #[test]
-    fn every_fault_has_its_words_and_is_cleared() {
-        for (status, fault) in [(2, Fault::Voltage), (6, Fault::Shorted), (7, Fault::Open)] {
-            let mut chip = Chip::new(8_192);
-            let mut driver = set_up(&mut chip, PT100);
-            assert!(driver.read().is_ok());
-            driver.spi.also = 1 << status;
-            assert_eq!(driver.read(), Err(fault));
-            driver.spi.also = 0;
-            assert!(driver.read().is_ok(), "cleared");
-        }
-        assert_eq!(Fault::of_status(0), Fault::Unknown);
-    }
-
-    /// Tables 10 to 12: which bits there are, and the likeliest cause.
-    #[test]
-    fn a_test_of_the_wires_finds_them_one_by_one_and_the_chip_converts_again() {
-        for (finds, fault) in [
-            (1 << 5, Fault::NoCurrent),
-            (1 << 4 | 1 << 3, Fault::MinusGrounded),
-            (1 << 3, Fault::Grounded),
-            (1 << 2 | 1 << 5, Fault::Voltage),
-        ] {
-            let mut chip = Chip::new(8_192);
-            let mut driver = set_up(&mut chip, Settings { wires: Wires::Three, ..PT100 });
-            driver.spi.finds = finds;
-            assert!(driver.read().is_ok(), "conversions do not show it");
-            driver.begin_test().unwrap();
-            assert_eq!(driver.end_test(), Err(fault));
-            assert!(driver.read().is_ok(), "it converts, and the fault is cleared");
-            driver.spi.finds = 0;
-            driver.begin_test().unwrap();
-            assert_eq!(driver.end_test(), Ok(()));
-        }
-    }
-
-    #[test]
-    fn a_test_that_does_not_end_or_was_forgotten_is_no_pass() {
-        let mut chip = Chip::new(8_192);
-        let mut driver = set_up(&mut chip, PT100);
-        driver.spi.ends = false;
-        driver.begin_test().unwrap();
-        assert_eq!(driver.end_test(), Err(Fault::Garbled));
-        driver.spi.ends = true;
-        driver.begin_test().unwrap();
-        driver.spi.registers = Chip::new(0).registers;
-        assert_eq!(driver.end_test(), Err(Fault::Reset));
-        driver.spi.is_there = false;
-        assert_eq!(driver.end_test(), Err(Fault::Absent));
-    }
-
-    #[test]
-    fn open_and_shorted_sensors_are_beyond_the_thresholds() {
-        for (ratio, fault) in [(32_767, Fault::Open), (0, Fault::Shorted)] {
-            let mut chip = Chip::new(ratio);
-            let mut driver = set_up(&mut chip, PT100);
-            assert_eq!(driver.read(), Err(fault));
-        }
-    }
-
-    #[test]
-    fn a_chip_that_forgets_and_a_line_that_is_dead_are_told_apart() {
-        let mut chip = Chip::new(8_192);
-        let mut driver = set_up(&mut chip, PT100);
-        driver.spi.registers = Chip::new(0).registers;
-        assert_eq!(driver.read(), Err(Fault::Reset));
-        driver.set_up().unwrap();
-        assert!(driver.read().is_ok());
-        driver.spi.is_there = false;
-        assert_eq!(driver.read(), Err(Fault::Absent));
-        assert_eq!(driver.set_up(), Err(Fault::Absent));
-        assert_eq!(Max31865::new(Dead, PT100).read(), Err(Fault::Low));
-    }
-
-    proptest! {
-        #[test]
-        fn a_temperature_survives_ratio_and_chip(celsius in -190.0_f32..840.0, thousand: bool) {
-            let (platinum, reference) =
-                if thousand { (Platinum::PT1000, Ohms(4_300.0)) } else { (Platinum::PT100, Ohms(430.0)) };
-            let settings = Settings { platinum, reference, ..PT100 };
-            let ratio = f64::from(platinum.ohms(Celsius(celsius)).0) / f64::from(reference.0);
-            let mut chip = Chip::new((ratio * 32_768.0).round() as u16);
-            let mut driver = set_up(&mut chip, settings);
-            // Half a step of 13 milliohms where platinum is least steep.
-            prop_assert!((driver.read().unwrap().0 - celsius).abs() < 0.03);
-        }
-    }
-}
+mod tests;

@@ -1,5 +1,5 @@
-//! Whether a supply falls: brown-out. Its usual voltage is learnt while it is there, for machines have 12 V or 24
-//! V and nobody tells them.
+//! Whether a supply falls: brown-out. Its usual voltage is learnt while it is there, for machines have 12 V
+//! or 24 V and nobody tells them.
 
 use units::Volts;
 
@@ -23,8 +23,8 @@ pub struct FallingSupply {
 }
 
 impl FallingSupply {
-    /// A look. True when it has been low twice in a row: below `least`, or below three quarters of what it usually
-    /// has where nobody says it.
+    /// A look. True when it has been low twice in a row: below `least`, or below three quarters of what it
+    /// usually has where nobody says it.
     pub fn look(&mut self, volts: Volts, least: Option<Volts>) -> bool {
         let Volts(now) = volts;
         let Volts(least) = least.unwrap_or(Volts(self.usual * SHARE));

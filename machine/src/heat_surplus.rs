@@ -1,13 +1,13 @@
-//! Heaters with a model: whether one takes much more heat, or much less, than its model explains, for long. A sensor
-//! that slides out slowly, or drifts, is no fault that readings tell of: control follows it. But a heater that is
-//! hotter than it reads loses more heat, and one that is colder, less.
+//! Heaters with a model: whether one takes much more heat, or much less, than its model explains, for long. A
+//! sensor that slides out slowly, or drifts, is no fault that readings tell of: control follows it. But a
+//! heater that is hotter than it reads loses more heat, and one that is colder, less.
 
 use units::{HeaterId, MAX_HEATERS, Micros};
 
 /// How often heaters are looked at.
 const PERIOD: Micros = Micros::from_seconds(1);
-/// This share more or less than the model explains is told: a quarter may be drafts, a sagging supply and a sock
-/// that has come off together.
+/// This share more or less than the model explains is told: a quarter may be drafts, a sagging supply and a
+/// sock that has come off together.
 const MUCH: f32 = 0.4;
 /// Below this all is well again.
 const LITTLE: f32 = 0.25;

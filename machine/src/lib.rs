@@ -15,6 +15,7 @@ mod arms;
 mod autotune;
 mod axes;
 mod bed;
+mod brown_out;
 mod buttons;
 mod drawing;
 mod driver_codes;

@@ -135,8 +135,8 @@ impl Supervisor {
         !self.fets.reported
     }
 
-    /// The motor supply was found off by somebody who looks oftener, and told. When it comes back, drivers are set
-    /// up.
+    /// The motor supply was found off by somebody who looks oftener, and told. When it comes back, drivers
+    /// are set up.
     pub const fn motor_supply_is_lost(&mut self) {
         self.supply_on = Some(false);
     }

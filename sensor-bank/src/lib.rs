@@ -22,8 +22,8 @@ const ASK_AGAIN: Micros = Micros::from_millis(50);
 /// A reading counts for so many of its own periods.
 const LASTS_PERIODS: u64 = 4;
 
-/// A chip that can test its sensor's wires does it this often. It has no reading for the time of one conversion
-/// and a few milliseconds, so that none is left out.
+/// A chip that can test its sensor's wires does it this often. It has no reading for the time of one
+/// conversion and a few milliseconds, so that none is left out.
 const TEST_PERIOD: Micros = Micros::from_seconds(5);
 
 /// What a chip is doing.
@@ -54,7 +54,8 @@ struct Sensor<SPI> {
 }
 
 impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
-    /// What is next: setting the chip up, testing the wires, a reading. None when there is nothing to say yet.
+    /// What is next: setting the chip up, testing the wires, a reading. None when there is nothing to say
+    /// yet.
     fn run(&mut self, now: Micros) -> Option<DatedReading> {
         let done = match self.stage {
             Stage::New => self.set_up(now).map(|()| None),
@@ -66,7 +67,8 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
             Ok(None) => None,
             Ok(Some(celsius)) => Some(self.dated(SensorReading::MilliDegrees((celsius.0 * 1e3) as i32), now)),
             Err(fault) => {
-                // Told as what it is. What it reads until its first conversion is over is nobody's temperature.
+                // Told as what it is. What it reads until its first conversion is over is nobody's
+                // temperature.
                 let is_set_up_anew = fault.needs_set_up && self.set_up(now).is_ok();
                 if !is_set_up_anew {
                     self.due = now.plus(ASK_AGAIN);

@@ -142,8 +142,9 @@ impl PrimeMcu {
         self.pwr.inner.set_analog_supply(millivolts, registers);
     }
 
-    /// The rail changes while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4), which the
-    /// emulator does not wire. Only changes are told: a detector that is switched on later tells nothing.
+    /// The rail changes while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4),
+    /// which the emulator does not wire. Only changes are told: a detector that is switched on later
+    /// tells nothing.
     pub fn change_supply(&mut self, at: VirtualNanos, millivolts: u32) {
         let below = |mcu: &Self| pwr::csr1::PVDO.is_set(mcu.register(mcu.slots.pwr, pwr::Register::Csr1));
         let before = below(self);
@@ -175,7 +176,8 @@ impl PrimeMcu {
         rcc::cifr::HSECSSF.is_set(self.register(self.slots.rcc, rcc::Register::Cifr))
     }
 
-    /// ADC1 stands: the conversion that it is in never ends, as without a clock, and its results stay as they are.
+    /// ADC1 stands: the conversion that it is in never ends, as without a clock, and its results stay as they
+    /// are.
     pub fn stop_converter(&mut self, at: VirtualNanos) {
         if let (bus, Some(converter)) = self.part.split(self.slots.adc1) {
             let (registers, mut context) = bus.drive(at, self.slots.adc1);

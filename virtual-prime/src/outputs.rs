@@ -77,8 +77,8 @@ impl TappedExti {
         std::mem::take(&mut self.changes)
     }
 
-    /// The detector of the chip's supply (event input 16) has changed: where the image listens for such an edge, it is
-    /// pending, as if by software.
+    /// The detector of the chip's supply (event input 16) has changed: where the image listens for such an
+    /// edge, it is pending, as if by software.
     pub fn detector(&mut self, below: bool, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         const EVENT: u64 = 1 << 16;
         let edges = if below { Register::Rtsr1 } else { Register::Ftsr1 };

@@ -1,6 +1,6 @@
 //! Outputs of the PWM timers (TIM1, TIM8) as edges, for what on the board wants each of them: strips of
-//! lights. The timer's place on the bus is taken by [`TappedTimer`], which lets the timer do its work and then
-//! looks at its outputs.
+//! lights. The timer's place on the bus is taken by [`TappedTimer`], which lets the timer do its work and
+//! then looks at its outputs.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::soc::stm32h743::generated::tim1::Register;

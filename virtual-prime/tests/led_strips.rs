@@ -26,8 +26,8 @@ fn shows(velvet: &mut Velvet, place: usize) -> (Vec<[u8; 3]>, u64) {
     (bytes.chunks(3).map(|light| [light[1], light[0], light[2]]).collect(), frames)
 }
 
-/// The times of `bsp-prime/src/led_strip.rs`, which suit WS2812B, WS2812B-V5 and SK6812 alike; the emulator's edges
-/// are up to 7 ns off.
+/// The times of `bsp-prime/src/led_strip.rs`, which suit WS2812B, WS2812B-V5 and SK6812 alike; the emulator's
+/// edges are up to 7 ns off.
 #[test]
 fn bits_on_the_wire_are_as_the_data_sheets_want_them() {
     let mut velvet = strip(Plan::new(), "case", "PWM2_1", 30).set("[led strip] case.initial_green = 1").start();

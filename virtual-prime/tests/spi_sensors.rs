@@ -48,8 +48,8 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     opens(&mut velvet, "thermocouple open: check its plug and wires");
 }
 
-/// The chip tests the wires every five seconds, while the heater goes on; the one that is open is found although the
-/// reading looks right.
+/// The chip tests the wires every five seconds, while the heater goes on; the one that is open is found
+/// although the reading looks right.
 #[test]
 fn a_max31865_tests_its_wires() {
     let mut velvet = hotend("max31865", 0).set("[temperature control] hotend.rtd_wires = 4").start();

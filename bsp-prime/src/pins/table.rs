@@ -149,8 +149,8 @@ pub const THERMISTORS: [AnalogInput; 7] = [
     AnalogInput { name: "ADC1_6", channel: 15, pin: Some(pin('A', 3)) },
 ];
 
-/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and three sources inside the chip (RM0399
-/// section 26.4.4, table of inputs).
+/// The voltage and header inputs of ADC3 [power, mosfets, expansion], and three sources inside the chip
+/// (RM0399 section 26.4.4, table of inputs).
 pub const SUPPLIES: [AnalogInput; 9] = [
     AnalogInput { name: "ADC3_0", channel: 10, pin: Some(pin('C', 0)) },
     AnalogInput { name: "ADC3_1", channel: 6, pin: Some(pin('F', 10)) },

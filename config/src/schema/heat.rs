@@ -481,24 +481,8 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "M-code that reports the temperature.",
         )
         .v1("temperature_control.<name>.get_m_code"),
-        number(
-            "preset1",
-            "0",
-            NOT_NEGATIVE,
-            heater!(|h, v| h.presets[0] = Celsius(v as f32)),
-            "What S1 means; 0: off.",
-        )
-        .unit("C")
-        .v1("temperature_control.<name>.preset1"),
-        number(
-            "preset2",
-            "0",
-            NOT_NEGATIVE,
-            heater!(|h, v| h.presets[1] = Celsius(v as f32)),
-            "What S2 means; 0: off.",
-        )
-        .unit("C")
-        .v1("temperature_control.<name>.preset2"),
+        control::PRESET_1,
+        control::PRESET_2,
         control::PRESETS,
     ],
 };

@@ -1,5 +1,5 @@
-//! `[temperature control]`: the derivative's filter, control by a model of the heater, and when a wait
-//! for a temperature is over.
+//! `[temperature control]`: the derivative's filter, control by a model of the heater, when a wait for a
+//! temperature is over, and presets.
 
 use super::Setting;
 use super::build::{NOT_NEGATIVE, POSITIVE, number, text, word};
@@ -118,6 +118,14 @@ pub const WAIT_TIMEOUT: Setting = number(
 )
 .unit("s")
 .velvet();
+pub const PRESET_1: Setting =
+    number("preset1", "0", NOT_NEGATIVE, heater!(|h, v| h.presets[0] = Celsius(v as f32)), "What S1 means; 0: off.")
+        .unit("C")
+        .v1("temperature_control.<name>.preset1");
+pub const PRESET_2: Setting =
+    number("preset2", "0", NOT_NEGATIVE, heater!(|h, v| h.presets[1] = Celsius(v as f32)), "What S2 means; 0: off.")
+        .unit("C")
+        .v1("temperature_control.<name>.preset2");
 pub const PRESETS: Setting = text(
     "presets",
     "",

@@ -1,41 +1,22 @@
-//! Brown-out: the supply of motors or heaters falls while the machine works. Heaters go off first, which leaves
-//! what there is to the motors; these brake along their path and are held as long as it lasts. A journal notes
-//! the job; without one the card keeps what has happened, and the next start tells it.
+//! Brown-out: the supply of motors or heaters falls while the machine works. Heaters go off first, which
+//! leaves what there is to the motors; these brake along their path and are held as long as it lasts. A
+//! journal notes the job; without one the card keeps what has happened, and the next start tells it.
 
 use core::fmt::{Arguments, Write as _};
 
 use program::State;
 use units::{Micros, Volts};
 
-use super::{Machine, journal};
+use super::Machine;
+use crate::brown_out::{PATH, news, told};
 use crate::failure::Message;
-use crate::falling_supply::{FallingSupply, OFF};
+use crate::falling_supply::OFF;
 use crate::grbl::numbers::Alarm;
-use crate::ports::{DateTime, FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{DateTime, Ports, StorageError};
 use crate::supervisor::Supervisor;
 
 /// Each of the two supplies is looked at so often, in turns.
 const PERIOD: Micros = Micros::from_millis(3);
-/// What has happened, in words: a block that is made beforehand and written in place, so that neither allocation
-/// table nor directory is touched while the power goes.
-const PATH: &str = "/sd/brown-out.txt";
-const BLOCK: usize = 512;
-/// How it begins: nobody has been told yet, or somebody has.
-const NEWS: &str = "new: ";
-const TOLD: &str = "told: ";
-
-/// The two supplies.
-#[derive(Debug, Default)]
-pub(super) struct BrownOut {
-    due: Micros,
-    heaters_turn: bool,
-    motors: FallingSupply,
-    heaters: FallingSupply,
-    /// It is to be kept once the motors stand.
-    to_keep: Option<Message>,
-    /// The file of what is kept: to close it takes writes of its own, which have to wait until the power is there.
-    file: Option<FileHandle>,
-}
 
 /// Looks at one of the supplies.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -54,16 +35,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     if falls_now && is_at_work(machine) {
         falls(machine, of_heaters, volts, usual);
     }
-    if machine.brown_out.file.is_some() && machine.brown_out.is_over() {
-        close(machine);
-    }
-}
-
-impl BrownOut {
-    /// Both supplies are as usual.
-    const fn is_over(&self) -> bool {
-        !self.motors.is_low() && !self.heaters.is_low()
-    }
+    machine.brown_out.look_after_note(&mut machine.ports);
 }
 
 /// Below what the supply falls; none: below a share of what it usually has.
@@ -102,7 +74,8 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     if machine.journal.is_noting() {
         machine.brown_out.to_keep = Some(event);
     } else {
-        keep(machine, &event);
+        let written = machine.brown_out.keep(&mut machine.ports, &event);
+        not_written(machine, written);
     }
 }
 
@@ -116,10 +89,10 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     }
     if of_heaters {
         machine.ports.supervisor(Supervisor::fet_supply_is_lost);
-        machine.fet_supply_lost();
+        fet_supply_lost(machine);
     } else {
         machine.ports.supervisor(Supervisor::motor_supply_is_lost);
-        machine.motor_supply_lost();
+        motor_supply_lost(machine);
     }
 }
 
@@ -142,81 +115,37 @@ fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> Message {
     event
 }
 
-/// The halted machine stands: what was left until then.
-pub(super) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
-    journal::stands(machine);
-    if let Some(event) = machine.brown_out.to_keep.take() {
-        keep(machine, &event);
-    }
-}
-
-/// Writes it over the block, if there is one.
-fn keep<P: Ports>(machine: &mut Machine<'_, P>, event: &str) {
-    close(machine);
-    let opened = machine.ports.open(PATH, OpenMode::Append);
-    machine.brown_out.file = opened.ok();
-    let written = opened.and_then(|file| put(&mut machine.ports, file, NEWS, event));
-    if let Err(error) = written
-        && !matches!(error, StorageError::NotFound | StorageError::NoCard)
-    {
+fn not_written<P: Ports>(machine: &mut Machine<'_, P>, written: Result<(), StorageError>) {
+    if let Err(error) = written {
         machine.announce(format_args!("WARNING: {PATH} was not written: {}\n", error.text()));
     }
 }
 
-fn put<P: Ports>(ports: &mut P, file: FileHandle, state: &str, event: &str) -> Result<(), StorageError> {
-    let mut block = [b' '; BLOCK];
-    let text = state.bytes().chain(event.bytes()).chain([b'\n']);
-    block.iter_mut().zip(text).for_each(|(to, byte)| *to = byte);
-    ports.seek(file, 0).and_then(|()| Storage::write(ports, file, &block))
-}
-
-fn close<P: Ports>(machine: &mut Machine<'_, P>) {
-    if let Some(file) = machine.brown_out.file.take() {
-        // Its block has been written.
-        let _ = machine.ports.close(file);
+/// Without supply a motor holds nothing: positions are no longer known.
+pub(super) fn motor_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.axes.lose_supply();
+    machine.phases.lose_supply();
+    let state = machine.safety.state();
+    if matches!(state, State::Idle | State::Suspended | State::Check) || machine.safety.is_halted() {
+        machine.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));
+    } else {
+        machine.halt(Alarm::Abort, format_args!("ERROR: motor supply lost while moving\n"));
     }
 }
 
-/// A job begins: makes the block, where there is none. A job with a journal has its own.
-pub(super) fn prepare<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.journal.is_on || machine.config.voltages.is_empty() {
-        return;
+/// Without its supply a heater would only be missed by its guard, minutes later.
+pub(super) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.ports.heat(|heat| heat.any_on()) {
+        machine.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
+    } else {
+        machine.announce(format_args!("WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"));
     }
-    if machine.config.system.brown_out_volts == Some(Volts(0.0)) {
-        return;
-    }
-    let ports = &mut machine.ports;
-    if let Ok(file) = ports.open(PATH, OpenMode::Read) {
-        let size = ports.size(file);
-        // It was only read.
-        let _ = ports.close(file);
-        if size == Ok(BLOCK as u32) {
-            return;
-        }
-    }
-    // On a card that takes no writes nothing is kept.
-    let _ = ports.open(PATH, OpenMode::Write).and_then(|file| {
-        let written = Storage::write(ports, file, &[b' '; BLOCK]);
-        written.and(ports.close(file))
-    });
 }
 
 /// At boot: what nobody has been told yet.
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Ok(file) = machine.ports.open(PATH, OpenMode::Read) else { return };
-    let mut block = [0; BLOCK];
-    let read = machine.ports.read(file, &mut block);
-    // It was only read.
-    let _ = machine.ports.close(file);
-    let Some(bytes) = read.ok().and_then(|count| block.get(..count)) else { return };
-    let text = core::str::from_utf8(bytes).unwrap_or_default();
-    let Some(event) = text.strip_prefix(NEWS).map(|rest| rest.lines().next().unwrap_or_default().trim()) else {
-        return;
-    };
+    let Some(event) = news(&mut machine.ports) else { return };
     machine.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
-    let ports = &mut machine.ports;
-    let told = ports.open(PATH, OpenMode::Append).and_then(|file| put(ports, file, TOLD, event).and(ports.close(file)));
-    if let Err(error) = told {
-        machine.announce(format_args!("WARNING: {PATH} was not written: {}\n", error.text()));
-    }
+    let written = told(&mut machine.ports, &event);
+    not_written(machine, written);
 }

@@ -10,7 +10,8 @@ use events::{Event as Happened, Text};
 use program::{Dialect, State};
 use units::Micros;
 
-use super::{Machine, brown_out, journal, log, program_io};
+use super::{Machine, journal, log, program_io};
+use crate::brown_out;
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
@@ -191,7 +192,10 @@ impl<P: Ports> Machine<'_, P> {
             }
             Stopping::Over => {}
         }
-        brown_out::stands(self);
+        journal::stands(self);
+        if let Err(error) = self.brown_out.stands(&mut self.ports) {
+            self.announce(format_args!("WARNING: {} was not written: {}\n", brown_out::PATH, error.text()));
+        }
         if !self.safety.holds_motors() {
             self.release_motors();
         }

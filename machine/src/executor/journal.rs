@@ -3,9 +3,10 @@
 
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
-use units::{Axis, AxisSet, Micros, PerAxis};
+use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
-use super::{Machine, brown_out, card};
+use super::{Machine, card};
+use crate::brown_out;
 use crate::failure::Failure;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
 use crate::ports::{Ports, StorageError};
@@ -24,6 +25,15 @@ const AHEAD_S: f64 = 0.3;
 /// A job is looked at so often: motion knows where its motors are every 16 ms.
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
+/// A job without a journal has a fall of the supply kept, where anybody looks for one.
+fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
+    let is_looked_for =
+        !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
+    if !machine.journal.is_on && is_looked_for {
+        brown_out::prepare(&mut machine.ports);
+    }
+}
+
 /// A file is about to be played: the first line has not been read.
 pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
@@ -33,7 +43,7 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     give_up_offer(machine);
-    brown_out::prepare(machine);
+    note_of_brown_out(machine);
     if !machine.journal.is_on {
         return;
     }

@@ -1,5 +1,5 @@
-//! Strips of lights: codes change their colours, where the path has come to; what they are to show is looked at
-//! some twenty times a second, and sent where it is new.
+//! Strips of lights: codes change their colours, where the path has come to; what they are to show is looked
+//! at some twenty times a second, and sent where it is new.
 
 use motion::Refusal;
 use program::{LightChange, State};
@@ -25,8 +25,8 @@ pub(super) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Has colours change behind what has been submitted: at once when nothing moves, or where the change does not
-/// ride; else when the motors have come there, and nothing waits.
+/// Has colours change behind what has been submitted: at once when nothing moves, or where the change does
+/// not ride; else when the motors have come there, and nothing waits.
 pub(super) async fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
     loop {
         let waits = change.rides && !machine.safety.is_halted();

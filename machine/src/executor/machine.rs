@@ -9,7 +9,6 @@ use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, LightChange, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
-use super::brown_out::BrownOut;
 use super::cut::Cut;
 use super::frames::Frames;
 use super::hold::Hold;
@@ -18,6 +17,7 @@ use super::polls::Polls;
 use super::recorded::Recorded;
 use crate::axes::Axes;
 use crate::bed::Bed;
+use crate::brown_out::BrownOut;
 use crate::buttons::Buttons;
 use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Answer, Failure, Outcome, message};
@@ -79,8 +79,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) heat_surplus: SurplusWatch,
     /// Whether supplies fall.
     pub(super) brown_out: BrownOut,
-    /// The colours that strips of lights are told to have, those that wait for their places on the path, and what is
-    /// shown.
+    /// The colours that strips of lights are told to have, those that wait for their places on the path, and
+    /// what is shown.
     pub(super) strips: Strips,
     pub(super) riding_lights: Effects<LightChange>,
     pub(super) lights: LightShow,

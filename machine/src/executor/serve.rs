@@ -360,11 +360,11 @@ impl<P: Ports> Machine<'_, P> {
     fn watch_supervisor(&mut self) {
         while let Some(event) = self.ports.supervisor(Supervisor::take_event) {
             match event {
-                SupervisorEvent::MotorSupplyLost => self.motor_supply_lost(),
+                SupervisorEvent::MotorSupplyLost => brown_out::motor_supply_lost(self),
                 SupervisorEvent::MotorSupplyReturned => {
                     self.announce(format_args!("// NOTICE motor supply is on, HOME before moving\n"));
                 }
-                SupervisorEvent::FetSupplyLost => self.fet_supply_lost(),
+                SupervisorEvent::FetSupplyLost => brown_out::fet_supply_lost(self),
                 SupervisorEvent::FetSupplyReturned => self.announce(format_args!("// NOTICE heater supply is on\n")),
                 SupervisorEvent::Driver(motor, trouble) => {
                     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
@@ -384,29 +384,6 @@ impl<P: Ports> Machine<'_, P> {
                     }
                 }
             }
-        }
-    }
-
-    /// Without supply a motor holds nothing: positions are no longer known.
-    pub(super) fn motor_supply_lost(&mut self) {
-        self.axes.lose_supply();
-        self.phases.lose_supply();
-        let state = self.safety.state();
-        if matches!(state, State::Idle | State::Suspended | State::Check) || self.safety.is_halted() {
-            self.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));
-        } else {
-            self.halt(Alarm::Abort, format_args!("ERROR: motor supply lost while moving\n"));
-        }
-    }
-
-    /// Without its supply a heater would only be missed by its guard, minutes later.
-    pub(super) fn fet_supply_lost(&mut self) {
-        if self.ports.heat(|heat| heat.any_on()) {
-            self.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
-        } else {
-            self.announce(format_args!(
-                "WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"
-            ));
         }
     }
 

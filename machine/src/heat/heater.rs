@@ -83,8 +83,8 @@ impl Heater {
         self.target > OFF_BELOW
     }
 
-    /// What it takes to hold its target beyond what its model explains, as a share of that; below zero: less. None
-    /// on its way, or without a model.
+    /// What it takes to hold its target beyond what its model explains, as a share of that; below zero: less.
+    /// None on its way, or without a model.
     #[must_use]
     pub fn surplus(&self) -> Option<f32> {
         let holds = self.is_on() && (self.reading()?.0 - self.target.0).abs() < HOLDS_WITHIN;

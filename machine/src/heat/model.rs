@@ -103,8 +103,8 @@ impl Model {
         self.steps.next(self.output)
     }
 
-    /// What it takes beyond what the model explains, as a share of that; below zero: less. None where the model
-    /// explains next to nothing.
+    /// What it takes beyond what the model explains, as a share of that; below zero: less. None where the
+    /// model explains next to nothing.
     pub(super) fn surplus(&self) -> Option<f32> {
         let is_much = self.lost_w > KNOWN * self.settings.power_w;
         is_much.then(|| self.settings.capacity * self.unknown / self.lost_w)

@@ -1,11 +1,11 @@
 //! Modulation of slow outputs: heaters, fans, valves, and solid-state relays.
 //!
-//! Sigma-delta of first order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255 ticks an
-//! output is on for exactly `duty` of them, spread as evenly as can be, and the finest share still switches
-//! only a few hundred times a second, which MOSFETs and fans take.
+//! Sigma-delta of first order: each tick adds the duty to an accumulator; an overflow is an on-tick. Over 255
+//! ticks an output is on for exactly `duty` of them, spread as evenly as can be, and the finest share still
+//! switches only a few hundred times a second, which MOSFETs and fans take.
 //!
-//! What must not switch so often, as a relay that waits for mains to cross zero, has a cycle: it is on once in each,
-//! and what does not fit into whole ticks comes with the next ones.
+//! What must not switch so often, as a relay that waits for mains to cross zero, has a cycle: it is on once
+//! in each, and what does not fit into whole ticks comes with the next ones.
 
 use units::{Duty, Micros};
 

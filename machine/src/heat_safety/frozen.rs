@@ -1,11 +1,11 @@
 //! A reading that goes on coming and is always the same: its converter, or what carries it here, stands.
 //!
-//! That a reading stays the same for a while proves nothing: a heater may be held that well. But then it takes
-//! the same output all the while. Where it is given more, or less, than it was when the reading began to stand, and
-//! that would have warmed or cooled it by many times the least step that its sensor has been seen to make, the
-//! reading is not the heater's. How much warms it is what the law of response goes by (`verify_gain` within
-//! `verify_gain_time` of full output), which every heater of the machine must do in any weather. A sensor of coarse
-//! steps proves nothing at all: it is left alone.
+//! That a reading stays the same for a while proves nothing: a heater may be held that well. But then it
+//! takes the same output all the while. Where it is given more, or less, than it was when the reading began
+//! to stand, and that would have warmed or cooled it by many times the least step that its sensor has been
+//! seen to make, the reading is not the heater's. How much warms it is what the law of response goes by
+//! (`verify_gain` within `verify_gain_time` of full output), which every heater of the machine must do in any
+//! weather. A sensor of coarse steps proves nothing at all: it is left alone.
 
 use units::{Celsius, Micros};
 

@@ -26,8 +26,8 @@ pub enum HeatCause {
     /// The reading fell by this much within three seconds although the heater was at full output: it has
     /// failed, or its sensor slides out.
     FallsWhileDriven(Celsius),
-    /// It warmed at full output, and from one moment to the next did not: its sensor slides out, or a part of it has
-    /// failed.
+    /// It warmed at full output, and from one moment to the next did not: its sensor slides out, or a part of
+    /// it has failed.
     Stalls,
     /// The reading jumps up and down: a loose contact, or noise on its wire.
     Erratic,

@@ -4,8 +4,8 @@
 //! seconds of effort. So a control law that goes gently needs no longer limits, and one that asks for nothing
 //! is not blamed on the heater. Warming on the way to a target and sinking away from it are judged as by
 //! Klipper's `verify_heater`, with its usual figures; two things more are no heater's doing: to be given full
-//! output near its target for as long as it would need to come from below, in vain; and to cool under it. What is
-//! slow, as beds are, also does not stop warming from one moment to the next.
+//! output near its target for as long as it would need to come from below, in vain; and to cool under it.
+//! What is slow, as beds are, also does not stop warming from one moment to the next.
 
 use units::{Celsius, Micros};
 
@@ -23,7 +23,8 @@ const FALL: f32 = 3.0;
 const FALL_S: usize = 3;
 /// Seconds in a row that must agree: one jump makes one fall.
 const AGREE: u8 = 2;
-/// A heater that may take this long to warm by a little is slow: no fan blows at it, and no filament cools it.
+/// A heater that may take this long to warm by a little is slow: no fan blows at it, and no filament cools
+/// it.
 const SLOW: Micros = Micros::from_seconds(45);
 /// It warmed for so many seconds...
 const STEADY_S: usize = 6;

@@ -105,8 +105,8 @@ impl Safety {
         true
     }
 
-    /// Whether the motors keep their current in the halt that follows, or that is: what takes it from them comes to
-    /// its end then.
+    /// Whether the motors keep their current in the halt that follows, or that is: what takes it from them
+    /// comes to its end then.
     pub const fn hold_motors(&mut self, holds: bool) {
         self.holds_motors = holds;
     }

@@ -1,7 +1,7 @@
 //! A strip of lights with a chip each: WS2812B and its kin, by their data sheets.
 //!
-//! A pulse is a bit, its length says which. Each chip keeps the first bits it is sent and passes the rest on; a
-//! line that is low for long has all of them show what they have. What is not within the data sheet's times
+//! A pulse is a bit, its length says which. Each chip keeps the first bits it is sent and passes the rest on;
+//! a line that is low for long has all of them show what they have. What is not within the data sheet's times
 //! is counted: real chips may or may not take it.
 
 use std::ops::RangeInclusive;
@@ -165,7 +165,8 @@ impl LedStrip {
         self.seen
     }
 
-    /// Pulses, and pauses behind them, that one of the chips need not understand; and bytes with bits missing.
+    /// Pulses, and pauses behind them, that one of the chips need not understand; and bytes with bits
+    /// missing.
     #[must_use]
     pub const fn faults(&self) -> u64 {
         self.faults

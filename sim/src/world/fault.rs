@@ -25,8 +25,8 @@ pub enum Fault {
     ThermistorSlips(String),
     /// The plug of this heater's sensor is loose: the reading jumps.
     ThermistorLoose(String),
-    /// The wire of this heater's sensor picks up what others switch: the reading is off by up to so many kelvin, now
-    /// that way and now the other.
+    /// The wire of this heater's sensor picks up what others switch: the reading is off by up to so many
+    /// kelvin, now that way and now the other.
     ThermistorNoisy(String, f64),
     /// The sensor of this heater comes to read more and more too much, or too little: kelvin per second.
     ThermistorDrifts(String, f64),

@@ -375,8 +375,9 @@ const fn limit_s(broken: Broken, during: During, is_bed: bool) -> f64 {
     }
 }
 
-/// What is not found by then counts as missed. A reading that freezes at the target is found by what control does with
-/// it, which depends on how far from the target it is: until then the heater must not become much hotter.
+/// What is not found by then counts as missed. A reading that freezes at the target is found by what control
+/// does with it, which depends on how far from the target it is: until then the heater must not become much
+/// hotter.
 const FROZEN_OVER_C: f64 = 30.0;
 
 impl Outcome {
@@ -412,8 +413,8 @@ fn every_broken_heater_is_found() {
     assert!(missed.is_empty(), "{:#?}", words.collect::<Vec<_>>());
 }
 
-/// The one fault that no other rule tells of: a bed whose sensor comes half out while it warms reaches its target, and is far
-/// hotter.
+/// The one fault that no other rule tells of: a bed whose sensor comes half out while it warms reaches its
+/// target, and is far hotter.
 #[test]
 fn a_bed_whose_sensor_slides_out_while_it_warms_is_told_by_its_stall() {
     let runs = all(100, |case| {

@@ -107,13 +107,14 @@ impl Klipper {
 
 /// Prusa's thermal model of a hot end (MK3, firmware 3.12 and later), from its makers' description
 /// (prusa3d/Prusa-Firmware, pull requests 3552 and 3957) and the parameters of its calibrated hot ends
-/// (`M310`). 3.7 times a second the rate of change that power, capacity and loss explain, with the response of the
-/// sensor, is compared with the rate that is read; when the difference, filtered, exceeds a threshold, heating
-/// ends. Beds have no such model.
+/// (`M310`). 3.7 times a second the rate of change that power, capacity and loss explain, with the response
+/// of the sensor, is compared with the rate that is read; when the difference, filtered, exceeds a threshold,
+/// heating ends. Beds have no such model.
 ///
-/// It is at its best here: its parameters are the plant's own, as if calibration were perfect. Of the threshold
-/// only that of the E3D V6 is known to go with a plant: 1.74 K/s where full power makes 3.14 K/s (38 W, 12.1 J/K). Others
-/// get the same share of what their full power makes. Open and shorted sensors at once.
+/// It is at its best here: its parameters are the plant's own, as if calibration were perfect. Of the
+/// threshold only that of the E3D V6 is known to go with a plant: 1.74 K/s where full power makes 3.14 K/s
+/// (38 W, 12.1 J/K). Others get the same share of what their full power makes. Open and shorted sensors at
+/// once.
 pub struct Prusa {
     plant: Plant,
     air_c: f64,

@@ -102,8 +102,8 @@ fn the_table_is_whole() {
     }
 }
 
-/// What takes minutes and has no limit: the power goes at each write of a job, and what came of each is on a page
-/// of its own.
+/// What takes minutes and has no limit: the power goes at each write of a job, and what came of each is on a
+/// page of its own.
 const LONG: &[(&str, &str, fn() -> String)] = &[
     ("power_cuts_of_a_large_card", "the power goes at each block write of a job, FAT32", power_cuts::of_a_large_card),
     ("power_cuts_of_a_small_card", "the power goes at each block write of a job, FAT16", power_cuts::of_a_small_card),
@@ -158,7 +158,8 @@ fn every_case_and_the_page() {
         match (task, end.into_inner().expect("done").expect("each was run")) {
             (Task::Case(part, class, case), End::Case(seen)) => rows.push(page::Row { part, class, case, seen }),
             (Task::Long(run), End::Long(text)) => {
-                let (name, what, _) = LONG.iter().find(|(.., long)| std::ptr::fn_addr_eq(*long, *run)).expect("its row");
+                let (name, what, _) =
+                    LONG.iter().find(|(.., long)| std::ptr::fn_addr_eq(*long, *run)).expect("its row");
                 others.push(page::Other { name, what, text });
             }
             _ => unreachable!("a task ends as what it is"),

@@ -1,5 +1,5 @@
-//! The fault page, and the same as `summary.json`: what was injected, in which state, and how soon the machine had
-//! reacted.
+//! The fault page, and the same as `summary.json`: what was injected, in which state, and how soon the
+//! machine had reacted.
 
 use std::fmt::Write as _;
 
@@ -50,9 +50,9 @@ pub struct Other<'a> {
 /// Everything: its name, and its figure or why it failed.
 fn ends<'a>(rows: &'a [Row<'_>], others: &'a [Other<'_>]) -> impl Iterator<Item = (String, Result<String, &'a str>)> {
     let cases = rows.iter().map(|row| (row.name(), row.seen.as_ref().map(|_| row.figure()).map_err(String::as_str)));
-    let others = others.iter().map(|other| {
-        (other.name.to_owned(), other.text.as_ref().map(String::clone).map_err(String::as_str))
-    });
+    let others = others
+        .iter()
+        .map(|other| (other.name.to_owned(), other.text.as_ref().map(String::clone).map_err(String::as_str)));
     cases.chain(others)
 }
 

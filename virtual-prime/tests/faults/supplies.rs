@@ -77,9 +77,11 @@ fn motors_back(case: &Case) -> Seen {
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
-/// How fast a supply falls: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own capacitors.
+/// How fast a supply falls: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own
+/// capacitors.
 const FALL_V_PER_MS: f64 = 0.4;
-/// Below this the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8 V at most).
+/// Below this the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8 V at
+/// most).
 const GONE_VOLTS: f64 = 8.0;
 const FALLEN: &str = "supply has fallen to ";
 
@@ -143,7 +145,8 @@ fn rail(velvet: &mut Velvet, millivolts: u32) {
 /// The chip has its detector of that (PVD); it says so if the supply is back.
 fn logic_falls(case: &Case) -> Seen {
     let velvet = enter(printer().meaning_faults(), case.state);
-    let told = "WARNING: the firmware had ended itself: the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
+    let told =
+        "WARNING: the firmware had ended itself: the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
     resets(velvet, |velvet| rail(velvet, 2_600), |velvet| rail(velvet, 3_300), told, case.within_ms)
 }
 

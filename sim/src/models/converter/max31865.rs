@@ -1,6 +1,6 @@
 //! MAX31865, from its data sheet (19-6478 Rev 3): tables 1 and 2 for addresses and configuration, 4 and 5 for
-//! the ratio, 3 for the fault detection cycle, 6 for the thresholds, 7 for the fault status, 10 to 12 for what
-//! a fault makes of bits and data.
+//! the ratio, 3 for the fault detection cycle, 6 for the thresholds, 7 for the fault status, 10 to 12 for
+//! what a fault makes of bits and data.
 //!
 //! Not modelled: one-shot conversions, and the fault detection cycle in two steps.
 

@@ -1,0 +1,117 @@
+//! What is known of the two supplies, and what is kept on the card of a fall for the next start.
+//!
+//! The note is a file of one block that is made beforehand and written in place, so that neither
+//! allocation table nor directory is touched while the power goes.
+
+use units::Micros;
+
+use crate::failure::Message;
+use crate::falling_supply::FallingSupply;
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+
+/// Where the note is.
+pub const PATH: &str = "/sd/brown-out.txt";
+const BLOCK: usize = 512;
+/// How it begins: nobody has been told yet, or somebody has.
+const NEWS: &str = "new: ";
+const TOLD: &str = "told: ";
+
+/// The two supplies.
+#[derive(Debug, Default)]
+pub struct BrownOut {
+    /// When one of them is to be looked at.
+    pub due: Micros,
+    /// Whose turn it is.
+    pub heaters_turn: bool,
+    /// The supply of motors.
+    pub motors: FallingSupply,
+    /// The supply of heaters.
+    pub heaters: FallingSupply,
+    /// A fall that is to be kept once the motors stand.
+    pub to_keep: Option<Message>,
+    /// The open note: to close it takes writes of its own, which have to wait until the power is there.
+    file: Option<FileHandle>,
+}
+
+impl BrownOut {
+    /// Once both supplies are as usual, closes the note.
+    pub fn look_after_note<S: Storage>(&mut self, storage: &mut S) {
+        if self.file.is_some() && !self.motors.is_low() && !self.heaters.is_low() {
+            self.close(storage);
+        }
+    }
+
+    /// The machine stands: keeps the fall that has waited for it.
+    pub fn stands<S: Storage>(&mut self, storage: &mut S) -> Result<(), StorageError> {
+        self.to_keep.take().map_or(Ok(()), |event| self.keep(storage, &event))
+    }
+
+    /// Writes a fall over the note's block, if there is one.
+    ///
+    /// # Errors
+    /// What the card says; that there is no note, or no card, is none.
+    pub fn keep<S: Storage>(&mut self, storage: &mut S, event: &str) -> Result<(), StorageError> {
+        self.close(storage);
+        let opened = storage.open(PATH, OpenMode::Append);
+        self.file = opened.ok();
+        match opened.and_then(|file| put(storage, file, NEWS, event)) {
+            Err(StorageError::NotFound | StorageError::NoCard) => Ok(()),
+            other => other,
+        }
+    }
+
+    fn close<S: Storage>(&mut self, storage: &mut S) {
+        if let Some(file) = self.file.take() {
+            // Its block has been written.
+            let _ = storage.close(file);
+        }
+    }
+}
+
+fn put<S: Storage>(storage: &mut S, file: FileHandle, state: &str, event: &str) -> Result<(), StorageError> {
+    let mut block = [b' '; BLOCK];
+    let text = state.bytes().chain(event.bytes()).chain([b'\n']);
+    block.iter_mut().zip(text).for_each(|(to, byte)| *to = byte);
+    storage.seek(file, 0)?;
+    storage.write(file, &block)
+}
+
+/// Makes the note's block, where there is none. On a card that takes no writes nothing is kept.
+pub fn prepare<S: Storage>(storage: &mut S) {
+    if let Ok(file) = storage.open(PATH, OpenMode::Read) {
+        let size = storage.size(file);
+        // It was only read.
+        let _ = storage.close(file);
+        if size == Ok(BLOCK as u32) {
+            return;
+        }
+    }
+    let _ = storage.open(PATH, OpenMode::Write).and_then(|file| {
+        let written = storage.write(file, &[b' '; BLOCK]);
+        written.and(storage.close(file))
+    });
+}
+
+/// The fall that nobody has been told of yet.
+pub fn news<S: Storage>(storage: &mut S) -> Option<Message> {
+    let file = storage.open(PATH, OpenMode::Read).ok()?;
+    let mut block = [0; BLOCK];
+    let read = storage.read(file, &mut block);
+    // It was only read.
+    let _ = storage.close(file);
+    let text = core::str::from_utf8(block.get(..read.ok()?)?).ok()?;
+    let event = text.strip_prefix(NEWS)?.lines().next()?.trim();
+    let mut message = Message::new();
+    // What does not fit is cut.
+    let _ = message.push_str(event);
+    Some(message)
+}
+
+/// Notes that somebody has been told.
+///
+/// # Errors
+/// What the card says.
+pub fn told<S: Storage>(storage: &mut S, event: &str) -> Result<(), StorageError> {
+    let file = storage.open(PATH, OpenMode::Append)?;
+    put(storage, file, TOLD, event).and(storage.close(file))
+}
