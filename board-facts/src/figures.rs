@@ -26,8 +26,8 @@ pub const DRIVER_DIRECTION_SETUP_NS: u64 = 20;
 pub const PWM_COUNTS: u64 = 1_000;
 /// Between two decisions of the outputs' modulators, nanoseconds.
 pub const MODULATION_NS: u64 = 500_000;
-/// Clocks of the card's bus: while it is identified, and afterwards, hertz.
-pub const CARD_HZ: [u64; 2] = [400_000, 25_000_000];
+/// Clocks of the card's bus: while it is identified, before it is asked for high speed, and with it, hertz.
+pub const CARD_HZ: [u64; 3] = [400_000, 25_000_000, 50_000_000];
 /// Rate of the debug console.
 pub const DEBUG_BAUD: u64 = 115_200;
 

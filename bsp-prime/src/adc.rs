@@ -259,8 +259,8 @@ impl Supplies {
         }
         // Reading the data register clears the flag (RM0399 section 26.7.1).
         let reading = self.adc.isr.read().eoc().bit_is_set().then(|| self.adc.dr.read().bits() as u16);
-        if self.current == VBAT {
-            battery_divider(false);
+        if self.current == VBAT && reading.is_some() {
+            self.connect_battery(false);
         }
         if let Some(slot) = self.readings.get_mut(self.current) {
             *slot = reading;
@@ -287,7 +287,10 @@ impl Supplies {
         let Some(input) = crate::pins::table::SUPPLIES.get(index) else { return };
         self.current = index;
         if index == VBAT {
-            battery_divider(true);
+            self.connect_battery(true);
+            if !self.ready {
+                return;
+            }
         }
         let channel = u32::from(input.channel);
         // SAFETY: the channel is from the board's table; a sequence of one.
@@ -297,13 +300,21 @@ impl Supplies {
         }
         self.adc.cr.modify(|_, w| w.adstart().set_bit());
     }
-}
 
-/// Connects the battery's divider to ADC3 (RM0399 section 26.8.2, VBATEN). Sampling for 152 us (810.5 cycles)
-/// gives it more than the time it needs (DS12923, "VBAT monitoring characteristics", tS_vbat: 9 us).
-fn battery_divider(on: bool) {
-    // SAFETY: this register is ADC3's alone; it is changed by the owner of `Supplies`, one at a time.
-    unsafe { (*pac::ADC3_COMMON::ptr()).ccr.modify(|_, w| w.vbaten().bit(on)) };
+    /// Connects the battery's divider to ADC3, or takes it away (RM0399 section 26.8.2, VBATEN). Sampling for
+    /// 152 us (810.5 cycles) gives it more than the time it needs (DS12923, "VBAT monitoring characteristics",
+    /// tS_vbat: 9 us). The common register is to be written only while the converter is disabled (RM0399
+    /// section 26.4.10, "Constraints when writing the ADC control bits"); that takes a few microseconds. One
+    /// that does not come back has no readings any more.
+    fn connect_battery(&mut self, on: bool) {
+        self.adc.cr.modify(|_, w| w.addis().set_bit());
+        let is_off = wait::until(READY_LIMIT_US, || self.adc.cr.read().aden().bit_is_clear());
+        if is_off.is_ok() {
+            // SAFETY: this register is ADC3's alone; it is changed by the owner of `Supplies`, one at a time.
+            unsafe { (*pac::ADC3_COMMON::ptr()).ccr.modify(|_, w| w.vbaten().bit(on)) };
+        }
+        self.ready = is_off.is_ok() && enable(&self.adc).is_ok();
+    }
 }
 
 /// Volts at the pin for a 16-bit reading. VREF+ is tied to the 3.3 V supply.

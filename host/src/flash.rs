@@ -123,6 +123,6 @@ mod tests {
         let chip = format!("    chip: {CHIP}");
         assert_eq!(lines, ["presets:", "  default:", &chip, "    protocol: swd", "    speed: 4000"]);
         assert!(include_str!("../../Embed.toml").contains(&format!("\nchip = \"{CHIP}\"\n")));
-        assert!(include_str!("../../.cargo/config.toml").contains(&format!("--chip {CHIP}\"")));
+        assert!(include_str!("../../scripts/on-board.sh").contains(&format!("probe-rs run --chip {CHIP} ")));
     }
 }

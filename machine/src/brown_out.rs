@@ -76,20 +76,21 @@ fn put<S: Storage>(storage: &mut S, file: FileHandle, state: &str, event: &str) 
     storage.write(file, &block)
 }
 
-/// Makes the note's block, where there is none. On a card that takes no writes nothing is kept.
-pub fn prepare<S: Storage>(storage: &mut S) {
+/// Makes the note's block, where there is none; the file is still to be closed. On a card that takes no writes
+/// nothing is kept.
+pub fn prepare<S: Storage>(storage: &mut S) -> Option<FileHandle> {
     if let Ok(file) = storage.open(PATH, OpenMode::Read) {
         let size = storage.size(file);
         // It was only read.
         let _ = storage.close(file);
         if size == Ok(BLOCK as u32) {
-            return;
+            return None;
         }
     }
-    let _ = storage.open(PATH, OpenMode::Write).and_then(|file| {
-        let written = storage.write(file, &[b' '; BLOCK]);
-        written.and(storage.close(file))
-    });
+    let file = storage.open(PATH, OpenMode::Write).ok()?;
+    // Of a block that was not written the next job finds the wrong size.
+    let _ = storage.write(file, &[b' '; BLOCK]);
+    Some(file)
 }
 
 /// The fall that nobody has been told of yet.

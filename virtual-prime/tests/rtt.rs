@@ -89,7 +89,8 @@ fn a_console_through_a_probe_is_greeted_and_answered() {
     // Tools that type into channel 0 reach it too.
     person.type_in(0, "get mode\n");
     person.hear_until("idle", 100);
-    assert!(person.velvet.ask("events", SECOND).contains("somebody came to console 3"));
+    let events = person.velvet.ask("events", SECOND);
+    assert!(events.contains("somebody came to console 5"), "{events}");
     // What acts at once does so.
     person.velvet.type_in("G1 X20 F60");
     person.hear(200);
@@ -125,7 +126,7 @@ fn a_probe_that_asks_to_be_waited_for_and_does_not_read_stops_nothing() {
     moved_undisturbed(&mut velvet);
     // Who does not read for long has gone, and comes again with the next byte.
     velvet.hear(10 * SECOND);
-    assert!(velvet.ask("events", SECOND).contains("console 3 was left"), "{}", velvet.said());
+    assert!(velvet.ask("events", SECOND).contains("console 5 was left"), "{}", velvet.said());
     let mut person = Person::at(velvet);
     person.hear(20);
     person.heard.clear();

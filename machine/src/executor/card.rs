@@ -12,11 +12,15 @@ use crate::sessions::Listing;
 use crate::wait::yield_once;
 
 /// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
-/// anybody: the change itself is told why.
+/// anybody: the change itself is told why. Everybody is served once in any case, so that changes one after
+/// the other never hold the machine for longer than one of them.
 pub(super) async fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
-    while !machine.ports.is_ready() {
+    loop {
         machine.serve();
         yield_once().await;
+        if machine.ports.is_ready() {
+            return;
+        }
     }
 }
 

@@ -26,11 +26,18 @@ const AHEAD_S: f64 = 0.3;
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
 /// A job without a journal has a fall of the supply kept, where anybody looks for one.
-fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
+async fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_looked_for =
         !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
-    if !machine.journal.is_on && is_looked_for {
-        brown_out::prepare(&mut machine.ports);
+    if machine.journal.is_on || !is_looked_for {
+        return;
+    }
+    card::at_rest(machine).await;
+    if let Some(file) = brown_out::prepare(&mut machine.ports) {
+        card::at_rest(machine).await;
+        // See `prepare`.
+        let _ = machine.ports.close(file);
+        card::at_rest(machine).await;
     }
 }
 
@@ -43,7 +50,7 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     give_up_offer(machine);
-    note_of_brown_out(machine);
+    note_of_brown_out(machine).await;
     if !machine.journal.is_on {
         return;
     }

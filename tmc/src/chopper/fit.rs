@@ -8,7 +8,9 @@
 //! which is heard. The hysteresis is counted in 512ths of the amplitude at full scale, of which the sine
 //! table uses 248 of 256, and eight of them are there in any case:
 //!
-//!     start + end >= 0.5 + (rise + fall) * 2 * 248 * (CS + 1) / 32 / I - 8
+//! ```text
+//! start + end >= 0.5 + (rise + fall) * 2 * 248 * (CS + 1) / 32 / I - 8
+//! ```
 //!
 //! The blanking time covers the ringing behind a switching, of which coil and supply say nothing; it is taken
 //! as it is.

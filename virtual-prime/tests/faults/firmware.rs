@@ -1,6 +1,6 @@
 //! The firmware itself: it hangs, ends itself, comes too late, or its clock stops.
 
-use super::scene::{Seen, State, enter, printer, resets};
+use super::scene::{BY_ITSELF, Seen, State, enter, printer, resets};
 use super::{Case, Class};
 use crate::common::hang::{image_that_hangs_in, image_that_masks_interrupts_in};
 use crate::common::switched::{FEED, Failure, HEAT, Interrupt, PLANNER, SLOW_WATCH, image, throw, throw_back};
@@ -9,7 +9,6 @@ use crate::common::velvet::{Plan, SECOND, Velvet};
 const WATCHDOG: &str = "WARNING: the watchdog reset the board: the firmware had stopped answering\n";
 /// What the next start finds in the ring of events, behind what went before.
 const BY_WATCHDOG: &str = "--- started: the watchdog reset the board\n";
-const BY_ITSELF: &str = "--- started: the firmware reset itself\n";
 /// 0.9 s between two feedings, by a clock that may be a tenth slow, and what was fed just before.
 const WATCHDOG_MS: f64 = 1_000.0;
 /// The dispatcher may be away for three seconds before that.

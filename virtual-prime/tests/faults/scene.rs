@@ -236,6 +236,9 @@ pub fn tells(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, wit
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
+/// How the ring of events tells of such a reset.
+pub const BY_ITSELF: &str = "--- started: the firmware reset itself\n";
+
 /// The board resets, everything off; it comes up cold and says why. `mend` has its turn as soon as outputs
 /// are off, or with these words where the fault is one of silence. What the ring of events has `kept` over
 /// the reset comes in this order.

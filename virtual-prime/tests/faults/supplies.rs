@@ -3,7 +3,7 @@
 use sim::world::Fault;
 use units::Actuator;
 
-use super::scene::{Seen, State, enter, fault_halts, halted, printer, refuses, resets, tells};
+use super::scene::{BY_ITSELF, Seen, State, enter, fault_halts, halted, printer, refuses, resets, tells};
 use super::{Case, Class};
 use crate::common::machine::{changes, pin, watch};
 use crate::common::velvet::{Plan, SECOND, Velvet};
@@ -145,9 +145,10 @@ fn rail(velvet: &mut Velvet, millivolts: u32) {
 /// The chip has its detector of that (PVD); it says so if the supply is back.
 fn logic_falls(case: &Case) -> Seen {
     let velvet = enter(printer().meaning_faults(), case.state);
-    let told =
-        "WARNING: the firmware had ended itself: the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
-    resets(velvet, |velvet| rail(velvet, 2_600), |velvet| rail(velvet, 3_300), told, case.within_ms)
+    let words = "the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
+    let told = format!("WARNING: the firmware had ended itself: {words}");
+    let kept: &[&str] = &[&format!("the firmware ended itself: {words}"), BY_ITSELF];
+    resets(velvet, |velvet| rail(velvet, 2_600), |velvet| rail(velvet, 3_300), &told, kept, case.within_ms)
 }
 
 /// Two looks a second apart, and the halt.
