@@ -118,9 +118,8 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
         watch.ask(velvet, &format!("M92 X8{round}"), "ok\n");
         watch.ask(velvet, "M500", "Settings Stored");
     }
-    // On clusters of one block, as here, a part of the settings can be more blocks than the queue has room
-    // for: then one block is waited for.
-    assert!(watch.take("M500") < SLOWEST_NS + HELD_NS, "more than one block is waited for");
+    // It puts the settings into words, too.
+    assert!(watch.take("M500") < 2 * HELD_NS);
     watch.ask(velvet, "M28 up.g", "Writing to file");
     for line in 0..60 {
         watch.ask(velvet, &format!("G1 X{line} Y{line} ; a line of the file that is sent"), "ok\n");
@@ -134,12 +133,13 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
     watch.ask(velvet, "mv new.g folder/new.g", "ok\n");
     worst.push(watch.take("rm, mkdir, mv"));
     watch.ask(velvet, "play /sd/part.g -t", "Done printing file");
-    // It reads the journal and the directory at its beginning.
-    assert!(watch.take("a job with a journal") < 2 * HELD_NS);
+    // It reads the journal, block after block, and the directory at its beginning; no write is waited for.
+    let held = watch.take("a job with a journal");
+    assert!(held < 12 * HELD_NS, "{held} ns");
     let entries = velvet.card(|card| card.content().chunks(512).filter(|block| block.starts_with(b"VPLJ")).count());
     assert!(entries > 3, "{entries} blocks of the journal");
-    // Its own resolution is taken for held as well.
-    assert!(worst.iter().all(|gap_ns| *gap_ns <= HELD_NS), "{worst:?}");
+    // Half a millisecond of each is the resolution, and what is left over 5 ms is reads of directories.
+    assert!(worst.iter().all(|gap_ns| *gap_ns <= HELD_NS + 3 * MS / 2), "{worst:?}");
 }
 
 /// Lines of 0.02 mm at 100 mm/s: 5,000 a second, of 28 bytes.

@@ -48,6 +48,10 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         filament::count(machine);
         brown_out::watch(machine);
         stalls::watch(machine, now);
+        if machine.safety.is_halted() {
+            // What is kept of where it stands has to be on the card before a falling supply is gone.
+            machine.watch_halt(now);
+        }
     }
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
@@ -258,8 +262,8 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_supervisor();
         self.watch_limits(now);
         self.watch_step_times(now);
-        self.watch_halt(now);
         self.watch_reset(now);
+        self.watch_halt(now);
         super::card::watch(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
