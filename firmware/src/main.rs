@@ -39,6 +39,7 @@ mod rtt_console;
 mod slow;
 mod storage;
 mod triggers;
+mod update;
 mod usb;
 mod wiring;
 mod workspace;

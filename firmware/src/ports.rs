@@ -34,7 +34,7 @@ use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, usb, workspace};
+use crate::{LATCH, REPORTS, update, usb, workspace};
 
 mod files;
 
@@ -456,6 +456,11 @@ where
         let is_due = |at: Micros| time::now() >= if waits { at.plus(LAST_WRITES) } else { at };
         if self.reset_at.is_some_and(is_due) {
             crate::fault::reset_as_asked();
+        }
+        let is_idle = self.shared.motion.lock(|motion| motion.is_idle());
+        if update::take_request(is_idle) {
+            bsp_prime::boot_request::ask_for_download();
+            self.request_reset();
         }
     }
 
