@@ -27,6 +27,7 @@ use machine::watchdog::Reports;
 use motion::Latch;
 
 mod consoles;
+mod disk;
 mod dispatcher;
 mod drivers;
 mod fault;
@@ -146,6 +147,7 @@ mod app {
             rtc: board.rtc,
             rtt: Said::new(ends.console),
             usb: Some((board.usb, board.identity.unique_id)),
+            disk_lamp: None,
         };
         let shared = Shared {
             motion: cx.local.motion,
@@ -239,17 +241,23 @@ mod app {
     }
 
     // One event of the bus and a few packets; what is left interrupts again.
-    #[task(binds = OTG_FS, priority = 6, local = [device: Option<&'static mut usb::Device> = None])]
-    fn usb_packets(cx: usb_packets::Context) {
-        usb::on_interrupt(cx.local.device);
+    #[task(binds = OTG_FS, priority = 6, shared = [card], local = [device: Option<&'static mut usb::Device> = None])]
+    fn usb_packets(mut cx: usb_packets::Context) {
+        usb::on_interrupt(cx.local.device, &mut cx.shared.card);
     }
 
     // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then
-    // whoever waits for it looks again.
+    // whoever waits for it looks again: the dispatcher, or the disk of the computer that has it.
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();
-        cx.shared.card.lock(|card| card.advance(time::now().0));
+        let has_news = cx.shared.card.lock(|card| {
+            card.advance(time::now().0);
+            card.has_lent_news()
+        });
+        if has_news {
+            bsp_prime::usb::wake();
+        }
         dispatcher::wake();
     }
 

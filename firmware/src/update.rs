@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use bsp_prime::{boot_request, time};
+use bsp_prime::boot_request;
 use units::Micros;
 
 use crate::dispatcher;
@@ -17,9 +17,8 @@ static MAY_LEAVE: AtomicBool = AtomicBool::new(false);
 /// The button's mark is taken away.
 static HAS_RUN: AtomicBool = AtomicBool::new(false);
 
-/// Asks for the firmware download, from any task: the dispatcher does what the command `dfu` does, and the
-/// board is reset into the boot stage. False, and nothing happens, while the machine works.
-#[allow(dead_code, reason = "for the USB function that takes the host's word for it")]
+/// A host asks for the firmware download, from any task: the machine does what its command `dfu` does, and
+/// the board is reset into the boot stage. False, and nothing happens, while the machine works.
 pub fn ask_for_download() -> bool {
     if !MAY_LEAVE.load(Ordering::Relaxed) {
         return false;
@@ -29,13 +28,20 @@ pub fn ask_for_download() -> bool {
     true
 }
 
-/// For the dispatcher, at each of its turns: whether somebody has asked; and says for the next one whether he
-/// may.
-pub fn take_request(may_leave: bool) -> bool {
-    if !HAS_RUN.load(Ordering::Relaxed) && time::now() > SECOND_PRESS {
+/// Whether the machine could be left now.
+pub fn set_may_leave(may_leave: bool) {
+    MAY_LEAVE.store(may_leave, Ordering::Relaxed);
+}
+
+/// Whether a host has asked; once.
+pub fn take_request() -> bool {
+    ASKED.swap(false, Ordering::Relaxed)
+}
+
+/// The application runs, for so long: the next press of RESET is a first one again.
+pub fn has_run(since_start: Micros) {
+    if !HAS_RUN.load(Ordering::Relaxed) && since_start > SECOND_PRESS {
         HAS_RUN.store(true, Ordering::Relaxed);
         boot_request::forget_button();
     }
-    MAY_LEAVE.store(may_leave, Ordering::Relaxed);
-    ASKED.swap(false, Ordering::Relaxed)
 }
