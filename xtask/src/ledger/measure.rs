@@ -70,7 +70,7 @@ fn list(machines: &Machines) -> Vec<Job> {
     let mut list: Vec<Job> = [1, 3, 4].map(|n| Job::new(format!("steps-{n}"), fast, jobs::steps(n, 1.0))).into();
     list.push(Job::new("steps-6", &machines.six_motors(), jobs::steps(6, 0.5)));
     list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
-    list.push(Job::new("computer", &machines.with_two_ports(), jobs::steps(3, 2.5)).with_computer());
+    list.push(Job::new("computer", &machines.with_two_ports(), jobs::watched()).with_computer());
     list.push(Job::new("watched", printer, jobs::watched()));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
