@@ -251,13 +251,10 @@ mod app {
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();
-        let has_news = cx.shared.card.lock(|card| {
+        cx.shared.card.lock(|card| {
             card.advance(time::now().0);
-            card.has_lent_news()
+            usb::tell_disk(card);
         });
-        if has_news {
-            bsp_prime::usb::wake();
-        }
         dispatcher::wake();
     }
 

@@ -458,9 +458,7 @@ where
             slot.with(|card| {
                 card.hold(false);
                 card.advance(time::now().0);
-                if card.has_lent_news() {
-                    bsp_prime::usb::wake();
-                }
+                usb::tell_disk(card);
             });
         });
         // What was written goes to the card first, unless that takes too long.

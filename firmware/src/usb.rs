@@ -180,6 +180,13 @@ pub fn on_interrupt(device: &mut Option<&'static mut Device>, card: &mut impl Mu
     }
 }
 
+/// Has the device run if what its disk wanted of the card has ended. Whoever moves the card on calls it.
+pub fn tell_disk(card: &CardService) {
+    if card.has_lent_news() {
+        bsp_prime::usb::wake();
+    }
+}
+
 /// Whether the bus says nothing.
 pub fn is_silent() -> bool {
     IS_SILENT.load(Ordering::Relaxed)

@@ -143,7 +143,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
         "dl" => return Some(receive_counted(machine, arguments, to)),
-        "break" => return Some(stop_for_debugger(machine, to)),
+        "break" => return Some(recording::stop_for_debugger(machine, to)),
         "events" => return Some(recording::tell(machine, arguments, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
@@ -376,17 +376,6 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     }
     let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused("write date YYMMDDhhmmss"))?;
     if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused("the clock does not run")) }
-}
-
-/// Without a debugger nothing would go on.
-fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
-        return Err(Failure::refused("the machine moves: stop it first"));
-    }
-    if machine.ports.stop_for_debugger() {
-        return Ok(Answer::Ok);
-    }
-    Ok(recording::tell_last(machine, to))
 }
 
 /// What takes time.
