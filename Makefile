@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz usb stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-builds test-image test-virtual
 
 help:
@@ -109,6 +109,12 @@ peers-senders: virtual-prime firmware
 usb: virtual-prime firmware
 	@cd virtual-prime/images && CARGO_TARGET_DIR=../target/images $(FW_CARGO) build -q --locked --release $(FW_FLAGS)
 	@GCODE="$(GCODE)" python3 peers/usb/run.py target/peers out/usb $(IMAGE) $(if $(ONLY),"$(ONLY)")
+
+## make usb-fuzz [SECONDS=n] [SEED=n]      requests of any kind at the image's USB socket, for an hour if not said otherwise, and a hundred cables
+##                               pulled out while it works
+usb-fuzz: virtual-prime firmware
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" VELVET_FUZZ_SECONDS="$(SECONDS)" VELVET_FUZZ_SEED="$(SEED)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version -- usb::fuzz usb::replug --ignored --nocapture
 
 ## make faults [ONLY=class]      every fault of docs/safety.md in every state, and the power cut at every block write of a job: a page in
 ##                               out/faults; half an hour. ONLY: classes whose names hold this

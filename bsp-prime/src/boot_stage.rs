@@ -4,10 +4,13 @@ use cortex_m::peripheral::{NVIC, SCB};
 use stm32h7xx_hal::pac;
 
 use crate::board::{BoardError, DEBUG_BAUD, make_outputs_safe};
+use crate::boot_request;
 use crate::clocks;
 use crate::flash::BoardFlash;
+use crate::identity;
 use crate::memory::{self, FlashUse};
 use crate::pins::{Output, PinSpec, table};
+use crate::rtc;
 use crate::sd::SdCard;
 use crate::silicon;
 use crate::time::{self, Ticker};
@@ -32,6 +35,8 @@ pub struct BootStage {
     pub tick: Ticker,
     /// Running; the application finds it so and sets it up anew.
     pub watchdog: Watchdog,
+    /// The application, or a person by the button, asks for firmware over USB.
+    pub download: bool,
     /// What is needed to let go of the chip.
     pub hand_over: HandOver,
 }
@@ -50,6 +55,8 @@ impl BootStage {
         core.DWT.enable_cycle_counter();
         silicon::prepare(&device.RCC);
         memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID, FlashUse::BootStage);
+        rtc::open_backup_domain(&device.PWR, &device.RCC);
+        let download = boot_request::take(identity::look_at_reset(&device.RCC).cause);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::enable_peripherals();
@@ -63,6 +70,7 @@ impl BootStage {
             sd: SdCard::new(device.SDMMC1),
             tick: Ticker::heat(device.TIM7),
             watchdog,
+            download,
             hand_over: HandOver { core },
         })
     }

@@ -84,6 +84,13 @@ pub(crate) struct Reset {
 
 /// Reads the cause and clears the flags, so that the next reset shows its own.
 pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
+    let reset = look_at_reset(rcc);
+    rcc.rsr.modify(|_, w| w.rmvf().set_bit());
+    reset
+}
+
+/// The same, and whoever comes after reads it as well.
+pub(crate) fn look_at_reset(rcc: &pac::RCC) -> Reset {
     // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF:
     // most telling first.
     let flags = rcc.rsr.read();
@@ -102,9 +109,7 @@ pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
     } else {
         ResetCause::Unknown
     };
-    let lost_memory = flags.porrstf().bit_is_set();
-    rcc.rsr.modify(|_, w| w.rmvf().set_bit());
-    Reset { cause, lost_memory }
+    Reset { cause, lost_memory: flags.porrstf().bit_is_set() }
 }
 
 impl Identity {

@@ -14,6 +14,7 @@
 
 pub mod adc;
 pub mod board;
+pub mod boot_request;
 pub mod boot_stage;
 pub mod byte_ring;
 pub mod clocks;

@@ -40,6 +40,15 @@ pub struct Reading {
     pub second: u8,
 }
 
+/// Lets clock and backup registers be written; false where the domain does not open.
+pub(crate) fn open_backup_domain(pwr: &pac::PWR, rcc: &pac::RCC) -> bool {
+    // RM0399 section 7.4.4: DBP lets the backup domain be written.
+    pwr.cr1.modify(|_, w| w.dbp().set_bit());
+    let opened = wait::until(OPEN_LIMIT_US, || pwr.cr1.read().dbp().bit_is_set());
+    rcc.apb4enr.modify(|_, w| w.rtcapben().set_bit());
+    opened.is_ok()
+}
+
 /// The clock, to be set.
 #[derive(Debug)]
 pub struct Rtc {
@@ -49,12 +58,9 @@ pub struct Rtc {
 impl Rtc {
     /// Has the clock run. Before the clock tree is frozen: the backup domain belongs to it.
     pub(crate) fn start(registers: pac::RTC, pwr: &pac::PWR, rcc: &pac::RCC) -> Self {
-        // RM0399 section 7.4.4: DBP lets the backup domain be written.
-        pwr.cr1.modify(|_, w| w.dbp().set_bit());
-        let opened = wait::until(OPEN_LIMIT_US, || pwr.cr1.read().dbp().bit_is_set());
-        rcc.apb4enr.modify(|_, w| w.rtcapben().set_bit());
+        let is_open = open_backup_domain(pwr, rcc);
         let now = rcc.bdcr.read().bits();
-        if opened.is_ok() && now & RTCEN == 0 {
+        if is_open && now & RTCEN == 0 {
             // SAFETY: RM0399 section 9.7.21: drive and source are chosen before they are switched on; the
             // other bits keep their values.
             unsafe {

@@ -27,6 +27,7 @@ use machine::watchdog::Reports;
 use motion::Latch;
 
 mod consoles;
+mod disk;
 mod dispatcher;
 mod drivers;
 mod fault;
@@ -39,6 +40,7 @@ mod rtt_console;
 mod slow;
 mod storage;
 mod triggers;
+mod update;
 mod usb;
 mod wiring;
 mod workspace;
@@ -145,6 +147,7 @@ mod app {
             rtc: board.rtc,
             rtt: Said::new(ends.console),
             usb: Some((board.usb, board.identity.unique_id)),
+            disk_lamp: None,
         };
         let shared = Shared {
             motion: cx.local.motion,
@@ -238,17 +241,20 @@ mod app {
     }
 
     // One event of the bus and a few packets; what is left interrupts again.
-    #[task(binds = OTG_FS, priority = 6, local = [device: Option<&'static mut usb::Device> = None])]
-    fn usb_packets(cx: usb_packets::Context) {
-        usb::on_interrupt(cx.local.device);
+    #[task(binds = OTG_FS, priority = 6, shared = [card], local = [device: Option<&'static mut usb::Device> = None])]
+    fn usb_packets(mut cx: usb_packets::Context) {
+        usb::on_interrupt(cx.local.device, &mut cx.shared.card);
     }
 
     // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then
-    // whoever waits for it looks again.
+    // whoever waits for it looks again: the dispatcher, or the disk of the computer that has it.
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();
-        cx.shared.card.lock(|card| card.advance(time::now().0));
+        cx.shared.card.lock(|card| {
+            card.advance(time::now().0);
+            usb::tell_disk(card);
+        });
         dispatcher::wake();
     }
 

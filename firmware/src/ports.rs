@@ -11,13 +11,13 @@ use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::usb::UsbSocket;
 use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
-use config::{MachineConfig, OutputPin, Pin, SystemConfig};
+use config::{MachineConfig, OutputPin, Pin};
 use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, EventLog, HeatPort, InputLevels, Inputs,
-    LightPort, MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Usb, Workspace,
+    LightPort, MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -34,8 +34,9 @@ use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage, date};
 use crate::triggers::TriggerInputs;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, usb, workspace};
+use crate::{LATCH, REPORTS, update, usb, workspace};
 
+mod computer;
 mod files;
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
@@ -67,6 +68,8 @@ pub struct Owned {
     pub rtt: Said,
     /// Until it is connected, with the chip's unique id.
     pub usb: Option<(UsbSocket, [u32; 3])>,
+    /// Says that the computer at the USB socket has the card.
+    pub disk_lamp: Option<Output>,
 }
 
 /// What the dispatcher shares with tasks, each behind its RTIC lock.
@@ -88,6 +91,8 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     /// Timer and channel of each strip of lights.
     strips: [Option<(usize, usize)>; config::MAX_STRIPS],
     reset_at: Option<Micros>,
+    /// Since when the bus has said nothing to a computer's disk that has the card.
+    silent_since: Option<Micros>,
     plan: fn(),
 }
 
@@ -110,6 +115,7 @@ where
             inputs: Vec::new(),
             strips: Default::default(),
             reset_at: None,
+            silent_since: None,
             plan,
         }
     }
@@ -391,6 +397,9 @@ where
         if let Some(pin) = config.system.aux_play_led {
             self.owned.second_lamp = report.take(self.owned.pins.output(wiring::spec(pin), "system.aux_play_led"));
         }
+        if let Some(pin) = config.system.msc_led.filter(|_| config.system.msc_enable) {
+            self.owned.disk_lamp = report.take(self.owned.pins.output(wiring::spec(pin), "system.msc_led"));
+        }
         self.wire_consoles(config, &mut report);
         report.clean
     }
@@ -449,6 +458,7 @@ where
             slot.with(|card| {
                 card.hold(false);
                 card.advance(time::now().0);
+                usb::tell_disk(card);
             });
         });
         // What was written goes to the card first, unless that takes too long.
@@ -457,6 +467,7 @@ where
         if self.reset_at.is_some_and(is_due) {
             crate::fault::reset_as_asked();
         }
+        update::has_run(time::now());
     }
 
     fn stop_for_debugger(&mut self) -> bool {
@@ -469,12 +480,6 @@ where
 
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
-    }
-}
-
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Usb for BoardPorts<M, H, S, T, K> {
-    fn connect(&mut self, system: &SystemConfig) -> Result<(), &'static str> {
-        self.owned.usb.take().map_or(Ok(()), |(socket, unique_id)| usb::connect(socket, unique_id, system))
     }
 }
 

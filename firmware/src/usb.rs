@@ -9,13 +9,17 @@ use core::ptr;
 use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 
 use bsp_prime::byte_ring::ByteRing;
+use bsp_prime::sd::CardService;
+use bsp_prime::time;
 use bsp_prime::usb::{OtgBus, UsbError, UsbSocket};
 use config::SystemConfig;
 use machine::sessions::{Inbox, Intake};
-use usb::{Composite, Detach, Functions, Guarded, Half, Line, Medium, Progress, SerialNumber, State};
+use rtic::Mutex;
+use usb::{Composite, Detach, Functions, Guarded, Line, Presence, SerialNumber};
 
 use crate::consoles::Console;
-use crate::dispatcher;
+use crate::disk::CardMedium;
+use crate::{dispatcher, update};
 
 /// Bytes for the host: what the bus takes in 3 ms, more than the dispatcher is ever away for.
 const TO_HOST_BYTES: usize = 4096;
@@ -29,13 +33,16 @@ static WAITS_FOR_ROOM: AtomicBool = AtomicBool::new(false);
 /// The device on its way from idle to its interrupt.
 static HANDED_OVER: AtomicPtr<Device> = AtomicPtr::new(ptr::null_mut());
 
-/// What a function that the board does not have yet is connected to: nothing that there is.
-pub enum Nothing {}
+/// The bus says nothing: there is no computer, or it sleeps.
+static IS_SILENT: AtomicBool = AtomicBool::new(true);
+
+/// Who is asked whether the machine may be left.
+pub struct Machine;
 
 type Bus = Guarded<OtgBus>;
 
 /// The device.
-pub type Device = Composite<'static, Bus, ConsoleLine, Nothing, Nothing>;
+pub type Device = Composite<'static, Bus, ConsoleLine, CardMedium, Machine>;
 
 /// Where it lives, with what it refers to. In SRAM1, as DTCM is for what motion needs all the time.
 struct Place {
@@ -123,8 +130,8 @@ pub fn connect(socket: UsbSocket, unique_id: [u32; 3], system: &SystemConfig) ->
     let functions = Functions {
         first: ConsoleLine::new(Console::Usb0).ok_or(refused)?,
         second: if system.second_usb_serial_enable { ConsoleLine::new(Console::Usb1) } else { None },
-        disk: None,
-        detach: None,
+        disk: system.msc_enable.then(CardMedium::new),
+        detach: system.dfu_enable.then_some(Machine),
     };
     let place = (&raw mut PLACE).cast::<Place>();
     // SAFETY: the one socket was taken, so this runs once, and nothing else refers to the place. Each field
@@ -152,16 +159,37 @@ const fn words(error: UsbError) -> &'static str {
 }
 
 /// The interrupt: one event of the bus, and a few packets.
-pub fn on_interrupt(device: &mut Option<&'static mut Device>) {
+pub fn on_interrupt(device: &mut Option<&'static mut Device>, card: &mut impl Mutex<T = &'static mut CardService>) {
     if device.is_none() {
         let handed_over = HANDED_OVER.swap(ptr::null_mut(), Ordering::Acquire);
         // SAFETY: null, or the one device, which lives for ever in its place; whoever stored it has kept no
         // reference, and the swap gives it to one taker.
         *device = unsafe { handed_over.as_mut() };
     }
-    if let Some(device) = device {
-        device.run();
+    let Some(device) = device else { return };
+    if let Some(disk) = device.disk() {
+        card.lock(|card| disk.medium().look(card));
     }
+    let has_more = device.run();
+    IS_SILENT.store(device.presence() == Presence::Silent, Ordering::Relaxed);
+    if let Some(medium) = device.disk().map(usb::MassStorage::medium).filter(|medium| medium.wants_card()) {
+        card.lock(|card| medium.begin(card, time::now().0));
+    }
+    if has_more {
+        bsp_prime::usb::wake();
+    }
+}
+
+/// Has the device run if what its disk wanted of the card has ended. Whoever moves the card on calls it.
+pub fn tell_disk(card: &CardService) {
+    if card.has_lent_news() {
+        bsp_prime::usb::wake();
+    }
+}
+
+/// Whether the bus says nothing.
+pub fn is_silent() -> bool {
+    IS_SILENT.load(Ordering::Relaxed)
 }
 
 /// Takes bytes for the host at the other end of a console: as many as fit, all where nobody is there. `None`
@@ -188,40 +216,8 @@ pub fn look_for_room() {
     }
 }
 
-impl Medium for Nothing {
-    const BUFFER_BLOCKS: u32 = 1;
-
-    fn state(&self) -> State {
-        match *self {}
-    }
-
-    fn begin_read(&mut self, _: u32, _: u32, _: Half) {
-        match *self {}
-    }
-
-    fn begin_write(&mut self, _: u32, _: u32, _: Half) {
-        match *self {}
-    }
-
-    fn progress(&mut self) -> Progress {
-        match *self {}
-    }
-
-    fn fetch(&self, _: Half, _: usize, _: &mut [u8]) {
-        match *self {}
-    }
-
-    fn store(&mut self, _: Half, _: usize, _: &[u8]) {
-        match *self {}
-    }
-
-    fn eject(&mut self) {
-        match *self {}
-    }
-}
-
-impl Detach for Nothing {
+impl Detach for Machine {
     fn detach(&mut self) -> bool {
-        match *self {}
+        update::ask_for_download()
     }
 }

@@ -41,7 +41,7 @@ pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
 };
-pub use usb::Usb;
+pub use usb::{Disk, NotLent, Usb};
 pub use workspace::Workspace;
 
 /// What time it is.

@@ -96,6 +96,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("break", "", "stop for a debugger; without one, the last events"),
     command("events", "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
     command("reset", "", "restart the board in a second"),
+    command("msc", "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
+    command("dfu", "", "end the firmware, and take another one over USB"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
     command("$G", "", "the modal state").question(),
@@ -113,10 +115,8 @@ pub const COMMANDS: &[CommandInfo] = &[
 /// Commands of Smoothieware v2 whose part of the machine is not there yet, that part, and what serves
 /// meanwhile.
 const LATER: &[(&str, &str)] = &[
-    ("dfu", "USB (not there yet); hold BOOT0 while you press reset"),
     ("fire", "the laser (not there yet)"),
     ("flash", "updates from the card (not there yet); hold BOOT0 while you press reset"),
-    ("msc", "USB (not there yet)"),
     ("net", "the network (not there yet)"),
     ("ntp", "the network (not there yet)"),
     ("qspi", "the QSPI flash (not there yet)"),

@@ -92,8 +92,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         }
     }
 
-    /// Gives the volume back, so that somebody else may have the card: until it is mounted again there is
-    /// none.
+    /// Gives the volume back, so that somebody else may have the card: until it is mounted again whoever
+    /// wants files is told that it is lent ([`StorageError::Lent`]).
     ///
     /// # Errors
     /// [`StorageError::Busy`] while files are open.
@@ -105,7 +105,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         self.ahead = None;
         self.readers.clear();
         self.card(C::unfollow);
-        self.manager.device(|lens| lens.volume = None);
+        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::Lent));
         Ok(())
     }
 
@@ -249,8 +249,11 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         }
         self.manager.device(|lens| {
             let card = lens.card();
-            card.identify().map_err(|error| C::reason(&error))?;
-            lens.volume = Some(find_volume(card)?);
+            let identified = card.identify().map_err(|error| C::reason(&error));
+            let is_lent = identified == Err(StorageError::Lent);
+            lens.absent = if is_lent { StorageError::Lent } else { StorageError::NoCard };
+            identified?;
+            lens.volume = Some(find_volume(lens.card())?);
             Ok(())
         })?;
         if self.manager.device(|lens| matches!(lens.volume, Some(Mounted::Exfat(_)))) {

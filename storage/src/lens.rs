@@ -59,13 +59,15 @@ pub(crate) struct Lens<C> {
     /// In a cell, as `embedded-sdmmc` reads and writes through a shared reference.
     card: RefCell<C>,
     pub(crate) volume: Option<Mounted>,
+    /// Why there is none.
+    pub(crate) absent: StorageError,
     /// Entries of open files with their case bits.
     kept: [Option<(Place, u8)>; MAX_FILES],
 }
 
 impl<C> Lens<C> {
     pub(crate) const fn new(card: C) -> Self {
-        Self { card: RefCell::new(card), volume: None, kept: [None; MAX_FILES] }
+        Self { card: RefCell::new(card), volume: None, absent: StorageError::NoCard, kept: [None; MAX_FILES] }
     }
 
     /// The card itself.
@@ -78,7 +80,7 @@ impl<C> Lens<C> {
     /// # Errors
     /// Before there is one, and when it is of the kind that is only read.
     pub(crate) fn names(&mut self) -> Result<(&mut Volume, Device<'_, C>), StorageError> {
-        match self.volume.as_mut().ok_or(StorageError::NoCard)? {
+        match self.volume.as_mut().ok_or(self.absent)? {
             Mounted::Fat(volume) => Ok((volume, Device(self.card.get_mut()))),
             Mounted::Exfat(_) => Err(StorageError::Exfat),
         }
@@ -86,7 +88,7 @@ impl<C> Lens<C> {
 
     /// The volume of either kind, to read from.
     pub(crate) fn reading(&mut self) -> Result<(&mut Mounted, Device<'_, C>), StorageError> {
-        Ok((self.volume.as_mut().ok_or(StorageError::NoCard)?, Device(self.card.get_mut())))
+        Ok((self.volume.as_mut().ok_or(self.absent)?, Device(self.card.get_mut())))
     }
 
     /// After writes were lost: the volume as it is on the card, with what was half done completed.

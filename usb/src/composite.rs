@@ -107,9 +107,9 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
     }
 
     /// Handles one event of the bus, and moves what can be moved: whenever the controller interrupts, the
-    /// lines have got room or bytes, or the medium has ended what it did. A bounded piece of work; what is
-    /// left makes the controller interrupt again.
-    pub fn run(&mut self) {
+    /// lines have got room or bytes, or the medium has ended what it did. A bounded piece of work. True when
+    /// some is left that nothing will announce: then it is to be called again.
+    pub fn run(&mut self) -> bool {
         self.poll();
         let suspended = self.device.state() == UsbDeviceState::Suspend;
         self.first.set_suspended(suspended);
@@ -118,9 +118,7 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
             second.set_suspended(suspended);
             second.run();
         }
-        if let Some(disk) = &mut self.disk {
-            disk.run();
-        }
+        self.disk.as_mut().is_some_and(MassStorage::run)
     }
 
     fn poll(&mut self) {

@@ -82,6 +82,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("actuator", "en_pin") => config.actuators.0.get(place).is_some_and(|motor| !motor.driver.is_on_board()),
             ("actuator", "motors_enable_pin") => uses_driver_chips(checks),
             ("tmc2590", "reset_pin") => config.actuators().any(|(_, motor)| motor.driver == DriverKind::Tmc2590),
+            ("system", "msc_led") => config.system.msc_enable,
             ("uart console", _) => config.uart.enable,
             ("zprobe", _) => config.probe.enable,
             ("kill button", _) => config.kill_button.enable,

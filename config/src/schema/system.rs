@@ -7,8 +7,6 @@ use super::{Form, PinRole, Section};
 use crate::machine::{Command, FileDialect, JobPreflight, Parity, PrinterDialect};
 use crate::pin::PinName;
 
-const WAIT_FOR_USB: &str = "leave it out until Velvet can do it";
-
 pub const GENERAL: Section = Section {
     name: "general",
     summary: "How the firmware talks and starts.",
@@ -91,23 +89,25 @@ pub const SYSTEM: Section = Section {
             "At boot, install /sd/flashme.bin when it is a valid image.",
         )
         .absent("write false; copy the image with velvet flash or a debug probe"),
-        bool("dfu_enable", "false", |c, _, v| c.system.dfu_enable = v, "Offer firmware download over USB (DFU).")
-            .not_yet_harmless(WAIT_FOR_USB),
+        bool(
+            "dfu_enable",
+            "false",
+            |c, _, v| c.system.dfu_enable = v,
+            "Let a computer ask for the firmware download over USB (DFU); refused while the machine moves, heats or plays a file.",
+        ),
         bool(
             "msc_enable",
             "true",
             |c, _, v| c.system.msc_enable = v,
-            "Let the msc command turn USB into a disk that shows the SD card.",
-        )
-        .absent("write false; take the card out, or send files with velvet send"),
+            "USB has a card reader, which the command msc gives the SD card to. false: there is none, and msc is refused.",
+        ),
         pin(
             "msc_led",
             "PF13",
             PinRole::Output,
             |c, _, v| c.system.msc_led = v.and_then(PinName::digital),
-            "Lamp that blinks while USB shows the SD card.",
-        )
-        .absent("write nc"),
+            "Lamp that blinks while the computer at the USB socket has the SD card.",
+        ),
         pin(
             "fets_enable_pin",
             "PF14!o",

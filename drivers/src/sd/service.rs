@@ -363,7 +363,7 @@ impl<H: Host> Service<H> {
     // --- a user of its own ---
 
     /// Gives the card to one user alone, until it is [taken back](Self::take_back). False while something
-    /// waits to be written.
+    /// waits to be written, or blocks are under way to where the user will have his own.
     ///
     /// # Errors
     /// Without a card, or when something could not be written.
@@ -371,7 +371,7 @@ impl<H: Host> Service<H> {
         if let State::Absent(error) = self.state {
             return Err(error);
         }
-        if !self.is_kept()? || self.state == State::Identifying {
+        if !self.is_kept()? || self.state == State::Identifying || matches!(self.active, Active::Move(..)) {
             return Ok(false);
         }
         (self.is_lent, self.lent, self.lent_is) = (true, None, Lent::Idle);
@@ -379,7 +379,8 @@ impl<H: Host> Service<H> {
         Ok(true)
     }
 
-    /// The user has done: the card is everybody's again. What is under way is still carried out.
+    /// The user has done: the card is everybody's again. Not while a transfer of his is under way
+    /// ([`is_lent_busy`](Self::is_lent_busy)): its blocks would come over what others keep there.
     pub fn take_back(&mut self) {
         self.is_lent = false;
         self.lent = None;
@@ -411,6 +412,16 @@ impl<H: Host> Service<H> {
         self.lent = Some(Move { direction, first: run.first, count: run.count, place: Place::Address(address) });
         self.lent_is = Lent::Busy;
         Ok(())
+    }
+
+    /// Whether a transfer of his is under way.
+    pub const fn is_lent_busy(&self) -> bool {
+        matches!(self.lent_is, Lent::Busy)
+    }
+
+    /// Whether one of his has ended, which he has not been told.
+    pub const fn has_lent_news(&self) -> bool {
+        matches!(self.lent_is, Lent::Done | Lent::Failed(_))
     }
 
     /// How far it is. Its end is told once.

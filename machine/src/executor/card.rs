@@ -56,6 +56,10 @@ pub(super) async fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<
 /// Says what has happened to the card by itself, and finds the volume of one that was put in.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(event) = machine.ports.take_event() else { return };
+    if matches!(event, CardEvent::Removed { .. }) {
+        // A computer that had it has it no longer.
+        machine.ports.revoke_card();
+    }
     match event {
         CardEvent::Inserted => match machine.ports.mount() {
             Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),

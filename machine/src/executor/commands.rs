@@ -9,8 +9,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, axis_tests, card, editing, foresee, functions, grbl, home, job_control, log,
-    long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
+    Hands, Machine, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home, job_control,
+    log, long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -18,7 +18,7 @@ use crate::heat_codes;
 use crate::jog;
 use crate::motors;
 use crate::needs::needs;
-use crate::ports::{ConsoleKind, DateTime, Ports};
+use crate::ports::{ConsoleKind, DateTime, Disk, Ports, StorageError};
 use crate::reports::{self, Status};
 use crate::safety::Event;
 use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
@@ -143,7 +143,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "ed" => return Some(editing::begin(machine, arguments, to)),
         "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
         "dl" => return Some(receive_counted(machine, arguments, to)),
-        "break" => return Some(stop_for_debugger(machine, to)),
+        "break" => return Some(recording::stop_for_debugger(machine, to)),
         "events" => return Some(recording::tell(machine, arguments, to)),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
@@ -151,6 +151,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
+        "dfu" => return Some(disk::dfu(machine, to)),
         "dialect" => return Some(speak(machine, arguments, to)),
         "$C" => return Some(machine.check_mode(to)),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
@@ -293,6 +294,9 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
 
 fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    if machine.ports.disk() != Disk::Kept {
+        return Err(Failure::refused(StorageError::Lent.text()));
+    }
     let forced = arguments.strip_prefix("--force ").or_else(|| arguments.strip_suffix(" --force"));
     let (arguments, from) = play_from::split(forced.unwrap_or(arguments))?;
     let was_open = machine.jobs.is_open();
@@ -374,17 +378,6 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused("the clock does not run")) }
 }
 
-/// Without a debugger nothing would go on.
-fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
-        return Err(Failure::refused("the machine moves: stop it first"));
-    }
-    if machine.ports.stop_for_debugger() {
-        return Ok(Answer::Ok);
-    }
-    Ok(recording::tell_last(machine, to))
-}
-
 /// What takes time.
 async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     // Read, and not carried out, as the codes for it.
@@ -424,6 +417,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             tunes.await
         }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
+        "msc" => disk::msc(machine, arguments, to).await,
         "card" => files::card_facts::card(&mut Hands::new(machine, to)).await,
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();

@@ -15,6 +15,7 @@ mod brown_out;
 mod card;
 mod commands;
 mod cut;
+mod disk;
 mod door;
 mod editing;
 mod fast_forward;

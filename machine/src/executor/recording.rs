@@ -105,3 +105,14 @@ pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -
     }
     Answer::Ok
 }
+
+/// Without a debugger nothing would go on.
+pub(super) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
+        return Err(Failure::refused("the machine moves: stop it first"));
+    }
+    if machine.ports.stop_for_debugger() {
+        return Ok(Answer::Ok);
+    }
+    Ok(tell_last(machine, to))
+}

@@ -16,7 +16,7 @@ use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::heat_codes::heat_fault_text;
-use crate::ports::{InputLevels, Ports};
+use crate::ports::{Disk, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
@@ -265,6 +265,8 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_reset(now);
         self.watch_halt(now);
         super::card::watch(self);
+        super::disk::watch(self);
+        super::disk::watch_leave(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
@@ -454,6 +456,9 @@ impl<P: Ports> Machine<'_, P> {
         let hot = self.ports.heat(|heat| heat.any_hot());
         self.ports.set_led(2, hot);
         self.ports.set_led(3, self.jobs.is_open());
+        // As often.
+        let is_lent = self.ports.disk() == Disk::Lent;
+        self.ports.set_disk_lamp(is_lent && (phase / 3) & 1 == 0);
     }
 }
 

@@ -118,13 +118,9 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         &mut self.medium
     }
 
-    /// Goes on as far as it can, a few packets at most.
-    pub fn run(&mut self) {
-        for _ in 0..STEPS_A_RUN {
-            if !self.is_configured || !self.step() {
-                return;
-            }
-        }
+    /// Goes on as far as it can, a few packets at most. Whether there is more to do at once.
+    pub fn run(&mut self) -> bool {
+        (0..STEPS_A_RUN).all(|_| self.is_configured && self.step())
     }
 
     /// False when there is nothing more to do before something happens.
@@ -269,6 +265,11 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
 
     fn move_blocks(&mut self) -> bool {
         let can_send = self.can_send();
+        if self.medium.state() != self.seen {
+            // Its buffers may be somebody else's by now.
+            self.fail(Fault::Gone);
+            return true;
+        }
         let Stage::Blocks(transfer) = &mut self.stage else { return false };
         if let Err(fault) = transfer.advance(&mut self.medium) {
             self.fail(fault);

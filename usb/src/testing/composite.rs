@@ -34,7 +34,7 @@ impl Device for Machines {
     fn run(&mut self) {
         // More than any transaction needs.
         for _ in 0..3 {
-            Composite::run(self);
+            let _more = Composite::run(self);
         }
     }
 }

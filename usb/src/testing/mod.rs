@@ -19,3 +19,4 @@ mod tests_disk;
 mod tests_disk_cases;
 mod tests_download;
 mod tests_ports;
+mod tests_table;

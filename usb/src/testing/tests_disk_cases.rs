@@ -13,9 +13,10 @@ const PHASE_ERROR: u8 = 2;
 const BLOCK: [u8; 512] = [0x5A; 512];
 
 /// A case: what the host expects, the command, status, residue, halt, bytes that came.
-type Case<'c> = (u8, Expects<'c>, Vec<u8>, u8, u32, bool, usize);
+pub type Case<'c> = (u8, Expects<'c>, Vec<u8>, u8, u32, bool, usize);
 
-fn cases() -> Vec<Case<'static>> {
+/// All of them.
+pub fn cases() -> Vec<Case<'static>> {
     let two = [0x5A; 1024].as_slice();
     vec![
         // Hn = Dn
@@ -53,21 +54,25 @@ fn cases() -> Vec<Case<'static>> {
     ]
 }
 
+/// Tries one.
+#[track_caller]
+pub fn run_case((number, expects, bytes, status, residue, halted, length): &Case<'_>) {
+    let mut board = Board::with_disk();
+    let ended = board.disk(*expects, bytes);
+    let name = format!("case {number}, command {bytes:x?}");
+    assert_eq!((ended.status, ended.residue, ended.was_halted), (*status, *residue, *halted), "{name}");
+    assert_eq!(ended.data.len(), *length, "{name}");
+    let written = board.card.inside().operations.iter().filter(|(kind, ..)| *kind == 'w').count();
+    assert_eq!(written, usize::from(matches!(number, 11 | 12)), "{name}");
+    if *status == PHASE_ERROR {
+        board.recover_disk();
+    }
+    assert_eq!(board.read_blocks(0, 3).status, PASSED, "behind {name}");
+}
+
 #[test]
 fn the_thirteen_cases_end_as_the_specification_says() {
-    for (number, expects, bytes, status, residue, halted, length) in cases() {
-        let mut board = Board::with_disk();
-        let ended = board.disk(expects, &bytes);
-        let name = format!("case {number}, command {bytes:x?}");
-        assert_eq!((ended.status, ended.residue, ended.was_halted), (status, residue, halted), "{name}");
-        assert_eq!(ended.data.len(), length, "{name}");
-        let written = board.card.inside().operations.iter().filter(|(kind, ..)| *kind == 'w').count();
-        assert_eq!(written, usize::from(matches!(number, 11 | 12)), "{name}");
-        if status == PHASE_ERROR {
-            board.recover_disk();
-        }
-        assert_eq!(board.read_blocks(0, 3).status, PASSED, "behind {name}");
-    }
+    cases().iter().for_each(run_case);
 }
 
 #[test]

@@ -31,6 +31,9 @@ pub struct Options {
     /// Ask `?` and M105 all the time while the machine moves.
     #[arg(long)]
     flood: bool,
+    /// Have a computer at the USB socket say and hear all it can while the machine moves.
+    #[arg(long)]
+    usb_flood: bool,
     /// Type `!` after this many steps, and `~` later.
     #[arg(long)]
     hold_after: Option<u64>,
@@ -56,7 +59,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         ..Probe::default()
     };
     let hold_delay_ns = options.hold_delay_us * 1_000;
-    let study = Study { probe, flood: options.flood, hold_after: options.hold_after, hold_delay_ns };
+    let (flood, usb_flood) = (options.flood, options.usb_flood);
+    let study = Study { probe, flood, usb_flood, hold_after: options.hold_after, hold_delay_ns };
     let finished = play(&options.job, &study, out)?;
     if options.out.is_none() {
         // Left-over files in the system's temporary directory harm nobody.

@@ -14,6 +14,7 @@ use virtual_prime::instruments::{Instruments, Probe, Records};
 use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
+use super::computer::Computer;
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
 
@@ -66,6 +67,8 @@ pub struct Study {
     pub probe: Probe,
     /// Whether the operator asks for status and temperatures all the time while the machine moves.
     pub flood: bool,
+    /// Whether a computer at the USB socket says and hears all it can meanwhile.
+    pub usb_flood: bool,
     /// The operator types `!` once, after this many steps, and `~` [`HELD_NS`] later.
     pub hold_after: Option<u64>,
     /// He types it so much later: the board is looked at only every [`SLICE_NS`], a whole number of periods
@@ -104,6 +107,7 @@ struct Running {
     moving: Option<(u64, u64)>,
     held_ns: Option<u64>,
     resumed: bool,
+    computer: Computer,
 }
 
 /// Runs a job, measures what the study asks for, and writes its files to `out`.
@@ -124,6 +128,9 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
     while !running.session.is_over() && ended.is_none() {
         let span = running.slice(&mut meter).map_err(fail)?;
         running.interfere(study);
+        if study.usb_flood {
+            running.use_usb()?;
+        }
         frames.take(&std::mem::take(&mut running.records.lock().rtt), &mut log);
         meter.show(running.vm.now_ns(), &running.session);
         let seconds = running.vm.now_ns() as f64 * 1e-9;
@@ -150,7 +157,18 @@ fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Res
     let (instruments, records) = Instruments::new(&options.elf, probe)?;
     let vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let session = Session::new(JOB, options.opening());
-    Ok(Running { vm, console, world, records, session, recorder, moving: None, held_ns: None, resumed: false })
+    Ok(Running {
+        vm,
+        console,
+        world,
+        records,
+        session,
+        recorder,
+        moving: None,
+        held_ns: None,
+        resumed: false,
+        computer: Computer::default(),
+    })
 }
 
 impl Running {
@@ -194,6 +212,16 @@ impl Running {
                 self.console.send(b"M105\n");
             }
         }
+    }
+
+    /// The computer comes when the machine moves.
+    fn use_usb(&mut self) -> Result<(), String> {
+        if self.computer.is_plugged() {
+            self.computer.flood(&mut self.vm);
+        } else if self.world.lock().trace().total() > 0 {
+            self.computer.plug(&mut self.vm).map_err(|error| format!("the USB host: {error}"))?;
+        }
+        Ok(())
     }
 
     fn finish(mut self, lines: u64, ended: Option<String>) -> io::Result<Finished> {

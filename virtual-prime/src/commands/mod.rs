@@ -1,6 +1,7 @@
 //! One module per subcommand, and what they share.
 
 pub mod bench;
+pub mod computer;
 pub mod console;
 pub mod job;
 pub mod log;

@@ -4,8 +4,10 @@ use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 use virtual_prime::usb_host::transfer::{Request, TransferId};
 
+use super::disk::with_reader;
 use super::velvet::{Plugged, plug, two_ports};
 use crate::common::MS;
+use crate::common::velvet::SECOND;
 use crate::schedule::motions;
 
 /// Fast and slow, straight and round, long and short.
@@ -21,6 +23,8 @@ G3 X50 Y50 I-5 J-5 E5
 G1 X90 Y80 E7 F15000
 G1 X30 Y30 E9
 ";
+/// A machine that has stood so long has done all its lines.
+const AT_REST_NS: u64 = 500 * MS;
 /// A line that asks for nothing, and as much of it as the host has on its way at a time.
 const WORDS: &str = "(a comment that goes on and on, as long as a line may be so that there are few answers, and then it goes on for some more)\n";
 const AT_A_TIME: usize = 40;
@@ -87,19 +91,73 @@ fn play(floods: bool) -> (Vec<StepEdge>, u64, u64) {
     (edges, flood.sent / took_ms, flood.heard / took_ms)
 }
 
+/// Every step is where it is without the flood.
+#[track_caller]
+fn assert_same(quiet: &[StepEdge], loud: &[StepEdge]) {
+    assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
+    let places = |edge: &(u64, Actuator, Direction)| (edge.1, edge.2);
+    let (quiet, loud) = (motions(quiet), motions(loud));
+    assert_eq!(quiet.len(), loud.len());
+    for (quiet, loud) in quiet.iter().zip(&loud) {
+        assert_eq!(quiet.len(), loud.len(), "as many steps");
+        assert!(quiet.iter().map(places).eq(loud.iter().map(places)), "the same steps");
+        let worst = quiet.iter().zip(loud).map(|(one, other)| one.0.abs_diff(other.0)).max();
+        assert!(worst.unwrap_or(0) <= TOLERANCE_NS, "a step came {worst:?} ns elsewhere");
+    }
+}
+
 #[test]
 fn a_computer_that_says_all_it_can_moves_no_step() {
     let (quiet, ..) = play(false);
     let (loud, received, sent) = play(true);
     println!("{received} kB/s received, {sent} kB/s sent while the machine moves");
-    assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
-    let places = |edge: &(u64, Actuator, Direction)| (edge.1, edge.2);
-    let (quiet, loud) = (motions(&quiet), motions(&loud));
-    assert_eq!(quiet.len(), loud.len());
-    for (quiet, loud) in quiet.iter().zip(&loud) {
-        assert!(quiet.iter().map(places).eq(loud.iter().map(places)), "the same steps");
-        let worst = quiet.iter().zip(loud).map(|(one, other)| one.0.abs_diff(other.0)).max();
-        assert!(worst.unwrap_or(0) <= TOLERANCE_NS, "a step came {worst:?} ns elsewhere");
-    }
+    assert_same(&quiet, &loud);
     assert!(received >= 500, "{received} kB/s");
+}
+
+/// Blocks of a command, as Linux has them at most, and where they are.
+const COMMAND_BLOCKS: u16 = 240;
+const FIRST_BLOCK: u32 = 4_000;
+
+/// The edges of lines that a console sends, while the computer reads and writes the card as fast as it can,
+/// and its rate in bytes a millisecond. As the computer has the card, no job comes from it.
+fn stream(floods: bool) -> (Vec<StepEdge>, u64) {
+    let mut plugged = plug(with_reader());
+    let mut disk = plugged.lend();
+    plugged.velvet.ask("G28.3 X30 Y30 Z10", SECOND);
+    plugged.velvet.ask("G92 E0", SECOND);
+    // All of it waits behind the dwell, so that it goes on without gaps.
+    plugged.velvet.type_in(&format!("G4 P1000\n{}", JOB.repeat(5).trim_end()));
+    plugged.velvet.hear(900);
+    let (began, mut moved) = (plugged.velvet.bench.vm.now_ns(), 0);
+    let data = vec![0x5A; usize::from(COMMAND_BLOCKS) * 512];
+    let mut at = FIRST_BLOCK;
+    let (mut steps, mut moved_ns) = (0, began + 500 * MS);
+    while plugged.velvet.bench.vm.now_ns() < moved_ns + AT_REST_NS {
+        assert!(plugged.velvet.bench.vm.now_ns() - began < 60_000 * MS, "the lines never end");
+        if floods {
+            let mut desk = plugged.desk();
+            disk.write(&mut desk, at, &data).unwrap();
+            assert!(disk.read(&mut desk, at, COMMAND_BLOCKS).unwrap() == data);
+            moved += 2 * data.len() as u64;
+            at = FIRST_BLOCK + (at + 7) % 1_000;
+        }
+        plugged.velvet.hear(1);
+        let total = plugged.velvet.world(|world| world.trace().total());
+        if total > steps {
+            (steps, moved_ns) = (total, plugged.velvet.bench.vm.now_ns());
+        }
+    }
+    let took_ms = (plugged.velvet.bench.vm.now_ns() - began) / MS;
+    plugged.assert_clean();
+    (plugged.velvet.world(|world| world.trace_mut().take()), moved / took_ms)
+}
+
+#[test]
+fn a_card_in_use_by_the_computer_moves_no_step() {
+    let (quiet, _) = stream(false);
+    let (loud, rate) = stream(true);
+    println!("{rate} kB/s to and from the card while the machine moves");
+    assert_same(&quiet, &loud);
+    assert!(rate >= 700, "{rate} kB/s");
 }

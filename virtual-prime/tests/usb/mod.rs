@@ -2,11 +2,16 @@
 //! `echo` is a serial port made of other people's crates, `registers` a device of register accesses alone,
 //! driven by interrupts.
 
+mod disk;
+mod download;
 mod echo;
+mod fuzz;
 mod load;
 mod ports;
 mod registers;
 mod remote;
+mod replug;
+mod table;
 mod velvet;
 
 use sim::world::WorldConfig;

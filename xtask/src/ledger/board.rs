@@ -14,6 +14,7 @@ use serde_json::Value;
 pub const FEED: &str = "TIM6_DAC";
 pub const HEAT: &str = "TIM7";
 pub const BYTES: &str = "USART2";
+pub const USB: &str = "OTG_FS";
 /// The part of the heat task that stops heaters, whatever controls them.
 pub const GUARD: &str = "look_at_heaters";
 /// Called by the step interrupt when it missed an event by more than 250 ns.
@@ -23,7 +24,7 @@ pub const STEP: [&str; 4] = ["TIM2", "play_carefully", "catch_up", LATE];
 /// Software tasks: one of these runs the planner, the other the slow watch.
 const SOFTWARE: [&str; 2] = ["LPTIM1", "LPTIM2"];
 /// Other interrupts.
-const OTHERS: [&str; 1] = ["SDMMC1"];
+const OTHERS: [&str; 2] = ["SDMMC1", USB];
 
 /// Where the step queue lies in the image, and when to look at it: at each run of the feed. The offset is
 /// that of `queue` in the step interrupt's static (`bsp-prime/src/step_engine.rs`): four words, ten of
@@ -50,6 +51,12 @@ impl Job {
     pub fn under_load(mut self) -> Self {
         self.may_halt = true;
         self.words.extend(["--flood", "--masked", "--queue", QUEUE].map(str::to_owned));
+        self
+    }
+
+    /// A computer at the USB socket says and hears all it can.
+    pub fn with_computer(mut self) -> Self {
+        self.words.push("--usb-flood".to_owned());
         self
     }
 

@@ -94,6 +94,11 @@ impl Machines {
         self.printer.replace("preflight = off", "preflight = warn")
     }
 
+    /// The printer, with both serial ports at the USB socket.
+    pub fn with_two_ports(&self) -> String {
+        self.printer.clone() + "\n[consoles]\nsecond_usb_serial_enable = true\n"
+    }
+
     /// The printer, with filters.
     pub fn shaped_printer(&self) -> String {
         self.printer.replace(ADVANCE.0, ADVANCE.1) + SHAPERS

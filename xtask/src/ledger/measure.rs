@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 
 use super::Ledger;
-use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, Results};
+use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, Results, USB};
 use super::hold;
 use super::jobs;
 use super::machines::{KINDS, Kind, Machines};
@@ -53,6 +53,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let printer = results.of("printer-3")?;
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     watch(results.of("watched")?, &mut ledger)?;
+    usb(results.of("computer")?, &mut ledger)?;
     for (job, key) in [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")] {
         ledger.insert(key.into(), round(slowest_hold_us(&results, job)?));
     }
@@ -69,6 +70,7 @@ fn list(machines: &Machines) -> Vec<Job> {
     let mut list: Vec<Job> = [1, 3, 4].map(|n| Job::new(format!("steps-{n}"), fast, jobs::steps(n, 1.0))).into();
     list.push(Job::new("steps-6", &machines.six_motors(), jobs::steps(6, 0.5)));
     list.push(Job::new("printer-3", printer, jobs::steps(3, 2.5)));
+    list.push(Job::new("computer", &machines.with_two_ports(), jobs::watched()).with_computer());
     list.push(Job::new("watched", printer, jobs::watched()));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
@@ -207,6 +209,18 @@ fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
         ledger.insert(format!("{name}_instructions"), round(cost(name, "")? - without));
     }
     ledger.insert("look_ahead_instructions".into(), round(cost("lines", AHEAD)? - plain));
+    Ok(())
+}
+
+/// The USB interrupt, which is all of the device's task, while a computer says and hears all it can on both
+/// ports and three motors run.
+fn usb(run: &Measured, ledger: &mut Ledger) -> Result<()> {
+    ensure!(run.calls(USB, "calls")? > 1_000.0, "the computer was not heard");
+    for (key, statistic) in [("median", "median"), ("p99", "p99"), ("max", "max")] {
+        ledger.insert(format!("usb_interrupt_{key}_instructions"), run.calls(USB, statistic)?);
+    }
+    let share = run.moving(USB)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+    ledger.insert("usb_percent".into(), (share * 10_000.0).round() / 100.0);
     Ok(())
 }
 

@@ -1,0 +1,51 @@
+//! What the next start of the boot stage is asked for: by the application, and by a person who presses RESET
+//! twice. In backup registers of the real-time clock, which a reset leaves alone and power-on clears (RM0399
+//! rev 4 section 49.3.15); [`crate::last_words`] has the first twenty of them.
+//!
+//! A reset by the button looks like one by a debug probe, and like any other first one. So the boot stage
+//! leaves a mark, which the application takes away a second after it has begun: where a button's reset finds
+//! the mark, it was the second within that second, or the application never came so far.
+
+use stm32h7xx_hal::pac;
+
+use crate::identity::ResetCause;
+
+/// The register of the request, and that of the mark.
+const REQUEST: usize = 20;
+const PRESSED: usize = 21;
+
+/// Wait for firmware over USB.
+const DOWNLOAD: u32 = 0x4446_5521;
+/// The button was pressed.
+const ONCE: u32 = 0x5052_4553;
+
+/// Has the boot stage wait for firmware over USB, instead of starting the application: at the next reset,
+/// once. The request does not reset anything itself.
+pub fn ask_for_download() {
+    register(REQUEST).write(|w| w.bits(DOWNLOAD));
+}
+
+/// The application runs: a button's reset from now on is the first one again.
+pub fn forget_button() {
+    if register(PRESSED).read().bits() != 0 {
+        register(PRESSED).write(|w| w.bits(0));
+    }
+}
+
+/// Whether firmware is to be waited for; the next start finds nothing. For the boot stage, which opens the
+/// backup domain first.
+pub(crate) fn take(cause: ResetCause) -> bool {
+    let is_asked = register(REQUEST).read().bits() == DOWNLOAD;
+    register(REQUEST).write(|w| w.bits(0));
+    let is_pressed = cause == ResetCause::Pin;
+    let was_pressed = register(PRESSED).read().bits() == ONCE;
+    let is_second = is_pressed && was_pressed;
+    register(PRESSED).write(|w| w.bits(if is_pressed && !is_second { ONCE } else { 0 }));
+    is_asked || is_second
+}
+
+fn register(number: usize) -> &'static pac::rtc::BKPR {
+    // SAFETY: these two are written here alone; each access is a whole word, and the boot stage and the
+    // application never run at once.
+    unsafe { &(*pac::RTC::ptr()).bkpr[number] }
+}

@@ -1,0 +1,106 @@
+//! The computer at the USB socket: the machine's USB port.
+
+use bsp_prime::sd::CardService;
+use bsp_prime::{boot_request, time};
+use config::SystemConfig;
+use drivers::sd::SdError;
+use machine::ports::{Board, Disk, NotLent, Storage, Usb};
+use motion::Motion;
+use rtic::Mutex;
+use storage::Card;
+use units::Micros;
+
+use super::BoardPorts;
+use crate::heat_io::Heat;
+use crate::slow::Slow;
+use crate::storage::Slot;
+use crate::triggers::TriggerInputs;
+use crate::{disk, update, usb};
+
+/// A computer whose bus has been silent for so long has gone, or sleeps soundly. What has the same look and
+/// is over sooner: a hub that is reset, a cable that is put in anew.
+const GONE_US: u64 = 5_000_000;
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K> {
+    fn service<R>(&mut self, action: impl FnOnce(&mut CardService) -> R) -> R {
+        self.storage.card(|slot| slot.with(action))
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Usb for BoardPorts<M, H, S, T, K>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    fn connect(&mut self, system: &SystemConfig) -> Result<(), &'static str> {
+        self.owned.usb.take().map_or(Ok(()), |(socket, unique_id)| usb::connect(socket, unique_id, system))
+    }
+
+    fn lend_card(&mut self) -> Result<bool, NotLent> {
+        if usb::is_silent() {
+            return Err(NotLent::NoComputer);
+        }
+        if !self.is_kept().map_err(NotLent::Storage)? {
+            return Ok(false);
+        }
+        self.storage.unmount().map_err(NotLent::Storage)?;
+        let reason = |error: SdError| NotLent::Storage(<Slot<K> as Card>::reason(&error));
+        let is_lent = self.service(CardService::lend).map_err(reason)?;
+        if is_lent {
+            self.silent_since = None;
+            disk::lent();
+            bsp_prime::usb::wake();
+        }
+        Ok(is_lent)
+    }
+
+    fn disk(&mut self) -> Disk {
+        let (is_lent, is_busy) = self.service(|card| (card.is_lent(), card.is_lent_busy()));
+        if !is_lent {
+            return Disk::Kept;
+        }
+        let now = time::now();
+        self.silent_since = if usb::is_silent() { self.silent_since.or(Some(now)) } else { None };
+        let is_gone = self.silent_since.is_some_and(|since: Micros| now.0.saturating_sub(since.0) >= GONE_US);
+        if is_gone {
+            disk::end_loan();
+        }
+        match (disk::is_over() && !is_busy, is_gone) {
+            (false, _) => Disk::Lent,
+            (true, false) => Disk::GivenBack,
+            (true, true) => Disk::Gone,
+        }
+    }
+
+    fn revoke_card(&mut self) {
+        disk::end_loan();
+        bsp_prime::usb::wake();
+    }
+
+    fn take_card_back(&mut self) {
+        self.service(CardService::take_back);
+        bsp_prime::usb::wake();
+    }
+
+    fn set_disk_lamp(&mut self, on: bool) {
+        if let Some(lamp) = &mut self.owned.disk_lamp {
+            lamp.set(on);
+        }
+    }
+
+    fn set_may_leave(&mut self, may: bool) {
+        update::set_may_leave(may);
+    }
+
+    fn take_leave(&mut self) -> bool {
+        update::take_request()
+    }
+
+    fn request_download(&mut self) -> Result<(), &'static str> {
+        boot_request::ask_for_download();
+        self.request_reset();
+        Ok(())
+    }
+}

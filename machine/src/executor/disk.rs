@@ -1,0 +1,112 @@
+//! The card as a computer's disk (`msc`), and the way into the firmware download (`dfu`).
+//!
+//! The card has one user at a time: two file systems on it, each with its own memory of what is where, would
+//! destroy it. So the computer's disk is empty until somebody says `msc`, and while the computer has the card
+//! the machine has none.
+
+use config::SystemConfig;
+use events::Event;
+use program::State;
+
+use super::Machine;
+use crate::failure::{Answer, Failure, Outcome};
+use crate::ports::{Disk, NotLent, Ports, StorageError};
+use crate::sessions::Recipient;
+use crate::wait::yield_once;
+
+const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
+const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
+
+/// `msc [off]`
+pub(super) async fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let SystemConfig { msc_enable, .. } = machine.config.system;
+    match arguments {
+        _ if !msc_enable => Err(Failure::refused("MSC is disabled: [system] msc_enable")),
+        "" => lend(machine, to).await,
+        "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused("no computer has the SD card")),
+        "off" => {
+            machine.ports.revoke_card();
+            Ok(Answer::Ok)
+        }
+        _ => Err(Failure::refused("write msc, or msc off")),
+    }
+}
+
+async fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.jobs.is_open() {
+        return Err(Failure::refused("a file is played: wait for its end, or abort it"));
+    }
+    if machine.ports.disk() != Disk::Kept {
+        return Err(Failure::refused(HAS_IT));
+    }
+    loop {
+        match machine.ports.lend_card() {
+            Ok(true) => break,
+            Ok(false) => {
+                machine.serve();
+                yield_once().await;
+            }
+            Err(NotLent::NoComputer) => return Err(Failure::refused(NO_COMPUTER)),
+            Err(NotLent::Storage(StorageError::Busy)) => {
+                return Err(Failure::refused("files are open: end what writes or reads them"));
+            }
+            Err(NotLent::Storage(error)) => return Err(Failure::refused(error.text())),
+        }
+    }
+    machine.say(to, format_args!("The computer has the SD card: eject it there to give it back\n"));
+    Ok(Answer::Ok)
+}
+
+/// The card comes back when the computer has ejected it, or has gone. It may be another one by now, and has
+/// changed.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
+    let why = match machine.ports.disk() {
+        Disk::Kept | Disk::Lent => return,
+        Disk::GivenBack => "given the SD card back",
+        Disk::Gone => "gone: the machine has the SD card again",
+    };
+    machine.ports.take_card_back();
+    machine.announce(format_args!("// NOTICE the computer has {why}\n"));
+    match machine.ports.mount() {
+        // That there is none has been said.
+        Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
+        Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+    }
+}
+
+/// Whether nothing is lost and nothing gets hot when the firmware ends: it stands and heats nothing.
+fn may_leave<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid | State::Sleep);
+    stands && !machine.jobs.is_open() && !machine.ports.heat(|heat| heat.any_on())
+}
+
+/// `dfu`: into the firmware download, at once.
+pub(super) fn dfu<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if !may_leave(machine) {
+        return Err(Failure::refused("the machine moves, heats or plays a file: end that first"));
+    }
+    machine.ports.request_download().map_err(Failure::refused)?;
+    machine.record(&Event::ResetAsked);
+    machine.say(to, format_args!("NOTE: A reset will be required to resume if dfu-util is not run\n"));
+    Ok(Answer::Ok)
+}
+
+/// A computer may ask for the download as well (DFU_DETACH).
+pub(super) fn watch_leave<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !machine.config.system.dfu_enable {
+        return;
+    }
+    let may = may_leave(machine);
+    machine.ports.set_may_leave(may);
+    if !machine.ports.take_leave() {
+        return;
+    }
+    match machine.ports.request_download() {
+        Ok(()) => {
+            machine.record(&Event::ResetAsked);
+            machine
+                .announce(format_args!("// NOTICE a computer asks for the firmware download: the board goes there\n"));
+        }
+        Err(why) => machine.announce(format_args!("WARNING: a computer asks for the firmware download: {why}\n")),
+    }
+}
