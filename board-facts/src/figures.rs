@@ -149,10 +149,10 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "SD card's bus",
-        value: "400 kHz, one line, to identify; 25 MHz, four lines, afterwards",
+        value: "400 kHz, one line, to identify; 25 MHz, four lines, afterwards; 50 MHz where the card has high speed",
         origin: "SD physical layer 9.0, sections 4.2.1 and 6.6.1; known good",
         proofs: &[
-            proof("the_card_is_identified_at_400_khz_and_read_at_25_mhz", BUSES),
+            proof("the_card_is_identified_at_400_khz_and_read_at_50_mhz", BUSES),
             proof("every_identification_resets_the_controller_and_powers_the_card_anew", "virtual-prime/tests/card.rs"),
         ],
     },

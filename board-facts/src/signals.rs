@@ -333,7 +333,7 @@ pub const SIGNALS: &[Signal] = &[
         halted: Level::Function(12),
         speed: Some(Speed::High),
         origin: "schematic, sheet 1, MICROSD; known good",
-        proofs: &[conventions("the_card_is_identified_at_400_khz_and_read_at_25_mhz", BUSES)],
+        proofs: &[conventions("the_card_is_identified_at_400_khz_and_read_at_50_mhz", BUSES)],
     },
     Signal {
         name: "SD card CK",
@@ -344,7 +344,7 @@ pub const SIGNALS: &[Signal] = &[
         halted: Level::Function(12),
         speed: Some(Speed::High),
         origin: "schematic, sheet 1, MICROSD; known good",
-        proofs: &[conventions("the_card_is_identified_at_400_khz_and_read_at_25_mhz", BUSES)],
+        proofs: &[conventions("the_card_is_identified_at_400_khz_and_read_at_50_mhz", BUSES)],
         ..BASE
     },
     Signal {

@@ -301,11 +301,11 @@ impl Supplies {
         self.adc.cr.modify(|_, w| w.adstart().set_bit());
     }
 
-    /// Connects the battery's divider to ADC3, or takes it away (RM0399 section 26.8.2, VBATEN). Sampling for
-    /// 152 us (810.5 cycles) gives it more than the time it needs (DS12923, "VBAT monitoring characteristics",
-    /// tS_vbat: 9 us). The common register is to be written only while the converter is disabled (RM0399
-    /// section 26.4.10, "Constraints when writing the ADC control bits"); that takes a few microseconds. One
-    /// that does not come back has no readings any more.
+    /// Connects the battery's divider to ADC3, or takes it away (RM0399 section 26.8.2, VBATEN). Sampling
+    /// for 152 us (810.5 cycles) gives it more than the time it needs (DS12923, "VBAT monitoring
+    /// characteristics", tS_vbat: 9 us). The common register is to be written only while the converter is
+    /// disabled (RM0399 section 26.4.10, "Constraints when writing the ADC control bits"); that takes a few
+    /// microseconds. One that does not come back has no readings any more.
     fn connect_battery(&mut self, on: bool) {
         self.adc.cr.modify(|_, w| w.addis().set_bit());
         let is_off = wait::until(READY_LIMIT_US, || self.adc.cr.read().aden().bit_is_clear());

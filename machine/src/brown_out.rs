@@ -76,8 +76,8 @@ fn put<S: Storage>(storage: &mut S, file: FileHandle, state: &str, event: &str) 
     storage.write(file, &block)
 }
 
-/// Makes the note's block, where there is none; the file is still to be closed. On a card that takes no writes
-/// nothing is kept.
+/// Makes the note's block, where there is none; the file is still to be closed. On a card that takes no
+/// writes nothing is kept.
 pub fn prepare<S: Storage>(storage: &mut S) -> Option<FileHandle> {
     if let Ok(file) = storage.open(PATH, OpenMode::Read) {
         let size = storage.size(file);

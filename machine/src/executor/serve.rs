@@ -91,7 +91,12 @@ impl<P: Ports> Machine<'_, P> {
     /// Whoever comes next has asked for nothing of what the one before asked for.
     fn follow_visitor(&mut self, id: SessionId) {
         let Self { sessions, ports, files, jobs, .. } = self;
-        let (Visitor::Left, listing) = sessions.follow_visitor(ports, id) else { return };
+        let session = id.0;
+        let listing = match sessions.follow_visitor(ports, id) {
+            (Visitor::Left, listing) => listing,
+            (Visitor::Waits, _) => return,
+            (Visitor::Came, _) => return self.record(&Happened::SessionOpened { session }),
+        };
         let sent_file = matches!(listing, Some(Listing::Transfer)) || files.takes_lines_of(id);
         if let Some(listing) = listing {
             if matches!(listing, Listing::Transfer) {
@@ -107,8 +112,7 @@ impl<P: Ports> Machine<'_, P> {
         if let Some(session) = sessions.get_mut(id).filter(|_| sent_file) {
             session.forget_lines(ports.inbox(id));
         }
-        let (session, is_there) = (id.0, ports.inbox(id).is_open());
-        self.record(&if is_there { Happened::SessionOpened { session } } else { Happened::SessionClosed { session } });
+        self.record(&Happened::SessionClosed { session });
     }
 
     /// Seldom: kept out of what every line passes through.

@@ -279,16 +279,15 @@ fn no_sound_heater_is_stopped() {
         let hold_s = if kind.is_bed { 500.0 } else { 300.0 };
         let run = run(&kind, beside(&kind), hold_s + 60.0, hold_s, None, &mut chance);
         let found = run.found.map(|found| format!("case {case}, {kind:?}: {found:?}"));
-        (found, run.marlin.is_some(), run.klipper.is_some(), run.prusa.is_some())
+        (found, [run.marlin, run.klipper, run.prusa].map(|second| second.is_some()))
     });
-    let others =
-        |which: fn(&(Option<String>, bool, bool, bool)) -> bool| stopped.iter().filter(|run| which(run)).count();
+    let others = |rule: usize| stopped.iter().filter(|(_, tripped)| tripped[rule]).count();
     println!(
         "stopped of 200 sound ones: Velvet {}, Marlin's rules {}, Klipper's {}, Prusa's {} (of 119 hot ends)",
-        others(|run| run.0.is_some()),
-        others(|run| run.1),
-        others(|run| run.2),
-        others(|run| run.3)
+        stopped.iter().filter(|(found, _)| found.is_some()).count(),
+        others(0),
+        others(1),
+        others(2)
     );
     let found: Vec<&String> = stopped.iter().filter_map(|(found, ..)| found.as_ref()).collect();
     assert!(found.is_empty(), "{found:#?}");
