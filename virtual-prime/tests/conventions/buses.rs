@@ -91,7 +91,9 @@ fn the_usb_socket_is_otg2_at_48_mhz() {
     assert_eq!(oscillator / divider, 48_000_000);
     // RCC_PLLCFGR: an input of 1 to 2 MHz (PLL3RGE 00), the oscillator of 150 to 420 MHz (PLL3VCOSEL), no
     // fraction; Q on, P and R off.
-    assert!((1_000_000..2_000_000).contains(&(CRYSTAL_HZ / input)) && (150_000_000..=420_000_000).contains(&oscillator));
+    assert!(
+        (1_000_000..2_000_000).contains(&(CRYSTAL_HZ / input)) && (150_000_000..=420_000_000).contains(&oscillator)
+    );
     assert_eq!((ranges >> 8 & 0xF, ranges >> 22 & 7), (0b0010, 0b010));
     // RCC_D2CCIP2R: USBSEL 10 is PLL3 Q. Clocks of OTG2 in run and in sleep; a ULPI clock asked for in sleep
     // would stop the core there.

@@ -166,11 +166,12 @@ fn at_rest(velvet: &mut Velvet, from_ns: u64) -> (Option<f64>, Option<f64>) {
 }
 
 /// What follows from a fault and is said with it, in lines of their own.
-const BESIDES: [&str; 4] = [
+const BESIDES: [&str; 5] = [
     "hard limits are disabled until all have been cleared",
     "Homing cycle failed",
     "Entering Alarm/Halt state",
     "Overtemperature Prewarning",
+    "WARNING: hotend: no MAX31865 answers",
 ];
 
 /// This was said exactly once since power-on, and no other trouble but what follows from it.

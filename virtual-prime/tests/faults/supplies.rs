@@ -90,7 +90,8 @@ fn browns_out(case: &Case) -> Seen {
     let heaters = ["PE0", "PE3", "PD7"];
     let mut velvet = enter(printer(), case.state);
     // Full on, so that its pin has something to say.
-    velvet.ask("M104 S240", SECOND);
+    // A job that has just begun makes the note's file first.
+    velvet.ask("M104 S240", 4 * SECOND);
     velvet.hear(100);
     watch(&mut velvet, &heaters);
     changes(&mut velvet);

@@ -48,7 +48,8 @@ impl Plugged {
     #[track_caller]
     pub fn hear_until(&mut self, port: usize, words: &str) -> String {
         let serial = self.ports[port];
-        let said = serial.read_until(&mut self.desk(), words.as_bytes()).unwrap_or_else(|why| panic!("{words:?}: {why}"));
+        let said =
+            serial.read_until(&mut self.desk(), words.as_bytes()).unwrap_or_else(|why| panic!("{words:?}: {why}"));
         String::from_utf8_lossy(&said).into_owned()
     }
 
