@@ -46,18 +46,20 @@ pub enum Presence {
 }
 
 /// A device in the making: class and identity that all of ours share. Endpoint 0 takes packets of 64 bytes.
-/// USB 2.1, which means that there is a BOS descriptor (USB 3.1 section 9.6.2, link power management ECN).
+/// USB 2.1 means that there is a BOS descriptor (link power management ECN of USB 2.0), which is there for
+/// Windows.
 pub(crate) fn builder<'a, B: UsbBus>(
     bus: &'a UsbBusAllocator<B>,
     name: &'a str,
     serial: &'a SerialNumber,
+    revision: UsbRev,
 ) -> Result<UsbDeviceBuilder<'a, B>> {
     let strings = StringDescriptors::default().manufacturer(MANUFACTURER).product(name).serial_number(serial.as_str());
     let builder = UsbDeviceBuilder::new(bus, UsbVidPid(VENDOR, PRODUCT));
     let builder = builder.max_packet_size_0(crate::PACKET_BYTES as u8).map_err(|_| UsbError::Unsupported)?;
     let builder = builder.max_power(MILLIAMPERES).map_err(|_| UsbError::Unsupported)?;
     let builder = builder.strings(&[strings]).map_err(|_| UsbError::Unsupported)?;
-    Ok(builder.device_release(RELEASE).self_powered(true).usb_rev(UsbRev::Usb210))
+    Ok(builder.device_release(RELEASE).self_powered(true).usb_rev(revision))
 }
 
 /// Enables the bus. Nothing can be added behind this.
@@ -102,7 +104,8 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         if runtime.is_some() {
             standard.add(1, 0, 0);
         }
-        let device = finish(builder(bus, PRODUCT_NAME, serial)?.composite_with_iads());
+        let revision = if microsoft.is_some() { UsbRev::Usb210 } else { UsbRev::Usb200 };
+        let device = finish(builder(bus, PRODUCT_NAME, serial, revision)?.composite_with_iads());
         Ok(Self { device, standard, microsoft, first, second, disk, runtime })
     }
 

@@ -4,9 +4,9 @@
 //! The older version 1.0 is left out: it serves Windows Vista to 8 only, which have no driver of their own
 //! for serial ports either.
 
-use usb_device::Result;
-use usb_device::class_prelude::{BosWriter, ControlIn, UsbBus, UsbClass};
-use usb_device::control::{Recipient, RequestType};
+use usb_device::class_prelude::{ControlIn, UsbBus, UsbClass};
+use usb_device::control::{Recipient, Request, RequestType};
+use usb_device::descriptor::descriptor_type;
 
 /// The vendor request that reads the descriptors; any number.
 const VENDOR_CODE: u8 = 0x20;
@@ -17,8 +17,12 @@ const WINDOWS_VERSION: [u8; 4] = [0x00, 0x00, 0x03, 0x06];
 /// D8DD60DF-4589-4CC7-9CD2-659D9E648A9F, the platform capability of these descriptors.
 const PLATFORM: [u8; 16] =
     [0xDF, 0x60, 0xDD, 0xD8, 0x89, 0x45, 0xC7, 0x4C, 0x9C, 0xD2, 0x65, 0x9D, 0x9E, 0x64, 0x8A, 0x9F];
-/// Device capability type PLATFORM (USB 3.1 table 9-14).
+/// Descriptor type DEVICE CAPABILITY, and the capability's type PLATFORM (USB 3.1 tables 9-6 and 9-14).
+const DEVICE_CAPABILITY: u8 = 16;
 const CAPABILITY_PLATFORM: u8 = 5;
+/// The BOS descriptor, and the one capability in it.
+const BOS_BYTES: usize = 5 + CAPABILITY_BYTES;
+const CAPABILITY_BYTES: usize = 4 + 16 + 8;
 
 /// By this name programs find the interface: libusb looks at whatever stands there. Ours alone.
 const INTERFACE_GUID: &str = "{5C2D8B1E-7A0F-4E63-9B44-D0F1A6C3E972}";
@@ -51,8 +55,19 @@ impl MicrosoftOs {
         if self.function.is_some() { SET_BYTES } else { 10 + FEATURE_BYTES }
     }
 
+    /// Where Windows learns that there is a set: the BOS descriptor (USB 3.1 section 9.6.2). `usb-device`
+    /// would put a "USB 2.0 extension" before the capability, which is for devices with link power
+    /// management and says that there is none of it: `lsusb` calls that an error.
+    fn bos(&self) -> heapless::Vec<u8, BOS_BYTES> {
+        let mut bos = Bytes(heapless::Vec::new());
+        bos.bytes(&[5, descriptor_type::BOS]).half(BOS_BYTES as u16).bytes(&[1]);
+        bos.bytes(&[CAPABILITY_BYTES as u8, DEVICE_CAPABILITY, CAPABILITY_PLATFORM, 0]).bytes(&PLATFORM);
+        bos.bytes(&WINDOWS_VERSION).half(self.length() as u16).bytes(&[VENDOR_CODE, 0]);
+        bos.0
+    }
+
     fn set(&self) -> heapless::Vec<u8, SET_BYTES> {
-        let mut set = Set(heapless::Vec::new());
+        let mut set = Bytes(heapless::Vec::new());
         let total = self.length() as u16;
         // Table 10: the set's header.
         set.half(10).half(0x00).bytes(&WINDOWS_VERSION).half(total);
@@ -72,10 +87,10 @@ impl MicrosoftOs {
     }
 }
 
-/// A descriptor set in the making; it has room for the longest.
-struct Set(heapless::Vec<u8, SET_BYTES>);
+/// Descriptors in the making; there is room for the longest.
+struct Bytes<const N: usize>(heapless::Vec<u8, N>);
 
-impl Set {
+impl<const N: usize> Bytes<N> {
     fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         // There is room.
         let _fits = self.0.extend_from_slice(bytes);
@@ -95,24 +110,22 @@ impl Set {
 }
 
 impl<B: UsbBus> UsbClass<B> for MicrosoftOs {
-    fn get_bos_descriptors(&self, writer: &mut BosWriter<'_, '_>) -> Result<()> {
-        let [low, high] = (self.length() as u16).to_le_bytes();
-        let mut data = [0; 1 + 16 + 8];
-        let parts = PLATFORM.into_iter().chain(WINDOWS_VERSION).chain([low, high, VENDOR_CODE, 0]);
-        data.iter_mut().skip(1).zip(parts).for_each(|(place, byte)| *place = byte);
-        writer.capability(CAPABILITY_PLATFORM, &data)
-    }
-
     fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
         let request = transfer.request();
-        let is_ours = request.request_type == RequestType::Vendor
-            && request.recipient == Recipient::Device
-            && request.request == VENDOR_CODE
-            && request.index == DESCRIPTOR_INDEX;
-        if is_ours {
-            // It waits for an answer, and this one fits its buffer.
-            let _ = transfer.accept_with(&self.set());
+        if request.recipient != Recipient::Device {
+            return;
         }
+        let (kind, number) = request.descriptor_type_index();
+        // Each waits for an answer, and this one fits its buffer.
+        let _ = match (request.request_type, request.request) {
+            (RequestType::Standard, Request::GET_DESCRIPTOR) if (kind, number) == (descriptor_type::BOS, 0) => {
+                transfer.accept_with(&self.bos())
+            }
+            (RequestType::Vendor, VENDOR_CODE) if request.index == DESCRIPTOR_INDEX => {
+                transfer.accept_with(&self.set())
+            }
+            _ => return,
+        };
     }
 }
 

@@ -5,7 +5,7 @@ use usb_device::bus::{InterfaceNumber, StringIndex};
 use usb_device::class_prelude::{ControlIn, ControlOut, DescriptorWriter, UsbBus, UsbBusAllocator, UsbClass};
 use usb_device::control::{Recipient, Request, RequestType};
 use usb_device::descriptor::lang_id::LangID;
-use usb_device::device::{DEFAULT_ALTERNATE_SETTING, UsbDevice};
+use usb_device::device::{DEFAULT_ALTERNATE_SETTING, UsbDevice, UsbRev};
 
 use super::protocol::{
     CLASS, FUNCTIONAL, PROTOCOL_DOWNLOAD, Refused, SUBCLASS, State, TRANSFER_BYTES, functional, request, status,
@@ -293,7 +293,7 @@ impl<'a, B: UsbBus, F: Firmware> DownloadDevice<'a, B, F> {
     /// The bus does not have what it takes.
     pub fn new(bus: &'a UsbBusAllocator<B>, serial: &'a SerialNumber, firmware: F) -> Result<Self> {
         let download = Download::new(bus, firmware);
-        let device = composite::builder(bus, DOWNLOAD_NAME, serial)?;
+        let device = composite::builder(bus, DOWNLOAD_NAME, serial, UsbRev::Usb210)?;
         let mut standard = Standard::default();
         standard.add(1, 0, 0);
         Ok(Self { device: composite::finish(device), standard, microsoft: MicrosoftOs::for_device(), download })
