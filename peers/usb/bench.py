@@ -16,6 +16,9 @@ ECHO = os.path.join(ROOT, "virtual-prime/target/images/thumbv7em-none-eabihf/rel
 FIRMWARE = os.path.join(ROOT, "target/thumbv7em-none-eabihf/release/firmware")
 MACHINE = os.path.join(ROOT, "config/samples/cartesian.ini")
 
+# All that the socket can be.
+SETTINGS = {("consoles", "second_usb_serial_enable"): "true", ("system", "msc_enable"): "true", ("system", "dfu_enable"): "true"}
+
 CASES = []
 
 
@@ -56,14 +59,22 @@ class Bench:
             self._guest.__exit__()
             self._guest = None
 
-    def config(self, lines=""):
-        """The sample machine with more settings, as a file."""
+    def config(self, settings=None):
+        """The sample machine with other settings, as a file."""
         path = os.path.join(self.out, "machine.ini")
-        with open(MACHINE) as sample, open(path, "w") as file:
-            file.write(sample.read() + "\n" + lines)
+        with open(MACHINE) as sample:
+            lines = sample.read().splitlines()
+        for (section, key), value in (settings or {}).items():
+            head = f"[{section}]"
+            begin = lines.index(head) + 1 if head in lines else len(lines) + 1
+            lines += [] if head in lines else [head]
+            end = next((at for at in range(begin, len(lines)) if lines[at].startswith("[")), len(lines))
+            lines[begin:end] = [f"{key} = {value}"] + [line for line in lines[begin:end] if line.split("=")[0].strip() != key]
+        with open(path, "w") as file:
+            file.write("\n".join(lines) + "\n")
         return path
 
-    def board(self, name, settings="[consoles]\nsecond_usb_serial_enable = true\n", echo=False, sd=None, files=False):
+    def board(self, name, settings=SETTINGS, echo=False, sd=None, files=False):
         """A board from power-on, with its socket offered. `files`: it leaves every step in the folder of this name."""
         arguments = ["--usb", "--usbredir-port", "0", "--usbip-port", "0"]
         if sd:

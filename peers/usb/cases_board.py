@@ -8,9 +8,14 @@ from cases_echo import verbose
 DEVICE = "1d50:6015"
 
 
-def ask(guest, port, line, seconds=2):
-    """Says a line on a port that is open, and what is heard until then."""
-    return guest.do(f"(sleep 0.3; echo '{line}' > {port}) & timeout {seconds} cat {port}; true", 60)
+def ask(guest, port, line, end="ok", seconds=60):
+    """Opens a port, is greeted, says a line, and gives what is heard up to a line that begins with `end`: some commands of
+    Smoothieware's give what was asked for and no ok."""
+    heard = guest.do(f"exec 5<>{port}; s=; while read -r -t {seconds} l <&5; do echo \"$l\"; case $s$l in ok*) s=said; echo '{line}' >&5;; \"said{end}\"*) break;; esac; done",
+                     seconds + 60)
+    greeting, _, answer = heard.partition("ok\n")
+    expect("Welcome" in greeting and answer.rstrip().rpartition("\n")[2].startswith(end), f"{line} is answered by {heard!r}")
+    return answer
 
 
 @case("board: both serial ports")
@@ -34,17 +39,41 @@ def ports(bench):
         board.close()
 
 
+# Class, subclass and protocol of each interface with its endpoints: what docs/usb.md promises.
+INTERFACES = [
+    ((2, 2, 0), (0x82,)), ((10, 0, 0), (0x81, 0x01)),  # the console
+    ((2, 2, 0), (0x84,)), ((10, 0, 0), (0x83, 0x02)),  # the second console
+    ((8, 6, 80), (0x85, 0x03)),  # the card, SCSI by bulk only
+    ((254, 1, 1), ()),  # the way to the firmware download
+]
+TEXTS = {"iManufacturer": "Velvet", "iProduct": "Smoothieboard v2 Prime"}
+
+
+def interfaces(said):
+    """The interfaces in what lsusb said, as in the table."""
+    found = []
+    for part in re.split(r"^    Interface Descriptor:", said, flags=re.M)[1:]:
+        number = lambda name: int(re.search(rf"{name} +(\d+)", part).group(1))
+        kind = number("bInterfaceClass"), number("bInterfaceSubClass"), number("bInterfaceProtocol")
+        found.append((kind, tuple(int(one, 16) for one in re.findall(r"bEndpointAddress +0x(\w\w)", part))))
+    return found
+
+
 @case("board: lsusb -v")
 def listed(bench):
     guest, board = bench.guest(), bench.board("lsusb")
     try:
         plug(guest, board)
         said = verbose(guest, DEVICE)
-        interfaces = len(re.findall(r"bInterfaceNumber", said))
-        serial = re.search(r"iSerial +\d+ (\S+)", said)
-        expect(serial, "it has no serial number")
+        found = interfaces(said)
+        expect(found == INTERFACES, f"the interfaces are {found}")
+        for name, text in TEXTS.items():
+            expect(re.search(rf"{name} +\d+ {text}$", said, re.M), f"{name} is not {text}")
+        expect(re.search(r"iSerial +\d+ [0-9A-F]{24}$", said, re.M), "the serial number is not the chip's")
+        drivers = guest.do("for i in /sys/bus/usb/devices/?-[1-9]*:*; do basename $(readlink $i/driver || echo none); done").split()
+        expect(drivers == ["cdc_acm"] * 4 + ["usb-storage", "none"], f"the drivers are {drivers}")
         clean(guest)
-        return f"{len(said.splitlines())} lines of {interfaces} interfaces without a warning"
+        return f"{len(said.splitlines())} lines of {len(found)} interfaces without a warning; drivers {', '.join(dict.fromkeys(drivers[:-1]))}"
     finally:
         board.close()
 

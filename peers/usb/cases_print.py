@@ -1,18 +1,17 @@
 """Prints while a computer is plugged in, stalls, and is pulled out."""
 
-import itertools
+import csv
 import os
 import random
-import re
 import shutil
+import socket
 import subprocess
-import sys
 import threading
 import time
 
-from bench import ROOT, Failed, Skipped, case, clean, expect, plug
+from bench import Failed, Skipped, case, expect, plug
+from jobs import compare, job, reference
 
-PART = os.environ.get("GCODE") or os.path.join(ROOT, "demo/part.gcode")
 CYCLES = 100
 # The computer's stalls, seconds, and the most between two of them.
 STALL, BETWEEN = 0.040, 0.5
@@ -22,47 +21,11 @@ PRINT_SECONDS = 36_000
 PATIENCE = 200.0
 
 
-def motion(path):
-    """Which motor stepped, and which way, in order."""
-    with open(path) as file:
-        next(file)
-        for line in file:
-            yield line.split(",", 1)[1]
-
-
-def compare(found, wanted):
-    """Whether two runs made the same steps in the same order: how many."""
-    count = 0
-    for ours, theirs in itertools.zip_longest(motion(found), motion(wanted)):
-        if ours != theirs:
-            raise Failed(f"step {count + 1} is {ours and ours.strip()}, and without a computer it is {theirs and theirs.strip()}")
-        count += 1
-    return count
-
-
-def reference(bench):
-    """The same job from the card with nobody plugged in: the file of its steps. Made once."""
-    out = os.path.join(bench.out, "reference")
-    steps, stamp = os.path.join(out, "steps.csv"), os.path.join(out, "made")
-    inputs = f"{PART} {os.path.getmtime(PART)} {os.path.getmtime(bench.firmware)}"
-    if not (os.path.exists(stamp) and open(stamp).read() == inputs):
-        program = os.path.join(ROOT, "virtual-prime/target/release/virtual-prime")
-        command = [program, "run", "--elf", bench.firmware, "--config", bench.config(), "--gcode", PART, "--out", out]
-        said = subprocess.run(command, capture_output=True, text=True)
-        expect(said.returncode == 0, f"the job fails without a computer: {said.stderr.strip().splitlines()[-1:]}")
-        with open(stamp, "w") as file:
-            file.write(inputs)
-    return steps
-
-
 class Debug:
     """The debug console, as a line."""
 
     def __init__(self, board):
-        import socket
-
         self.socket = socket.create_connection(("127.0.0.1", board.port))
-        self.file = self.socket.makefile("r", encoding="latin-1", newline="\n")
 
     def say(self, line):
         self.socket.sendall((line + "\n").encode())

@@ -14,14 +14,16 @@ import stat
 import subprocess
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-PACKAGES = ["busybox-static", "usbutils", "dfu-util", "dosfstools", "libusb-1.0-0", "libudev1", "libc6", "usbip"]
+PACKAGES = ["busybox-static", "usbutils", "dfu-util", "dosfstools", "libusb-1.0-0", "libudev1", "libc6", "usbip", "eject",
+            "libmount1", "libblkid1", "libselinux1", "libpcre2-8-0"]
 # What the guest needs; what these need in turn is read out of them.
 MODULES = ["virtio_pci", "virtio_console", "virtio_net", "9pnet_virtio", "9p", "xhci_pci", "cdc_acm", "usb_storage", "crct10dif_generic", "crc64_rocksoft_generic",
            "sd_mod", "nls_cp437", "nls_ascii", "nls_utf8", "vfat"]
 # Loaded when it is wanted: it brings sixteen empty hubs with it.
 LATER = ["vhci_hcd"]
-FILES = ["bin/busybox", "usr/bin/lsusb", "usr/bin/dfu-util", "sbin/fsck.fat", "sbin/mkfs.fat", "usr/sbin/usbip"]
-LIBRARIES = ["libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "librt.so.1", "ld-linux-x86-64.so.2", "libudev.so.1", "libusb-1.0.so.0"]
+FILES = ["bin/busybox", "usr/bin/lsusb", "usr/bin/dfu-util", "sbin/fsck.fat", "sbin/mkfs.fat", "usr/sbin/usbip", "usr/bin/eject"]
+LIBRARIES = ["libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "librt.so.1", "ld-linux-x86-64.so.2", "libudev.so.1", "libusb-1.0.so.0",
+             "libmount.so.1", "libblkid.so.1", "libselinux.so.1", "libpcre2-8.so.0"]
 
 
 class Missing(Exception):

@@ -17,6 +17,8 @@ from page import write
 # In this order.
 import cases_echo
 import cases_board
+import cases_card
+import cases_download
 import cases_print
 
 
