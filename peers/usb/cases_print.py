@@ -1,6 +1,5 @@
 """Prints while a computer is plugged in, stalls, and is pulled out."""
 
-import csv
 import os
 import random
 import shutil
@@ -9,14 +8,16 @@ import subprocess
 import threading
 import time
 
-from bench import Failed, Skipped, case, expect, plug
-from jobs import compare, job, reference
+from bench import ROOT, Failed, Skipped, case, expect, plug
+from jobs import compare, duration, job, reference
 
 CYCLES = 100
 # The computer's stalls, seconds, and the most between two of them.
 STALL, BETWEEN = 0.040, 0.5
 # A print may take as long as this, seconds of the board's clock.
 PRINT_SECONDS = 36_000
+# Layers of the job from the card, which lasts longer than the cycles, and of the one that is streamed.
+CABLE_LAYERS, STREAM_LAYERS = 60, 20
 # Heating takes a while, seconds of the board's clock.
 PATIENCE = 200.0
 
@@ -41,11 +42,12 @@ def end(board, guest):
 @case("print: the cable out and in 100 times")
 def cable(bench):
     """A job from the card, and a computer that comes, talks and goes at any moment."""
-    wanted, draw = reference(bench), random.Random(7)
+    part = job(bench, CABLE_LAYERS)
+    wanted, draw = reference(bench, part), random.Random(7)
     guest, card = bench.guest(), os.path.join(bench.out, "card")
     shutil.rmtree(card, ignore_errors=True)
     os.makedirs(card)
-    shutil.copy(PART, os.path.join(card, "job.gcode"))
+    shutil.copy(part, os.path.join(card, "job.gcode"))
     board = bench.board("cable", sd=card, files=True)
     try:
         Debug(board).say("play /sd/job.gcode")
@@ -73,7 +75,9 @@ def cable(bench):
         plug(guest, board, "/dev/ttyACM1")
         end(board, guest)
         count = compare(os.path.join(bench.out, "cable", "steps.csv"), wanted)
-        return f"{CYCLES} times, {moved} of them while it moved and {opened} with the ports there; all {count} steps as without a computer"
+        expect(moved == CYCLES, f"the machine moved in {moved} of {CYCLES} cycles")
+        expect(opened > CYCLES // 2, f"the ports were there in {opened} of {CYCLES} cycles")
+        return f"{CYCLES} times, all of them while it moved, {opened} with the ports there; all {count} steps as without a computer"
     finally:
         board.close()
 
@@ -94,12 +98,12 @@ def acknowledged(bench):
             plug(guest, board)
             # The greeting comes before the terminal is told not to echo; so it is echoed, or not, before the count begins.
             guest.do("[ -c /tmp/acm0 ] || mknod /tmp/acm0 c 166 0; stty -F /tmp/acm0 raw -echo; sleep 0.1")
-            before = sum(board.state()["usb_sent"])
+            before = board.state()["usb_sent"][1]
             guest.do(f"(cat /share/lines{cycle % 2} > /tmp/acm0) > /dev/null 2>&1 &")
             time.sleep(draw.uniform(0.0, 0.25))
             guest.unplug()
             guest.wait("[ ! -c /dev/ttyACM0 ]")
-            sent = sum(board.state()["usb_sent"]) - before
+            sent = board.state()["usb_sent"][1] - before
             # The first line only says that the others are relative.
             done += max(texts[cycle % 2][:sent].count(b"\n") - 1, 0)
             bytes_sent += sent
@@ -111,30 +115,30 @@ def acknowledged(bench):
         board.close()
 
 
-@case("print: printcore over /dev/ttyACM0, with stalls of 40 ms")
-def printcore(bench):
-    """printrun's printcore on a terminal that ends at the guest's /dev/ttyACM0, and a computer that stands still now and then."""
+def stream(bench, name, part, stall):
+    """printrun's printcore on a terminal that ends at the guest's /dev/ttyACM0. `stall`: the computer stands still now and then."""
     from run_printcore import PROGRAM, python
 
-    wanted, draw = reference(bench), random.Random(3)
+    wanted, draw = reference(bench, part), random.Random(3)
     try:
         interpreter = python(bench.tools)
     except (subprocess.CalledProcessError, OSError) as error:
         raise Skipped(f"printrun cannot be installed: {error}") from None
-    guest, board = bench.guest(), bench.board("printcore", files=True)
+    guest, board = bench.guest(), bench.board(name, files=True)
     try:
         plug(guest, board)
         # A port of the guest is opened once, for both ways; it reads as ended while nobody is at the terminal.
         guest.do("stty -F /dev/ttyACM0 raw -echo; (exec 4<>$serial 5<>/dev/ttyACM0; cat <&5 >&4 & while [ -c /dev/ttyACM0 ]; do cat <&4 >&5; sleep 0.02; done) > /dev/null 2>&1 &")
-        core = subprocess.Popen([interpreter, PROGRAM, guest.terminal, PART], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        core = subprocess.Popen([interpreter, PROGRAM, guest.terminal, part], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         said = []
         reader = threading.Thread(target=lambda: said.extend(core.stdout), daemon=True)
         reader.start()
         stalls, last = 0, board.state()
         while core.poll() is None:
             time.sleep(draw.uniform(0, BETWEEN))
-            guest.stall(STALL)
-            stalls += 1
+            if stall:
+                guest.stall(STALL)
+                stalls += 1
             state = board.state()
             if state["edges"] != last["edges"]:
                 last = state
@@ -143,9 +147,23 @@ def printcore(bench):
                 raise Failed(f"nothing moves for {PATIENCE:.0f} s of the board's clock, after {state['edges']} steps")
         reader.join()
         expect(core.returncode == 0, f"printcore: {' '.join(said).strip()[-300:]}")
-        seconds = board.state()["s"]
         end(board, guest)
-        count = compare(os.path.join(bench.out, "printcore", "steps.csv"), wanted)
-        return f"{said[-1].strip()}; {stalls} stalls; all {count} steps as from the card"
+        found = os.path.join(bench.out, name, "steps.csv")
+        count = compare(found, wanted)
+        with open(part) as file:
+            lines = sum(1 for line in file if line.split(";")[0].strip())
+        stood = f"; {stalls} stalls of {STALL * 1000:.0f} ms" if stall else ""
+        return (f"{os.path.basename(part)}, all {lines} lines: {said[-1].strip()}{stood}; all {count} steps as from the card, "
+                f"in {duration(found):.0f} s from the first to the last (from the card {duration(wanted):.0f} s)")
     finally:
         board.close()
+
+
+@case("print: printcore over /dev/ttyACM0")
+def printcore(bench):
+    return stream(bench, "printcore", os.path.join(ROOT, "demo/part.gcode"), stall=False)
+
+
+@case("print: printcore, and a computer with stalls of 40 ms")
+def stalls(bench):
+    return stream(bench, "stalls", job(bench, STREAM_LAYERS), stall=True)

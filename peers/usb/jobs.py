@@ -59,6 +59,16 @@ def compare(found, wanted):
     return count
 
 
+def duration(path):
+    """Seconds of the board's clock from the first step to the last."""
+    with open(path, "rb") as file:
+        next(file)
+        first = next(file)
+        file.seek(-200, os.SEEK_END)
+        last = file.read().splitlines()[-1]
+    return (int(last.split(b",")[0]) - int(first.split(b",")[0])) / 1e9
+
+
 def reference(bench, path):
     """The same job from the card with nobody plugged in: the file of its steps. Made once."""
     out = os.path.join(bench.out, "reference", os.path.basename(path))
