@@ -1,5 +1,7 @@
 """Prints while a computer is plugged in, stalls, and is pulled out."""
 
+import csv
+import itertools
 import json
 import os
 import random
@@ -98,12 +100,13 @@ def acknowledged(bench):
         for name, text in zip("01", texts):
             with open(os.path.join(guest.share, f"lines{name}"), "wb") as file:
                 file.write(text)
-        begin = board.state()["edges"]
-        done, bytes_sent, empty = 0, 0, 0
+        wanted, bytes_sent, empty = [], 0, 0
         for cycle in range(CYCLES):
             plug(guest, board)
-            # The greeting comes before the terminal is told not to echo; so it is echoed, or not, before the count begins.
-            guest.do("[ -c /tmp/acm0 ] || mknod /tmp/acm0 c 166 0; stty -F /tmp/acm0 raw -echo; sleep 0.1")
+            # The greeting may come before the terminal is told not to echo it. Whatever is echoed is ahead of a question, and
+            # so acknowledged before the count begins.
+            guest.do("[ -c /tmp/acm0 ] || mknod /tmp/acm0 c 166 0; exec 5<>/tmp/acm0; stty raw -echo <&5; printf '\\necho ready\\n' >&5; "
+                     "while read -r -t 60 l <&5; do case $l in ready*) exit 0;; esac; done; exit 1")
             before = board.state()["usb_sent"][1]
             guest.do(f"(cat /share/lines{cycle % 2} > /tmp/acm0) > /dev/null 2>&1 &")
             time.sleep(draw.uniform(0.0, 0.25))
@@ -111,12 +114,18 @@ def acknowledged(bench):
             guest.wait("[ ! -c /dev/ttyACM0 ]")
             sent = board.state()["usb_sent"][1] - before
             # The first line only says that the others are relative.
-            done += max(texts[cycle % 2][:sent].count(b"\n") - 1, 0)
+            lines = max(texts[cycle % 2][:sent].count(b"\n") - 1, 0)
+            wanted += [("1", "-1")[cycle % 2]] * lines
             bytes_sent += sent
             empty += sent == 0
-        steps = board.rest(300, still=2.0)["edges"] - begin
-        expect(steps == done, f"{done} lines were acknowledged, and {steps} were done")
-        return f"{CYCLES} times in the middle of {bytes_sent} bytes ({empty} before the first): {done} whole lines acknowledged, {steps} steps made"
+        end(bench, "acknowledged", board, guest)
+        with open(os.path.join(bench.out, "acknowledged", "steps.csv")) as file:
+            steps = [row["direction"] for row in csv.DictReader(file)]
+        # Strokes this way and that, so that a step too few tells when it was.
+        strokes = [[(way, len(list(stroke))) for way, stroke in itertools.groupby(one)] for one in (wanted, steps)]
+        differ = [pair for pair in itertools.zip_longest(*strokes) if pair[0] != pair[1]]
+        expect(not differ, f"{len(wanted)} lines were acknowledged, and {len(steps)} steps made; the first stroke that differs: {differ[:1]}")
+        return f"{CYCLES} times in the middle of {bytes_sent} bytes ({empty} before the first): {len(wanted)} whole lines acknowledged, {len(steps)} steps made"
     finally:
         board.close()
 
