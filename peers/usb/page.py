@@ -19,16 +19,30 @@ td.time { text-align: right; color: #4a545e; white-space: nowrap; }
 """
 
 
-def write(out, rows, versions):
+def earlier(out, image, rows, names):
+    """The rows of all cases that have been tried with this image, the latest attempt of each, in the order of the names."""
+    path, found = os.path.join(out, "summary.json"), {}
+    if os.path.exists(path):
+        with open(path) as file:
+            before = json.load(file)
+        if before.get("image") == image:
+            found = {row["name"]: row for row in before["cases"]}
+    found.update({row["name"]: row for row in rows})
+    return [found[name] for name in names if name in found]
+
+
+def write(out, image, rows, versions):
+    """`image`: its name and the SHA-256 of its file."""
     count = lambda ok: sum(row["ok"] is ok for row in rows)
     counts = {"passed": count(True), "failed": count(False), "skipped": count(None)}
     with open(os.path.join(out, "summary.json"), "w") as file:
-        json.dump({"cases": rows, **counts, "versions": versions}, file, indent=1)
+        json.dump({"image": image, "cases": rows, **counts, "versions": versions}, file, indent=1)
     words = {True: "ok", False: "failed", None: "skipped"}
     with open(os.path.join(out, "report.html"), "w") as page:
         page.write(f"<!doctype html><html lang=en><meta charset=utf-8><title>The board at a real Linux</title><style>{STYLE}</style><main>\n")
         page.write("<h1>The board at a real Linux</h1><p class=lead>The unmodified image on the virtual board, plugged into Linux in QEMU over usbredir, or imported by "
                    "usbip. Its drivers, its tools and people's programs are the judges; what the machine did is seen by the virtual board, whatever the image believes.</p>\n")
+        page.write(f"<p class=lead>Image {html.escape(image)}.</p>\n")
         page.write("<p class=counts>" + "".join(f"<span class={word}>{counts[word]} {word}</span>" for word in ("passed", "failed", "skipped")) + "</p>\n")
         for group in dict.fromkeys(row["name"].split(": ")[0] for row in rows):
             page.write(f"<h2>{html.escape(group)}</h2><table><tr><th>case<th>result<th>what came of it<th>took\n")
