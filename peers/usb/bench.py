@@ -48,6 +48,7 @@ class Bench:
                 kernel, initrd, self.versions = parts.prepare(os.path.join(self.tools, "usb"))
             except parts.Missing as missing:
                 raise Skipped(f"wants {missing}") from None
+            self.versions = {"QEMU": Guest.version(), **self.versions}
             self._guest = Guest(kernel, initrd, self.out)
         self._guest.unplug()
         self._guest.messages()

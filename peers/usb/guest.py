@@ -81,6 +81,12 @@ class Guest:
         self.boot_seconds = time.monotonic() - began
         [self.terminal] = [one["filename"].removeprefix("pty:") for one in self.qmp("query-chardev") if one["label"] == "tty"]
 
+    @staticmethod
+    def version():
+        """QEMU's."""
+        said = subprocess.run(["qemu-system-x86_64", "--version"], capture_output=True, text=True, check=True).stdout
+        return re.search(r"version (\S+)", said).group(1)
+
     def __enter__(self):
         return self
 
