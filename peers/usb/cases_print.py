@@ -82,10 +82,10 @@ def cable(bench):
         sent = sum(board.state()["usb_sent"][1:3])
         guest.messages()
         plug(guest, board, "/dev/ttyACM1")
-        count = compare(end(bench, "cable", board, guest), wanted)
+        steps = compare(end(bench, "cable", board, guest), wanted)
         expect(moved == CYCLES, f"the machine moved in {moved} of {CYCLES} cycles")
         expect(opened > CYCLES // 2, f"the ports were there in {opened} of {CYCLES} cycles")
-        return f"{CYCLES} times, all of them while it moved, {opened} with the ports there, where {sent} bytes were said; all {count} steps as without a computer"
+        return f"{CYCLES} times, all of them while it moved, {opened} with the ports there, where {sent} bytes were said; {steps} as without a computer"
     finally:
         board.close()
 
@@ -163,11 +163,11 @@ def stream(bench, name, part, stall):
         reader.join()
         expect(core.returncode == 0, f"printcore: {' '.join(said).strip()[-300:]}")
         found = end(bench, name, board, guest)
-        count = compare(found, wanted)
+        steps = compare(found, wanted)
         with open(part) as file:
             lines = sum(1 for line in file if line.split(";")[0].strip())
         stood = f"; {stalls} stalls of {STALL * 1000:.0f} ms" if stall else ""
-        return (f"{os.path.basename(part)}, all {lines} lines: {said[-1].strip()}{stood}; all {count} steps as from the card, "
+        return (f"{os.path.basename(part)}, all {lines} lines: {said[-1].strip()}{stood}; {steps} as from the card, "
                 f"in {duration(found):.0f} s from the first to the last (from the card {duration(wanted):.0f} s)")
     finally:
         board.close()

@@ -50,13 +50,21 @@ def motion(path):
 
 
 def compare(found, wanted):
-    """Whether two runs made the same steps in the same order: how many."""
-    count = 0
-    for ours, theirs in itertools.zip_longest(motion(found), motion(wanted)):
-        if ours != theirs:
-            raise Failed(f"step {count + 1} is {ours and ours.strip()}, and without a computer it is {theirs and theirs.strip()}")
+    """Whether two runs made the same steps in the same order: how many, in words.
+
+    Two steps of different motors that fall together may change places where one of the runs was slower: a computer that
+    keeps the machine waiting is no fault of the machine's. They are counted. No motor's own steps ever change places."""
+    ours, theirs = motion(found), motion(wanted)
+    count, swapped, pairs = 0, 0, itertools.zip_longest(ours, theirs)
+    for one, other in pairs:
         count += 1
-    return count
+        if one == other:
+            continue
+        next_one, next_other = next(pairs, (None, None))
+        if None in (one, other) or (one, other) != (next_other, next_one) or one.split(",")[0] == other.split(",")[0]:
+            raise Failed(f"step {count} is {one and one.strip()}, and without a computer it is {other and other.strip()}")
+        count, swapped = count + 1, swapped + 1
+    return f"all {count} steps" + (f" ({swapped} times two that fall together the other way round)" if swapped else "")
 
 
 def duration(path):
