@@ -51,7 +51,8 @@ def downloads(bench):
             raise Skipped("this boot stage has no download yet: the board came back with the same firmware")
         began = board.state()["s"]
         code, said = guest.run(f"dfu-util -d {DEVICE} -D /share/{FILE}", 1800)
-        expect(code == 0, f"dfu-util -D: exit code {code}: {said[-400:]}")
+        # 74: its reset at the end has found another device there, which dfu-util 0.11 takes for a failure behind its "Done!".
+        expect(code in (0, 74) and said.rstrip().endswith("Done!"), f"dfu-util -D: exit code {code}: {said[-400:]}")
         seconds = board.state()["s"] - began
         guest.wait(f"[ -c {PORT} ]", 120)
         guest.do(f"stty -F {PORT} raw -echo")
@@ -59,6 +60,6 @@ def downloads(bench):
         expect("Velvet" in heard, f"M115 is answered by {heard!r}")
         expect(board.state()["edges"] == edges, "motors moved")
         size = os.path.getsize(os.path.join(guest.share, FILE))
-        return f"{size} bytes in {seconds:.0f} s of the board's time; M115 is answered again, and no motor has moved"
+        return f"{size} bytes in {seconds:.0f} s of the board's time (dfu-util's exit code {code}); M115 is answered again, and no motor has moved"
     finally:
         board.close()
