@@ -51,7 +51,7 @@ def main():
     if not chosen:
         print("no case of this name; there are:", *(name for name, _ in CASES), sep="\n  ")
         return 2
-    bench, rows = Bench(tools, out, firmware), []
+    bench, rows, known = Bench(tools, out, firmware), [], image(firmware)
     try:
         for name, function in chosen:
             began = time.monotonic()
@@ -62,10 +62,10 @@ def main():
             rows.append({"name": name, "ok": ok, "figure": figure, "why": why, "seconds": round(seconds, 1), "at": time.strftime("%Y-%m-%d %H:%M", time.gmtime())})
             word = {True: "ok", False: "FAILED", None: "skipped"}[ok]
             print(f"{word:8} {name}: {figure or why} ({seconds:.0f} s)", flush=True)
+            # Behind each case, so that one that is broken off leaves the others'.
+            write(out, known, earlier(out, known, rows, [name for name, _ in CASES]), bench.versions)
     finally:
         bench.close()
-    known = image(firmware)
-    write(out, known, earlier(out, known, rows, [name for name, _ in CASES]), bench.versions)
     failed = sum(row["ok"] is False for row in rows)
     print(f"{len(rows)} cases, {failed} failed: {os.path.join(out, 'report.html')}")
     return 1 if failed else 0
