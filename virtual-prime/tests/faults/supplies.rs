@@ -90,7 +90,7 @@ fn browns_out(case: &Case) -> Seen {
     let heaters = ["PE0", "PE3", "PD7"];
     let mut velvet = enter(printer(), case.state);
     // Full on, so that its pin has something to say.
-    // A job that has just begun makes the note's file first.
+    // It rides on motion: its `ok` waits for room in the queue, whose moves take two seconds each.
     velvet.ask("M104 S240", 4 * SECOND);
     velvet.hear(100);
     watch(&mut velvet, &heaters);
