@@ -46,7 +46,7 @@ mod volume;
 #[cfg(test)]
 mod tests;
 
-pub use geometry::{Kind, Volume, first_partition};
+pub use geometry::{Kind, LARGER_THAN_PARTITION, Volume, first_partition};
 pub use lookup::Listing;
 pub use name::{Name, is_legal_name, same_name, stripped};
 pub use reading::Reader;

@@ -76,21 +76,21 @@ fn put<S: Storage>(storage: &mut S, file: FileHandle, state: &str, event: &str) 
     storage.write(file, &block)
 }
 
-/// Makes the note's block, where there is none; the file is still to be closed. On a card that takes no
-/// writes nothing is kept.
-pub fn prepare<S: Storage>(storage: &mut S) -> Option<FileHandle> {
-    if let Ok(file) = storage.open(PATH, OpenMode::Read) {
-        let size = storage.size(file);
-        // It was only read.
-        let _ = storage.close(file);
-        if size == Ok(BLOCK as u32) {
-            return None;
-        }
-    }
-    let file = storage.open(PATH, OpenMode::Write).ok()?;
-    // Of a block that was not written the next job finds the wrong size.
-    let _ = storage.write(file, &[b' '; BLOCK]);
-    Some(file)
+/// Whether the note's block is there.
+pub fn is_prepared<S: Storage>(storage: &mut S) -> bool {
+    let Ok(file) = storage.open(PATH, OpenMode::Read) else { return false };
+    let size = storage.size(file);
+    // It was only read.
+    let _ = storage.close(file);
+    size == Ok(BLOCK as u32)
+}
+
+/// Makes the note's block in its file, which is new.
+///
+/// # Errors
+/// What the card says.
+pub fn prepare<S: Storage>(storage: &mut S, file: FileHandle) -> Result<(), StorageError> {
+    storage.write(file, &[b' '; BLOCK])
 }
 
 /// The fall that nobody has been told of yet.

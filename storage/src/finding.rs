@@ -1,7 +1,7 @@
 //! Where on the card the volume is: in a partition of a table of either kind, or on the bare card.
 
 use drivers::exfat;
-use drivers::fat::{Error, Volume, half, word};
+use drivers::fat::{Error, LARGER_THAN_PARTITION, Volume, half, word};
 use machine::ports::StorageError;
 
 use crate::Card;
@@ -64,7 +64,7 @@ fn search<C: Card>(card: &mut C) -> Result<Mounted, StorageError> {
     let blocks = card.blocks().map_err(reason)?;
     let mut first = [0; 512];
     card.read(0, &mut first).map_err(reason)?;
-    let mut search = Search { card, why: StorageError::NoFileSystem };
+    let mut search = Search { card, blocks, why: StorageError::NoFileSystem };
     if is_boot_sector(&first)
         && let Some(volume) = search.try_open(0, blocks)?
     {
@@ -95,6 +95,8 @@ fn is_boot_sector(block: &[u8]) -> bool {
 
 struct Search<'a, C> {
     card: &'a mut C,
+    /// Of the card.
+    blocks: u32,
     /// Why there is none.
     why: StorageError,
 }
@@ -115,12 +117,13 @@ impl<C: Card> Search<'_, C> {
                 Err(Error::NotFat(_)) => self.why = StorageError::OddExfat,
                 Err(error) => return Err(of_name::<C>(error)),
             },
-            _ => match Volume::open(&mut Device(self.card), first, blocks) {
+            _ => match Volume::open(&mut Device(self.card), first, blocks.min(self.blocks.saturating_sub(first))) {
                 Ok(mut volume) => {
                     volume.settle(&mut Device(self.card)).map_err(of_name::<C>)?;
                     return Ok(Some(Mounted::Fat(volume)));
                 }
                 Err(Error::NotFat("FAT12")) => self.why = StorageError::Fat12,
+                Err(Error::NotFat(LARGER_THAN_PARTITION)) => self.why = StorageError::LargerThanCard,
                 Err(Error::NotFat(_)) => {}
                 Err(error) => return Err(of_name::<C>(error)),
             },

@@ -65,6 +65,18 @@ const ROWS: &[Row] = &[
         run: || started(Plan::new().with_card(|_| fat12())),
     },
     Row {
+        name: "a_card_that_is_too_small",
+        what: "a copy of a larger card: its file system goes beyond its end",
+        reads: &["the SD card is smaller than its file system: a copy of a larger card, or a forgery; format it anew"],
+        does: "as without a card",
+        run: || {
+            started(Plan::new().with_card(|mut card| {
+                card.truncate(card.len() / 2);
+                card
+            }))
+        },
+    },
+    Row {
         name: "a_card_with_ntfs",
         what: "NTFS",
         reads: &["the SD card has an NTFS file system: format it as FAT32"],
@@ -425,6 +437,7 @@ rows! {
     a_card_of_standard_capacity
     a_card_without_a_file_system
     a_card_with_fat12
+    a_card_that_is_too_small
     a_card_with_ntfs
     a_card_with_exfat
     a_volume_in_the_second_partition

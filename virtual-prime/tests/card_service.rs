@@ -118,8 +118,7 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
         watch.ask(velvet, &format!("M92 X8{round}"), "ok\n");
         watch.ask(velvet, "M500", "Settings Stored");
     }
-    // Measured: 8.0 ms, more than is aimed at. Why is not known.
-    assert!(watch.take("M500") < 2 * HELD_NS);
+    worst.push(watch.take("M500"));
     watch.ask(velvet, "M28 up.g", "Writing to file");
     for line in 0..60 {
         watch.ask(velvet, &format!("G1 X{line} Y{line} ; a line of the file that is sent"), "ok\n");
@@ -133,13 +132,10 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
     watch.ask(velvet, "mv new.g folder/new.g", "ok\n");
     worst.push(watch.take("rm, mkdir, mv"));
     watch.ask(velvet, "play /sd/part.g -t", "Done printing file");
-    // Measured: 52 ms, before anything moves. It was 8.5 ms before USB and brown-out came; why is not known.
-    let held = watch.take("a job with a journal");
-    assert!(held < 12 * HELD_NS, "{held} ns");
+    worst.push(watch.take("a job with a journal"));
     let entries = velvet.card(|card| card.content().chunks(512).filter(|block| block.starts_with(b"VPLJ")).count());
     assert!(entries > 3, "{entries} blocks of the journal");
-    // Half a millisecond of each is the resolution. Measured: 6.0 ms for `rm`, `mkdir`, `mv`.
-    assert!(worst.iter().all(|gap_ns| *gap_ns <= HELD_NS + 3 * MS / 2), "{worst:?}");
+    assert!(worst.iter().all(|gap_ns| *gap_ns <= HELD_NS), "{worst:?}");
 }
 
 /// Lines of 0.02 mm at 100 mm/s: 5,000 a second, of 28 bytes.

@@ -3,6 +3,9 @@
 use super::cursor::Directory;
 use super::{Block, Blocks, Error, half, word};
 
+/// Why a volume is refused that goes beyond the blocks it may have.
+pub const LARGER_THAN_PARTITION: &str = "the volume is larger than its partition";
+
 /// How wide the entries of the allocation table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -98,7 +101,7 @@ impl Volume {
         let data_blocks = u64::from(blocks).checked_sub(before_data).ok_or("the volume is smaller than its tables")?;
         let fits = blocks <= partition_blocks && first_block.checked_add(partition_blocks).is_some();
         if !fits {
-            return Err("the volume is larger than its partition");
+            return Err(LARGER_THAN_PARTITION);
         }
         let blocks_per_cluster = u32::from(byte(13));
         // All of them are less than `blocks`.

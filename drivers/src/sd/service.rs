@@ -259,12 +259,19 @@ impl<H: Host> Service<H> {
                 Ok(Read::Done)
             }
             None => {
-                if !self.ahead.brings(number) {
+                if !self.ahead.brings(number) && !self.is_coming(number) {
                     self.wanted = Some(number);
                 }
                 Ok(Read::NotYet)
             }
         }
+    }
+
+    /// Whether a group with this block is under way: asked for once more it would be read twice, and into the
+    /// place of what the other group holds.
+    fn is_coming(&self, number: u32) -> bool {
+        matches!(&self.active, Active::Move(moving, Purpose::Group(_), _)
+            if number.wrapping_sub(moving.what.first) < moving.what.count)
     }
 
     /// Whether a block can be read at once, or cannot be read at all. Asks for nothing.

@@ -9,7 +9,7 @@ use super::{Machine, card};
 use crate::brown_out;
 use crate::failure::Failure;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
-use crate::ports::{Ports, StorageError};
+use crate::ports::{OpenMode, Ports, StorageError};
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
@@ -33,12 +33,18 @@ async fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     card::at_rest(machine).await;
-    if let Some(file) = brown_out::prepare(&mut machine.ports) {
-        card::at_rest(machine).await;
-        // See `prepare`.
-        let _ = machine.ports.close(file);
-        card::at_rest(machine).await;
+    if brown_out::is_prepared(&mut machine.ports) {
+        return;
     }
+    card::at_rest(machine).await;
+    // On a card that takes no writes nothing is kept.
+    let Ok(file) = machine.ports.open(brown_out::PATH, OpenMode::Write) else { return };
+    card::at_rest(machine).await;
+    // Of a block that was not written the next job finds the wrong size.
+    let _ = brown_out::prepare(&mut machine.ports, file);
+    card::at_rest(machine).await;
+    // The same.
+    let _ = machine.ports.close(file);
 }
 
 /// A file is about to be played: the first line has not been read.
@@ -49,6 +55,8 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     if !is_job || machine.jobs.is_boot_file(machine.config) {
         return;
     }
+    // Everybody is served between the steps of it: each reads directories and tables.
+    card::at_rest(machine).await;
     give_up_offer(machine);
     note_of_brown_out(machine).await;
     if !machine.journal.is_on {
@@ -66,8 +74,16 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         }
         _ => {}
     }
-    let Machine { jobs, journal, ports, .. } = machine;
-    let begun = match jobs.played_file(ports) {
+    card::at_rest(machine).await;
+    let counted = machine.journal.count(&mut machine.ports);
+    card::at_rest(machine).await;
+    let played = counted.and_then(|()| machine.jobs.played_file(&mut machine.ports));
+    card::at_rest(machine).await;
+    if !machine.jobs.is_open() {
+        return;
+    }
+    let Machine { journal, ports, .. } = machine;
+    let begun = match played {
         Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
         Ok(_) => return machine.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
         Err(error) => Err(error),

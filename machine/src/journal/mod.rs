@@ -137,7 +137,17 @@ impl Journal {
         self.file.is_some()
     }
 
-    /// Begins a job: what stays the same during it.
+    /// Finds the number of the next block, before a job begins: it reads all of the file.
+    ///
+    /// # Errors
+    /// Those of the card.
+    pub fn count(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        self.close(storage);
+        self.next = newest(storage)?.wrapping_add(1);
+        Ok(())
+    }
+
+    /// Begins a job, once the blocks are [counted](Self::count): what stays the same during it.
     ///
     /// # Errors
     /// Those of the card; nothing is noted then.
@@ -147,7 +157,7 @@ impl Journal {
         beginning: &Beginning,
         storage: &mut impl Storage,
     ) -> Result<(), StorageError> {
-        self.open(storage)?;
+        self.file = Some(storage.open(PATH, OpenMode::Append)?);
         // Whoever plays a file goes on with no other one.
         self.put_entry(Kind::Ended, storage)?;
         self.has_offer = false;
@@ -170,7 +180,8 @@ impl Journal {
     /// # Errors
     /// Those of the card.
     pub fn go_on(&mut self, offer: &Offer, storage: &mut impl Storage) -> Result<(), StorageError> {
-        self.open(storage)?;
+        self.count(storage)?;
+        self.file = Some(storage.open(PATH, OpenMode::Append)?);
         (self.job, self.last, self.has_laid) = (offer.entry.job, offer.entry, true);
         Ok(())
     }
@@ -189,13 +200,6 @@ impl Journal {
         if newest(storage).is_ok_and(|newest| newest.wrapping_add(1) == self.next) {
             self.file = storage.open(PATH, OpenMode::Append).ok();
         }
-    }
-
-    fn open(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
-        self.close(storage);
-        self.next = newest(storage)?.wrapping_add(1);
-        self.file = Some(storage.open(PATH, OpenMode::Append)?);
-        Ok(())
     }
 
     /// Notes how far the job is: one block.

@@ -19,6 +19,7 @@ fn the_newest_entry_of_the_newest_job_is_offered_until_it_ends() {
     assert_eq!(made(&mut card), None);
     for job in 1..3 {
         prepare(&mut card, |_| {}).unwrap();
+        journal.count(&mut card).unwrap();
         journal.begin(&played(job), &[job as u8; program::BEGINNING_BYTES], &mut card).unwrap();
         for line in 1..10 {
             journal.note(Entry { made: line, ..Entry::default() }, &mut card).unwrap();
@@ -37,6 +38,7 @@ fn the_newest_entry_of_the_newest_job_is_offered_until_it_ends() {
 fn what_is_forgotten_is_offered_no_more() {
     let (mut card, mut journal) = (Card::default(), Journal::default());
     prepare(&mut card, |_| {}).unwrap();
+    journal.count(&mut card).unwrap();
     journal.begin(&played(9), &[0; program::BEGINNING_BYTES], &mut card).unwrap();
     journal.note(Entry { made: 3, ..Entry::default() }, &mut card).unwrap();
     journal.close(&mut card);

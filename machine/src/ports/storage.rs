@@ -33,6 +33,8 @@ pub enum StorageError {
     NoCard,
     /// The card has no file system this firmware reads.
     NoFileSystem,
+    /// The volume claims blocks that its partition, or the card, does not have.
+    LargerThanCard,
     /// It has FAT12, as cards of a few megabytes have.
     Fat12,
     /// It has NTFS.
@@ -89,6 +91,9 @@ impl StorageError {
     pub const fn text(self) -> &'static str {
         match self {
             Self::NoCard => "no SD card found: insert a card and reset",
+            Self::LargerThanCard => {
+                "the SD card is smaller than its file system: a copy of a larger card, or a forgery; format it anew"
+            }
             Self::NoFileSystem => "the SD card has no FAT file system: format it as FAT32",
             Self::Fat12 => {
                 "the SD card has a FAT12 file system, which is for cards of a few MB: format it as FAT16 or FAT32"

@@ -2,7 +2,7 @@
 
 use super::scene::{Seen, State, enter, printer};
 use super::{Case, Class};
-use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
+use crate::common::velvet::{CONFIG, PROMPT, Plan, SECOND, Velvet};
 
 /// What a machine that cannot be set up says after its reason, and answers to whoever wants it to move.
 const LOCKED: &str = "error:the configuration has errors: mend config.ini and reset";
@@ -11,7 +11,13 @@ const LOCKED: &str = "error:the configuration has errors: mend config.ini and re
 /// works.
 #[track_caller]
 fn stays_off(plan: Plan, reason: &str) -> Velvet {
-    let mut velvet = plan.start();
+    stays_off_from(plan.held(), reason)
+}
+
+/// The same, from a machine before its first instruction.
+#[track_caller]
+fn stays_off_from(mut velvet: Velvet, reason: &str) -> Velvet {
+    velvet.hear_until(PROMPT, 5 * SECOND);
     velvet.hear(2 * SECOND);
     velvet.assert_safe();
     assert_eq!(velvet.said().matches(reason).count(), 1, "{reason:?} in: {}", velvet.said());
@@ -66,31 +72,18 @@ fn damaged(_: &Case) -> Seen {
     Seen::default()
 }
 
-/// A card with fewer blocks than its volume, and config.ini in the missing ones: no such volume is mounted.
-/// Blocks that cannot be read are in `card_faults`.
-fn cut_off_config(mut card: Vec<u8>) -> Vec<u8> {
-    const FIRST: u32 = 100_000;
-    misplace_config(&mut card, FIRST);
-    // Reserved blocks; blocks of a table at 36, of which there are two.
-    let reserved = usize::from(u16::from_le_bytes([card[14], card[15]]));
-    let table = u32::from_le_bytes([card[36], card[37], card[38], card[39]]) as usize;
-    // A cluster is a block. The chain is longer than the file.
-    assert_eq!(card[13], 1);
-    for (cluster, next) in (FIRST..FIRST + 32).map(|cluster| (cluster as usize, cluster + 1)) {
-        for copy in [reserved, reserved + table] {
-            card[copy * 512 + cluster * 4..][..4].copy_from_slice(&next.to_le_bytes());
-        }
-    }
-    for copy in [reserved, reserved + table] {
-        card[copy * 512 + (FIRST as usize + 32) * 4..][..4].copy_from_slice(&0x0FFF_FFFF_u32.to_le_bytes());
-    }
-    card.truncate(32 << 20);
-    card
-}
-
+/// The card cannot read the block where config.ini begins.
 fn unreadable(_: &Case) -> Seen {
-    let reason = "ERROR: cannot read /sd/config.ini: the SD card has no FAT file system: format it as FAT32\n";
-    stays_off(Plan::new().with_card(cut_off_config), reason);
+    let mut velvet = Plan::new().held();
+    let beginning = CONFIG.as_bytes()[..64].to_vec();
+    velvet.bench.vm.with(move |stopped| {
+        let card = stopped.session.board_mut().mcu.sdmmc.card_mut().expect("a card in the slot");
+        let block = card.content().chunks(512).position(|block| block.starts_with(&beginning)).expect("config.ini");
+        card.trouble().unreadable = vec![block as u32];
+    });
+    let reason = "ERROR: cannot read /sd/config.ini: \
+                  the SD card cannot read a part of itself any more: save its files and replace it\n";
+    stays_off_from(velvet, reason);
     Seen::default()
 }
 

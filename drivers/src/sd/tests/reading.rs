@@ -61,6 +61,18 @@ fn who_asks_for_a_quiet_card_gets_it_behind_one_write() {
     assert_eq!(service.host().written.len(), 10);
 }
 
+/// Who waits for a block asks for it many times while it is on its way. It is read once, and what the other
+/// group holds stays: a table and a directory by turns are at hand.
+#[test]
+fn two_groups_by_turns_are_read_once_each() {
+    let mut service = identified();
+    let before = service.counters().reads;
+    for number in (8..16).zip(800..808).flat_map(|(table, directory)| [table, directory]) {
+        assert_eq!(read(&mut service, number), Ok(number as u8 ^ 0x5A));
+    }
+    assert_eq!(service.counters().reads - before, 16);
+}
+
 #[test]
 fn one_block_that_cannot_be_read_is_told_and_its_neighbours_are_read() {
     let mut service = identified();
