@@ -98,10 +98,7 @@ fn in_a_file_at_full_line_rate() {
         (0..LINES).map(|n| format!("G1 X{:.2} Y{:.2}\n", 20.0 + n as f64 * 0.001, 20.0 + (n % 2) as f64 * 0.001));
     let file = format!("G90\nG1 X20 Y20 F18000\n{}", lines.collect::<String>());
     // It begins at once: it is looked at beside.
-    let mut velvet = Plan::new()
-        .set("[player] preflight_wait = 0")
-        .file("short.g", &file)
-        .held();
+    let mut velvet = Plan::new().set("[player] preflight_wait = 0").file("short.g", &file).held();
     velvet.hear_until(PROMPT, 2 * SECOND);
     velvet.ask("M23 short.g", SECOND);
     velvet.ask("M24", SECOND);
