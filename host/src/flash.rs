@@ -17,6 +17,9 @@ const CHIP: &str = "STM32H745XIHx";
 const BOOT_LOADER: &str = "0483:df11";
 /// The board on USB, whether the firmware runs or the boot stage waits.
 const BOARD: &str = "1d50:6015";
+/// The firmware that runs is copied to the card before it makes way, which takes longer than the five seconds
+/// that dfu-util waits by itself.
+const DETACH_SECONDS: &str = "20";
 /// What the boot stage takes: `make firmware` writes it beside the ELF file.
 const CARD_FILE: &str = "flashme.bin";
 /// Where the image begins, and: start it when done.
@@ -48,7 +51,11 @@ impl Way {
             Self::Usb => {
                 let is_file = image.extension().is_some_and(|extension| extension == "bin");
                 let file = if is_file { image.to_path_buf() } else { image.with_file_name(CARD_FILE) };
-                [words(&["--device", BOARD, "--reset", "--download"]), vec![file.into()]].concat()
+                [
+                    words(&["--device", BOARD, "--detach-delay", DETACH_SECONDS, "--reset", "--download"]),
+                    vec![file.into()],
+                ]
+                .concat()
             }
             Self::Dfu => {
                 // The boot loader wants the plain bytes, which `make firmware` writes beside the ELF file.
