@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench faults fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-host test-builds test-image test-virtual
 
 help:
@@ -120,6 +120,11 @@ usb-fuzz: virtual-prime firmware
 ##                               out/faults; half an hour. ONLY: classes whose names hold this
 faults: virtual-prime firmware
 	@CARGO="$(CARGO)" VP_CARGO="$(VP_CARGO)" IMAGE="$(IMAGE)" ONLY="$(ONLY)" scripts/faults.sh
+
+## make updates [ONLY=row]       every row of the table in docs/updates.md, the power cut at every erase and word; an hour
+updates: virtual-prime firmware
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" UPDATES_ONLY="$(ONLY)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test board -- updates:: --ignored --nocapture
 
 ## make stream                   100,000 lines by character counting at 1 Mbaud on the virtual board; some minutes
 stream: virtual-prime firmware

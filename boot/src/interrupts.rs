@@ -1,4 +1,4 @@
-//! The interrupts of the boot stage: a tick for waits to end by, the debug console's bytes, the card.
+//! The interrupts of the boot stage: a tick for waits to end by, the debug console's bytes, the card, USB.
 
 use core::cell::RefCell;
 
@@ -20,6 +20,15 @@ pub fn start(mut tick: Ticker, debug: UartInterrupt) {
     for interrupt in [Interrupt::TIM7, Interrupt::USART2, Interrupt::SDMMC1] {
         enable_interrupt(interrupt);
     }
+}
+
+/// Waits for something to happen, a millisecond at most: the USB core's interrupt is let through for so long.
+pub fn wait() {
+    // With interrupts held back, one that comes before the wait ends it.
+    cortex_m::interrupt::free(|_| {
+        enable_interrupt(Interrupt::OTG_FS);
+        cortex_m::asm::wfi();
+    });
 }
 
 fn with(action: impl FnOnce(&mut Ticker, &mut UartInterrupt)) {
@@ -47,4 +56,10 @@ fn USART2() {
 #[interrupt]
 fn SDMMC1() {
     sd::on_interrupt();
+}
+
+#[interrupt]
+fn OTG_FS() {
+    // The device is run in the loop that waits for this.
+    cortex_m::peripheral::NVIC::mask(Interrupt::OTG_FS);
 }

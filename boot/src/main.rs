@@ -8,18 +8,22 @@
 #![allow(unsafe_code, reason = "interrupts are let through here")]
 
 mod card;
+mod crippled;
+mod download;
 mod end;
 mod interrupts;
 mod patience;
-mod recovery;
+mod waiting;
 mod words;
 
 use bsp_prime::boot_stage::BootStage;
+use bsp_prime::identity::ResetCause;
 use cortex_m_rt::entry;
-use update::{Next, PRIME, VECTOR_TABLE, settle};
+use update::{Ended, Next, PRIME, VECTOR_TABLE, settle};
 
 use crate::card::CardFiles;
 use crate::patience::Patience;
+use crate::waiting::Why;
 use crate::words::Words;
 
 #[entry]
@@ -29,16 +33,26 @@ fn main() -> ! {
     };
     let board = match BootStage::take(core, device) {
         Ok(board) => board,
-        Err(_) => end::again(),
+        Err(crippled) => crippled::run(crippled),
     };
     interrupts::start(board.tick, board.debug.0);
     let mut words = Words::new(board.debug.1);
     let mut card = CardFiles::new(board.sd);
     let mut flash = Patience::new(board.flash, board.watchdog, board.leds);
-    match settle(&mut flash, &mut card, &PRIME) {
-        Next::Start(_) => {}
-        Next::Recover(flaw) => recovery::run(&mut flash, &mut card, &mut words, flaw),
+    if board.download {
+        waiting::run(&mut flash, &mut card, &mut words, board.usb, Why::Asked);
     }
-    words.finish();
+    if let Next::Recover(flaw) = settle(&mut flash, &mut card, &PRIME, ended(board.reset_cause)) {
+        waiting::run(&mut flash, &mut card, &mut words, board.usb, Why::Nothing(flaw));
+    }
     board.hand_over.start(PRIME.image_address() + VECTOR_TABLE)
+}
+
+/// How the application's last run ended.
+const fn ended(cause: ResetCause) -> Ended {
+    match cause {
+        ResetCause::Watchdog | ResetCause::WindowWatchdog => Ended::Watchdog,
+        ResetCause::Software => Ended::Itself,
+        ResetCause::PowerOn | ResetCause::BrownOut | ResetCause::Pin | ResetCause::Unknown => Ended::Early,
+    }
 }

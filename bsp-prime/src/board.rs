@@ -4,6 +4,7 @@ use stm32h7xx_hal::pac;
 
 use crate::adc::{Supplies, Thermistors};
 use crate::clocks::{self, ClockError};
+use crate::flash::BoardFlash;
 use crate::identity::{self, Identity};
 use crate::kept;
 use crate::last_words;
@@ -11,7 +12,7 @@ use crate::led_strip::LedSender;
 use crate::memory::{self, FlashUse};
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
-use crate::rtc::Rtc;
+use crate::rtc::{self, Rtc};
 use crate::sd::SdCard;
 use crate::silicon;
 use crate::spi::SpiBuses;
@@ -84,6 +85,8 @@ pub struct Board {
     pub usb: UsbSocket,
     /// Date and time.
     pub rtc: Rtc,
+    /// The flash, for the log of updates and copies of the image.
+    pub flash: BoardFlash,
     /// Running since the first microseconds; to be fed.
     pub watchdog: Watchdog,
 }
@@ -120,10 +123,11 @@ impl Board {
         core.DWT.enable_cycle_counter();
         silicon::prepare(&device.RCC);
         memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID, FlashUse::Application);
+        let is_open = rtc::open_backup_domain(&device.PWR, &device.RCC);
         let reset = identity::take_reset(&device.RCC);
         kept::prepare(reset.lost_memory);
         clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
-        let rtc = Rtc::start(device.RTC, &device.PWR, &device.RCC);
+        let rtc = Rtc::start(device.RTC, &device.RCC, is_open);
         let last_words = last_words::take();
         clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
         clocks::watch_crystal();
@@ -156,6 +160,7 @@ impl Board {
             sd: SdCard::new(device.SDMMC1),
             usb: UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
             rtc,
+            flash: BoardFlash::new(device.FLASH, &mut core.SCB),
             watchdog,
         })
     }

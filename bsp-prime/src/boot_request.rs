@@ -10,9 +10,12 @@ use stm32h7xx_hal::pac;
 
 use crate::identity::ResetCause;
 
-/// The register of the request, and that of the mark.
+/// The register of the request, that of the mark, and that of the reset's causes.
 const REQUEST: usize = 20;
 const PRESSED: usize = 21;
+const FLAGS: usize = 22;
+/// The lower half of the last one, where the boot stage has written it; the flags are in the upper.
+const LEFT: u32 = 0x5A5A;
 
 /// Wait for firmware over USB.
 const DOWNLOAD: u32 = 0x4446_5521;
@@ -44,8 +47,20 @@ pub(crate) fn take(cause: ResetCause) -> bool {
     is_asked || is_second
 }
 
+/// Leaves the flags of RCC_RSR to the application.
+pub(crate) fn leave_flags(flags: u32) {
+    register(FLAGS).write(|w| w.bits(flags & 0xFFFF_0000 | LEFT));
+}
+
+/// What the boot stage has left; nothing where no boot stage came first.
+pub(crate) fn take_flags() -> Option<u32> {
+    let word = register(FLAGS).read().bits();
+    register(FLAGS).write(|w| w.bits(0));
+    (word & 0xFFFF == LEFT).then_some(word & 0xFFFF_0000)
+}
+
 fn register(number: usize) -> &'static pac::rtc::BKPR {
-    // SAFETY: these two are written here alone; each access is a whole word, and the boot stage and the
+    // SAFETY: these three are written here alone; each access is a whole word, and the boot stage and the
     // application never run at once.
     unsafe { &(*pac::RTC::ptr()).bkpr[number] }
 }

@@ -3,11 +3,11 @@
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32h7xx_hal::pac;
 
-use crate::board::{BoardError, DEBUG_BAUD, make_outputs_safe};
+use crate::board::{DEBUG_BAUD, make_outputs_safe};
 use crate::boot_request;
-use crate::clocks;
+use crate::clocks::{self, ClockError};
 use crate::flash::BoardFlash;
-use crate::identity;
+use crate::identity::{self, ResetCause};
 use crate::memory::{self, FlashUse};
 use crate::pins::{Output, PinSpec, table};
 use crate::rtc;
@@ -15,6 +15,7 @@ use crate::sd::SdCard;
 use crate::silicon;
 use crate::time::{self, Ticker};
 use crate::uart::{self, PortName, UartInterrupt, UartPort};
+use crate::usb::UsbSocket;
 use crate::watchdog::Watchdog;
 
 /// Longest time between two feedings. Erasing a sector takes up to 4 s (data sheet DS12923, "flash memory
@@ -31,10 +32,14 @@ pub struct BootStage {
     pub debug: (UartInterrupt, UartPort),
     /// The SD card, not identified.
     pub sd: SdCard,
+    /// The USB socket, not started, and the chip's unique id.
+    pub usb: (UsbSocket, [u32; 3]),
     /// A tick for waits to end by, not started.
     pub tick: Ticker,
     /// Running; the application finds it so and sets it up anew.
     pub watchdog: Watchdog,
+    /// Why the chip was reset.
+    pub reset_cause: ResetCause,
     /// The application, or a person by the button, asks for firmware over USB.
     pub download: bool,
     /// What is needed to let go of the chip.
@@ -42,12 +47,12 @@ pub struct BootStage {
 }
 
 impl BootStage {
-    /// Brings up what is needed. The causes of the reset stay where the application looks for them, and so do
-    /// its last words.
+    /// Brings up what is needed. The causes of the reset are left to the application, and so are its last
+    /// words.
     ///
     /// # Errors
-    /// [`BoardError`]; outputs are off and the watchdog runs then.
-    pub fn take(mut core: cortex_m::Peripherals, device: pac::Peripherals) -> Result<Self, BoardError> {
+    /// The clocks do not come up; outputs are off and the watchdog runs then.
+    pub fn take(mut core: cortex_m::Peripherals, device: pac::Peripherals) -> Result<Self, Crippled> {
         make_outputs_safe();
         let watchdog = Watchdog::start(device.IWDG1, WATCHDOG_LIMIT_MS);
         core.DCB.enable_trace();
@@ -56,9 +61,14 @@ impl BootStage {
         silicon::prepare(&device.RCC);
         memory::prepare(&mut core.SCB, &mut core.MPU, &mut core.CPUID, FlashUse::BootStage);
         rtc::open_backup_domain(&device.PWR, &device.RCC);
-        let download = boot_request::take(identity::look_at_reset(&device.RCC).cause);
-        clocks::start_crystal(&device.RCC).map_err(BoardError::Clock)?;
-        clocks::freeze(device.PWR, device.RCC, &device.SYSCFG).map_err(BoardError::Clock)?;
+        let reset_cause = identity::hand_on_reset(&device.RCC).cause;
+        let download = boot_request::take(reset_cause);
+        if let Err(why) = clocks::start_crystal(&device.RCC) {
+            return Err(Crippled::new(why, watchdog));
+        }
+        if let Err(why) = clocks::freeze(device.PWR, device.RCC, &device.SYSCFG) {
+            return Err(Crippled::new(why, watchdog));
+        }
         clocks::enable_peripherals();
         time::start();
         let mut debug = uart::port(PortName::Debug);
@@ -68,11 +78,51 @@ impl BootStage {
             leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))),
             debug,
             sd: SdCard::new(device.SDMMC1),
+            usb: (
+                UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
+                identity::unique_id(),
+            ),
             tick: Ticker::heat(device.TIM7),
             watchdog,
+            reset_cause,
             download,
             hand_over: HandOver { core },
         })
+    }
+}
+
+/// The board without the clocks that it is built on: it runs at what the chip starts with.
+pub struct Crippled {
+    /// What is wrong.
+    pub why: ClockError,
+    /// LED1 to LED4, off.
+    pub leds: [Output; 4],
+    /// Running.
+    pub watchdog: Watchdog,
+}
+
+/// The clock of core and buses after a reset, HSI (RM0399 section 9.5.2), in MHz.
+const RESET_MHZ: u32 = 64;
+/// What is asked of [`uart::UartPort::open`], which counts on a bus of 100 MHz, for 115200 baud on this one.
+const DEBUG_BAUD_AT_RESET: u32 = DEBUG_BAUD * (clocks::PCLK_HZ / 1_000_000) / RESET_MHZ;
+
+impl Crippled {
+    fn new(why: ClockError, watchdog: Watchdog) -> Self {
+        clocks::enable_peripherals();
+        let (_, mut debug) = uart::port(PortName::Debug);
+        debug.open(DEBUG_BAUD_AT_RESET, uart::Frame::PLAIN);
+        Self { why, leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))), watchdog }
+    }
+
+    /// Says something on the debug console, and waits until it is out. Nothing else goes on.
+    pub fn say(&mut self, words: &str) {
+        uart::say_at_once(PortName::Debug, words.as_bytes());
+    }
+
+    /// Lets time pass, about so much of it; the watchdog is fed.
+    pub fn pause(&mut self, milliseconds: u32) {
+        self.watchdog.feed();
+        cortex_m::asm::delay(milliseconds * RESET_MHZ * 1_000);
     }
 }
 

@@ -5,6 +5,7 @@ use core::fmt;
 
 use stm32h7xx_hal::pac;
 
+use crate::boot_request;
 use crate::last_words::Text;
 use crate::pins::{self, Input, Mode, PinSpec, Pull, table};
 use crate::silicon;
@@ -82,40 +83,60 @@ pub(crate) struct Reset {
     pub lost_memory: bool,
 }
 
-/// Reads the cause and clears the flags, so that the next reset shows its own.
-pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
-    let reset = look_at_reset(rcc);
-    rcc.rsr.modify(|_, w| w.rmvf().set_bit());
-    reset
+/// RCC_RSR (RM0399 section 9.7.39).
+mod flag {
+    pub const BROWN_OUT: u32 = 1 << 21;
+    pub const PIN: u32 = 1 << 22;
+    pub const POWER_ON: u32 = 1 << 23;
+    pub const SOFTWARE: u32 = 1 << 24;
+    pub const WATCHDOG: u32 = 1 << 26;
+    pub const WINDOW_WATCHDOG: u32 = 1 << 28;
 }
 
-/// The same, and whoever comes after reads it as well.
-pub(crate) fn look_at_reset(rcc: &pac::RCC) -> Reset {
-    // RM0399 section 9.7.39, RCC_RSR. A watchdog or software reset also raises PINRSTF, a power-on BORRSTF:
-    // most telling first.
-    let flags = rcc.rsr.read();
-    let cause = if flags.iwdg1rstf().bit_is_set() {
-        ResetCause::Watchdog
-    } else if flags.wwdg1rstf().bit_is_set() {
-        ResetCause::WindowWatchdog
-    } else if flags.sftrstf().bit_is_set() {
-        ResetCause::Software
-    } else if flags.porrstf().bit_is_set() {
-        ResetCause::PowerOn
-    } else if flags.borrstf().bit_is_set() {
-        ResetCause::BrownOut
-    } else if flags.pinrstf().bit_is_set() {
-        ResetCause::Pin
-    } else {
-        ResetCause::Unknown
-    };
-    Reset { cause, lost_memory: flags.porrstf().bit_is_set() }
+/// Reads the cause and clears the flags, so that the next reset shows its own. The boot stage has done so
+/// already, and left them.
+pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
+    let left = boot_request::take_flags();
+    reset(left.unwrap_or_else(|| take_flags(rcc)))
+}
+
+/// The same for the boot stage, which leaves the flags to the application: who comes to be reset before the
+/// application has cleared them would not know the button from power coming.
+pub(crate) fn hand_on_reset(rcc: &pac::RCC) -> Reset {
+    let flags = take_flags(rcc);
+    boot_request::leave_flags(flags);
+    reset(flags)
+}
+
+fn take_flags(rcc: &pac::RCC) -> u32 {
+    let flags = rcc.rsr.read().bits();
+    rcc.rsr.modify(|_, w| w.rmvf().set_bit());
+    flags
+}
+
+fn reset(flags: u32) -> Reset {
+    // A watchdog or software reset also raises PINRSTF, a power-on BORRSTF: most telling first.
+    let causes = [
+        (flag::WATCHDOG, ResetCause::Watchdog),
+        (flag::WINDOW_WATCHDOG, ResetCause::WindowWatchdog),
+        (flag::SOFTWARE, ResetCause::Software),
+        (flag::POWER_ON, ResetCause::PowerOn),
+        (flag::BROWN_OUT, ResetCause::BrownOut),
+        (flag::PIN, ResetCause::Pin),
+    ];
+    let cause = causes.into_iter().find(|(flag, _)| flags & flag != 0).map_or(ResetCause::Unknown, |(_, cause)| cause);
+    Reset { cause, lost_memory: flags & flag::POWER_ON != 0 }
+}
+
+/// The chip's unique id.
+pub(crate) fn unique_id() -> [u32; 3] {
+    // SAFETY: three words of read-only memory that every chip of the family has.
+    unsafe { [0, 1, 2].map(|word| UNIQUE_ID.add(word).read_volatile()) }
 }
 
 impl Identity {
     pub(crate) fn read(reset_cause: ResetCause, last_words: Option<Text>) -> Self {
-        // SAFETY: three words of read-only memory that every chip of the family has.
-        let unique_id = unsafe { [0, 1, 2].map(|word| UNIQUE_ID.add(word).read_volatile()) };
+        let unique_id = unique_id();
         // SAFETY: read-only register.
         let code = unsafe { (*pac::DBGMCU::ptr()).idc.read().bits() };
         let board = read_identity_resistors();

@@ -57,8 +57,7 @@ pub struct Rtc {
 
 impl Rtc {
     /// Has the clock run. Before the clock tree is frozen: the backup domain belongs to it.
-    pub(crate) fn start(registers: pac::RTC, pwr: &pac::PWR, rcc: &pac::RCC) -> Self {
-        let is_open = open_backup_domain(pwr, rcc);
+    pub(crate) fn start(registers: pac::RTC, rcc: &pac::RCC, is_open: bool) -> Self {
         let now = rcc.bdcr.read().bits();
         if is_open && now & RTCEN == 0 {
             // SAFETY: RM0399 section 9.7.21: drive and source are chosen before they are switched on; the

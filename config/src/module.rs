@@ -35,6 +35,7 @@ const SCOPES: &[(&str, Scope)] = &[
     ("mpg", Scope::Section),
     ("uart console", Scope::Section),
     ("consoles", Scope::Section),
+    ("update", Scope::Section),
     ("input shaper", Scope::Section),
     ("pwm1", Scope::Section),
     ("pwm2", Scope::Section),

@@ -79,11 +79,6 @@ const SLIPS: &[(&str, &str, &str)] = &[
     ("an instance that nothing enables", "[temperature control]", "[temperature control]\nhotnd.max_temp = 250"),
     ("an enable that the board has elsewhere", "fets_power_enable_pin = PD7 ", "fets_power_enable_pin = PJ5 "),
     ("what needs no setting", "arm_solution = cartesian", "arm_solution = cartesian\narc_correction = 20"),
-    (
-        "what other firmware does by default",
-        "msc_enable = false ",
-        "flash_on_boot = true\nmsc_led = PF13\nmsc_enable = false ",
-    ),
     ("a delta whose towers differ", "arm_solution = cartesian", "arm_solution = linear_delta"),
 ];
 
@@ -106,6 +101,8 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("half a faulty region", "[bed mesh]\nfaulty_regions = 10,10 30,25 50,60\n"),
     ("a faulty region without a width", "[bed mesh]\nfaulty_regions = 10,10 10,25\n"),
     ("a height zero that must not be touched", "[bed mesh]\nfaulty_regions = 30,25 10,10\nzero_reference = 20,20\n"),
+    ("a key that is none", "[update]\nkey = 0123456789abcdef\n"),
+    ("a lock without a key", "[update]\nlocked = true\n"),
     ("a kill button without a pin", "[kill button]\nenable = true\n"),
     ("a section of another firmware", "[stepper_x]\nstep_pin = PD3\nrotation_distance = 40\n"),
     (

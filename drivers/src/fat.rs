@@ -46,7 +46,8 @@ mod volume;
 #[cfg(test)]
 mod tests;
 
-pub use geometry::{Kind, LARGER_THAN_PARTITION, Volume, first_partition};
+pub(crate) use geometry::LARGER_THAN_PARTITION;
+pub use geometry::{Kind, Volume};
 pub use lookup::Listing;
 pub use name::{Name, is_legal_name, same_name, stripped};
 pub use reading::Reader;

@@ -22,3 +22,4 @@ pub mod platinum;
 pub mod sd;
 pub mod thermistor;
 pub mod voltage_sensor;
+pub mod volume;

@@ -115,6 +115,11 @@ pub fn encode(event: &Event, words: &mut Words) -> u8 {
         Event::SessionClosed { session } => put(words, [u32::from(*session)], 23),
         Event::Warned(text) => put_text(words, text, 24),
         Event::Noted(text) => put_text(words, text, 25),
+        Event::UpdateAsked(text) => put_text(words, text, 26),
+        Event::UpdateRefused(text) => put_text(words, text, 27),
+        Event::FirmwareTried { start } => put(words, [u32::from(*start)], 28),
+        Event::FirmwareConfirmed => 29,
+        Event::FirmwareFellBack(text) => put_text(words, text, 30),
     }
 }
 
@@ -162,6 +167,11 @@ pub fn decode(kind: u8, words: &mut Words) -> Option<Event> {
         23 => Event::SessionClosed { session: words.take()? as u8 },
         24 => Event::Warned(words.take_text()?),
         25 => Event::Noted(words.take_text()?),
+        26 => Event::UpdateAsked(words.take_text()?),
+        27 => Event::UpdateRefused(words.take_text()?),
+        28 => Event::FirmwareTried { start: words.take()? as u8 },
+        29 => Event::FirmwareConfirmed,
+        30 => Event::FirmwareFellBack(words.take_text()?),
         _ => return None,
     })
 }
@@ -182,7 +192,7 @@ pub mod tests {
         let date = date.prop_map(|date| {
             date.map(|(year, month, day, hour, minute, second)| Date { year, month, day, hour, minute, second })
         });
-        let words = (text(), date, any::<u32>(), any::<u32>(), any::<bool>(), any::<char>(), 0..6_usize, 1..26_u8);
+        let words = (text(), date, any::<u32>(), any::<u32>(), any::<bool>(), any::<char>(), 0..6_usize, 1..31_u8);
         words.prop_map(|(text, date, a, b, flag, letter, cause, kind)| match kind {
             1 => Event::Started { cause: Cause::ALL[cause], date },
             2 => Event::Ended(text),
@@ -208,7 +218,12 @@ pub mod tests {
             22 => Event::SessionOpened { session: a as u8 },
             23 => Event::SessionClosed { session: a as u8 },
             24 => Event::Warned(text),
-            _ => Event::Noted(text),
+            25 => Event::Noted(text),
+            26 => Event::UpdateAsked(text),
+            27 => Event::UpdateRefused(text),
+            28 => Event::FirmwareTried { start: a as u8 },
+            29 => Event::FirmwareConfirmed,
+            _ => Event::FirmwareFellBack(text),
         })
     }
 
@@ -245,7 +260,7 @@ pub mod tests {
         }
         assert_eq!(
             (FORMAT, kinds, sum),
-            (1, 25, 906_174_469),
+            (1, 30, 1_465_342_077),
             "change FORMAT with the meaning of a kind, and then this"
         );
     }

@@ -174,6 +174,19 @@ pub enum Event {
     Warned(Text),
     /// Something else worth knowing.
     Noted(Text),
+    /// Other firmware was asked for: which.
+    UpdateAsked(Text),
+    /// The firmware that was asked for was not installed: why.
+    UpdateRefused(Text),
+    /// New firmware was started, and has not confirmed itself yet.
+    FirmwareTried {
+        /// Which of its starts.
+        start: u8,
+    },
+    /// New firmware has run for long enough, and stays.
+    FirmwareConfirmed,
+    /// New firmware failed, and the previous one is back: why.
+    FirmwareFellBack(Text),
 }
 
 impl Event {
@@ -224,6 +237,11 @@ impl fmt::Display for Event {
             Self::SessionOpened { session } => write!(f, "somebody came to console {session}"),
             Self::SessionClosed { session } => write!(f, "console {session} was left"),
             Self::Warned(words) | Self::Noted(words) => fmt::Display::fmt(words, f),
+            Self::UpdateAsked(which) => write!(f, "other firmware was asked for: {which}"),
+            Self::UpdateRefused(why) => write!(f, "the firmware that was asked for was not installed: {why}"),
+            Self::FirmwareTried { start } => write!(f, "new firmware, start {start}"),
+            Self::FirmwareConfirmed => f.write_str("the new firmware stays"),
+            Self::FirmwareFellBack(why) => write!(f, "the new firmware failed, the previous one is back: {why}"),
         }
     }
 }

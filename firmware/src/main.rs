@@ -54,6 +54,7 @@ static REPORTS: Reports = Reports::new();
 
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
 mod app {
+    use bsp_prime::flash::BoardFlash;
     use bsp_prime::sd::CardService;
     use bsp_prime::step_engine;
     use bsp_prime::time::{self, Ticker};
@@ -71,7 +72,7 @@ mod app {
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log, usb};
+    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log, update, usb};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -110,6 +111,7 @@ mod app {
         uart1: UartInterrupt,
         owned: Owned,
         typed: Typed,
+        flash: Option<BoardFlash>,
     }
 
     // Large objects are made in place: on its way through a return value each would lie on the stack twice.
@@ -166,6 +168,7 @@ mod app {
             uart1: board.uart1.0,
             owned,
             typed: Typed::new(ends.typed),
+            flash: Some(board.flash),
         };
         (shared, local)
     }
@@ -340,7 +343,7 @@ mod app {
     }
 
     // Consoles and dispatcher.
-    #[idle(local = [owned], shared = [motion, heat, slow, triggers, card])]
+    #[idle(local = [owned, flash], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
         let idle::SharedResources { motion, heat, slow, triggers, card, .. } = cx.shared;
         let shared = ports::Shared { motion, heat, slow, triggers };
@@ -349,7 +352,10 @@ mod app {
             let _waiting = plan::spawn();
         };
         let owned = cx.local.owned;
+        // It is there: this is its one taker.
+        let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };
+        let updates = update::start(flash);
         // Made where they will live, on the thread stack: they are large.
-        dispatcher::run(|| BoardPorts::new(owned, card, shared, wake_planner))
+        dispatcher::run(|| BoardPorts::new(owned, updates, card, shared, wake_planner))
     }
 }

@@ -5,7 +5,7 @@ use core::fmt::Write;
 
 use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
-use bsp_prime::rtc::{Reading, Rtc};
+use bsp_prime::rtc::Rtc;
 use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
@@ -16,8 +16,8 @@ use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DriversPort, EventLog, HeatPort, InputLevels, Inputs,
-    LightPort, MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
+    Ahead, Board, BoardInfo, Clock, Consoles, DriversPort, EventLog, HeatPort, InputLevels, Inputs, LightPort,
+    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -31,13 +31,16 @@ use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
 use crate::rtt_console::Said;
 use crate::slow::Slow;
-use crate::storage::{CardStorage, card_storage, date};
+use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
+use crate::update::Updates;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, update, usb, workspace};
+use crate::{LATCH, REPORTS, usb, workspace};
 
+mod calendar;
 mod computer;
 mod files;
+mod updates;
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
 /// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
@@ -84,6 +87,7 @@ pub struct Shared<M, H, S, T> {
 pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     owned: &'static mut Owned,
     storage: CardStorage<K>,
+    updates: &'static mut Updates,
     shared: Shared<M, H, S, T>,
     /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
     open: [bool; 2],
@@ -104,12 +108,19 @@ where
     T: Mutex<T = TriggerInputs>,
 {
     /// `plan` wakes the planner task.
-    pub fn new(owned: &'static mut Owned, card: K, shared: Shared<M, H, S, T>, plan: fn()) -> Self {
+    pub fn new(
+        owned: &'static mut Owned,
+        updates: &'static mut Updates,
+        card: K,
+        shared: Shared<M, H, S, T>,
+        plan: fn(),
+    ) -> Self {
         let storage = card_storage(card);
         usb::begin();
         Self {
             owned,
             storage,
+            updates,
             shared,
             open: [false; 2],
             inputs: Vec::new(),
@@ -467,7 +478,6 @@ where
         if self.reset_at.is_some_and(is_due) {
             crate::fault::reset_as_asked();
         }
-        update::has_run(time::now());
     }
 
     fn stop_for_debugger(&mut self) -> bool {
@@ -480,17 +490,6 @@ where
 
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
-    }
-}
-
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts<M, H, S, T, K> {
-    fn date(&self) -> DateTime {
-        date()
-    }
-
-    fn set_date(&mut self, to: DateTime) -> bool {
-        let DateTime { year, month, day, hour, minute, second } = to;
-        self.owned.rtc.set(Reading { year, month, day, hour, minute, second })
     }
 }
 

@@ -1,9 +1,16 @@
-//! The way from the machine into the boot stage.
+//! Updates: the log that the boot stage reads, the image in flash, and a host's way into the download.
 
+use core::fmt::Write;
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use bsp_prime::boot_request;
+use bsp_prime::flash::BoardFlash;
+use bsp_prime::{boot_request, time};
+use machine::ports::{Arrival, FailedBy, Firmware, Flaw, Running};
 use units::Micros;
+use update::{
+    Bytes, Ended, Entry, FileCheck, Image, Known, Log, MANIFEST_BYTES, Manifest, Origin, PRIME, Policy, Refusal, TRIALS,
+};
 
 use crate::dispatcher;
 
@@ -14,11 +21,9 @@ const SECOND_PRESS: Micros = Micros::from_seconds(1);
 static ASKED: AtomicBool = AtomicBool::new(false);
 /// The machine could be left now: nothing moves, heats or plays.
 static MAY_LEAVE: AtomicBool = AtomicBool::new(false);
-/// The button's mark is taken away.
-static HAS_RUN: AtomicBool = AtomicBool::new(false);
 
-/// A host asks for the firmware download, from any task: the machine does what its command `dfu` does, and
-/// the board is reset into the boot stage. False, and nothing happens, while the machine works.
+/// Asks for the firmware download, from any task: the dispatcher does what the command `dfu` does, and the
+/// board is reset into the boot stage. False, and nothing happens, while the machine works.
 pub fn ask_for_download() -> bool {
     if !MAY_LEAVE.load(Ordering::Relaxed) {
         return false;
@@ -28,20 +33,158 @@ pub fn ask_for_download() -> bool {
     true
 }
 
-/// Whether the machine could be left now.
-pub fn set_may_leave(may_leave: bool) {
-    MAY_LEAVE.store(may_leave, Ordering::Relaxed);
+/// A file that is looked at.
+struct Look {
+    check: FileCheck<'static>,
+    /// What the last one held that could be installed.
+    found: Option<Known>,
 }
 
-/// Whether a host has asked; once.
-pub fn take_request() -> bool {
-    ASKED.swap(false, Ordering::Relaxed)
+#[unsafe(link_section = ".d2ram")]
+static mut PLACE: MaybeUninit<Updates> = MaybeUninit::uninit();
+
+/// What the dispatcher knows of updates.
+pub struct Updates {
+    flash: BoardFlash,
+    log: Log<'static>,
+    /// The image that runs; none where its manifest cannot be read, which no boot stage would have started.
+    image: Option<Known>,
+    /// How it came to run, as it was at the start.
+    running: Running,
+    look: Look,
+    has_run: bool,
 }
 
-/// The application runs, for so long: the next press of RESET is a first one again.
-pub fn has_run(since_start: Micros) {
-    if !HAS_RUN.load(Ordering::Relaxed) && since_start > SECOND_PRESS {
-        HAS_RUN.store(true, Ordering::Relaxed);
-        boot_request::forget_button();
+/// Made in place, with what the log says. Once, by the one who has the flash.
+pub fn start(mut flash: BoardFlash) -> &'static mut Updates {
+    let log = Log::read(&mut flash, &PRIME);
+    let image = manifest(&mut flash).as_ref().map(Known::of);
+    let arrival = image.map_or(Arrival::Probe, |image| arrival(log.state.arrival(image)));
+    let refused = log.state.refused.map(|why| match why {
+        Refusal::NoFile => "flashme.bin was not there any more",
+        Refusal::Flawed => "flashme.bin was another file by then, or could not be read",
+    });
+    let look = Look { check: FileCheck::new(&PRIME), found: None };
+    let place = &raw mut PLACE;
+    // SAFETY: there is one flash, so this comes here once, and this is the only reference there ever is; the
+    // board is up, so the memory is there.
+    unsafe {
+        (*place).write(Updates { flash, log, image, running: Running { arrival, refused }, look, has_run: false })
     }
+}
+
+fn manifest(flash: &mut BoardFlash) -> Option<Manifest> {
+    let mut bytes = [0; MANIFEST_BYTES];
+    Image::new(flash, &PRIME).read(0, &mut bytes).ok()?;
+    Manifest::parse(&bytes, &PRIME).ok()
+}
+
+const fn arrival(arrival: update::Arrival) -> Arrival {
+    match arrival {
+        update::Arrival::Known => Arrival::Known,
+        update::Arrival::Probe => Arrival::Probe,
+        update::Arrival::Trial(origin, start) => {
+            Arrival::Trial { by_usb: matches!(origin, Origin::Usb), start, of: TRIALS }
+        }
+        update::Arrival::FellBack(ended) => Arrival::FellBack(match ended {
+            Ended::Watchdog => FailedBy::Watchdog,
+            Ended::Itself => FailedBy::Itself,
+            Ended::Early => FailedBy::Early,
+        }),
+    }
+}
+
+/// The words of a flaw.
+fn words(flaw: update::Flaw) -> Flaw {
+    let mut why = Flaw::new();
+    // It fits.
+    let _ = write!(why, "{flaw}");
+    why
+}
+
+impl Updates {
+    /// How the image came to run.
+    pub const fn running(&self) -> Running {
+        self.running
+    }
+
+    /// It does well.
+    pub fn confirm(&mut self) {
+        if let Some(image) = self.image {
+            // What the flash does not take now is tried again at the next start.
+            if self.log.confirm(&mut self.flash, image).is_ok() {
+                self.running.arrival = Arrival::Known;
+            }
+        }
+    }
+
+    /// Writes the owner's policy down, where it is another one.
+    pub fn set_policy(&mut self, key: Option<[u8; 32]>, is_locked: bool) -> Result<(), Flaw> {
+        if key.as_ref().is_some_and(|key| !Policy::is_key(key)) {
+            return Err(text("this is no Ed25519 public key: write what velvet key says"));
+        }
+        let policy = Policy { key, is_locked };
+        // The boot stage would not start it any more.
+        if manifest(&mut self.flash).is_none_or(|manifest| policy.allows(&manifest).is_err()) {
+            return Err(text("the firmware that runs is not signed with it: install one that is first"));
+        }
+        if self.log.set_policy(&mut self.flash, &policy).is_err() {
+            return Err(text("the log of updates in flash does not take it"));
+        }
+        Ok(())
+    }
+
+    /// Bytes of the image.
+    pub fn image_bytes(&self) -> u32 {
+        self.image.map_or(0, |image| image.length)
+    }
+
+    /// Reads of it.
+    pub fn read_image(&mut self, at: u32, into: &mut [u8]) -> bool {
+        Image::new(&mut self.flash, &PRIME).read(at, into).is_ok()
+    }
+
+    /// A file begins.
+    pub fn begin_look(&mut self) {
+        self.look = Look { check: FileCheck::new(&PRIME), found: None };
+    }
+
+    /// The next bytes of it.
+    pub fn look(&mut self, piece: &[u8]) {
+        self.look.check.take(piece);
+    }
+
+    /// What it holds.
+    pub fn end_look(&mut self) -> Result<Firmware, Flaw> {
+        let check = core::mem::replace(&mut self.look.check, FileCheck::new(&PRIME));
+        let manifest = check.finish(&self.log.state.policy).map_err(words)?;
+        let found = Known::of(&manifest);
+        self.look.found = Some(found);
+        Ok(Firmware {
+            version: heapless::String::try_from(manifest.version()).unwrap_or_default(),
+            runs: self.image == Some(found),
+            has_failed: self.log.state.failed.is_some_and(|(_, failed)| failed == found),
+        })
+    }
+
+    /// The one that was looked at last is asked for.
+    pub fn ask_for_install(&mut self) -> bool {
+        let Some(image) = self.look.found.take() else { return false };
+        self.log.append(&mut self.flash, Entry::Requested(Origin::File, image)).is_ok()
+    }
+
+    /// Whether a host has asked for the download; and says for the next one whether he may. At each look of
+    /// the dispatcher's.
+    pub fn take_download_request(&mut self, may: bool) -> bool {
+        if !self.has_run && time::now() > SECOND_PRESS {
+            self.has_run = true;
+            boot_request::forget_button();
+        }
+        MAY_LEAVE.store(may, Ordering::Relaxed);
+        ASKED.swap(false, Ordering::Relaxed)
+    }
+}
+
+fn text(words: &str) -> Flaw {
+    Flaw::try_from(words).unwrap_or_default()
 }

@@ -1,7 +1,8 @@
 //! `velvet flash`: the image onto a board, by the tool that is installed.
 //!
-//! Two ways lead in: a debug probe on the board's SWD header, with probe-rs; or the chip's own boot loader
-//! over USB (hold BOOT0, press reset), with dfu-util.
+//! Three ways lead in: a debug probe on the board's SWD header, with probe-rs; the boot stage over USB, with
+//! dfu-util, which has the firmware that runs make way; or the chip's own boot loader over USB (hold BOOT0,
+//! press reset), with dfu-util as well.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,13 @@ use clap::ValueEnum;
 const CHIP: &str = "STM32H745XIHx";
 /// ST's boot loader on USB (AN2606, "DFU").
 const BOOT_LOADER: &str = "0483:df11";
+/// The board on USB, whether the firmware runs or the boot stage waits.
+const BOARD: &str = "1d50:6015";
+/// The firmware that runs is copied to the card before it makes way, which takes longer than the five seconds
+/// that dfu-util waits by itself.
+const DETACH_SECONDS: &str = "20";
+/// What the boot stage takes: `make firmware` writes it beside the ELF file.
+const CARD_FILE: &str = "flashme.bin";
 /// Where the image begins, and: start it when done.
 const ADDRESS: &str = "0x08000000:leave";
 
@@ -22,6 +30,8 @@ const ADDRESS: &str = "0x08000000:leave";
 pub enum Way {
     /// A debug probe on SWD, with probe-rs
     Probe,
+    /// The boot stage over USB, with dfu-util: press reset twice first, or type dfu
+    Usb,
     /// The boot loader over USB, with dfu-util: hold BOOT0 and press reset first
     Dfu,
 }
@@ -30,7 +40,7 @@ impl Way {
     const fn tool(self) -> &'static str {
         match self {
             Self::Probe => "probe-rs",
-            Self::Dfu => "dfu-util",
+            Self::Usb | Self::Dfu => "dfu-util",
         }
     }
 
@@ -38,6 +48,15 @@ impl Way {
         let words = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
         match self {
             Self::Probe => [words(&["run", "--chip", CHIP, "--no-location"]), vec![image.into()]].concat(),
+            Self::Usb => {
+                let is_file = image.extension().is_some_and(|extension| extension == "bin");
+                let file = if is_file { image.to_path_buf() } else { image.with_file_name(CARD_FILE) };
+                [
+                    words(&["--device", BOARD, "--detach-delay", DETACH_SECONDS, "--reset", "--download"]),
+                    vec![file.into()],
+                ]
+                .concat()
+            }
             Self::Dfu => {
                 // The boot loader wants the plain bytes, which `make firmware` writes beside the ELF file.
                 let mut binary = image.to_path_buf();
@@ -74,7 +93,7 @@ fn choose(asked: Option<Way>, installed: impl Fn(&str) -> bool) -> Result<Way> {
     match asked {
         Some(way) if installed(way.tool()) => Ok(way),
         Some(way) => bail!("{} is not installed", way.tool()),
-        None => [Way::Probe, Way::Dfu].into_iter().find(|way| installed(way.tool())).context(
+        None => [Way::Probe, Way::Usb].into_iter().find(|way| installed(way.tool())).context(
             "neither probe-rs nor dfu-util is installed; one of them is needed: \
              https://probe.rs for a debug probe, https://dfu-util.sourceforge.net for USB",
         ),
@@ -95,7 +114,7 @@ mod tests {
     #[test]
     fn a_probe_is_preferred_and_a_missing_tool_is_named() {
         assert_eq!(choose(None, |_| true).unwrap(), Way::Probe);
-        assert_eq!(choose(None, |tool| tool == "dfu-util").unwrap(), Way::Dfu);
+        assert_eq!(choose(None, |tool| tool == "dfu-util").unwrap(), Way::Usb);
         assert!(choose(None, |_| false).unwrap_err().to_string().contains("probe-rs"));
         assert_eq!(choose(Some(Way::Dfu), |_| false).unwrap_err().to_string(), "dfu-util is not installed");
     }
@@ -107,6 +126,14 @@ mod tests {
             assert_eq!(last, "out/firmware.bin");
         }
         assert_eq!(Way::Probe.arguments(Path::new("out/firmware")).pop().unwrap(), "out/firmware");
+    }
+
+    #[test]
+    fn the_boot_stage_gets_the_file_for_the_card() {
+        let arguments = |image| Way::Usb.arguments(Path::new(image));
+        assert_eq!(arguments("out/firmware").pop().unwrap(), "out/flashme.bin");
+        assert_eq!(arguments("mine.bin").pop().unwrap(), "mine.bin");
+        assert_eq!(arguments("mine.bin")[1], "1d50:6015");
     }
 
     #[test]

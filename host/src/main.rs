@@ -12,6 +12,7 @@ mod check;
 mod colour;
 mod flash;
 mod heat;
+mod keys;
 mod migrate;
 mod motion_page;
 mod plot;
@@ -110,6 +111,11 @@ enum Command {
         #[arg(long, default_value_t = 115_200)]
         baud: u32,
     },
+    /// Say the public half of the key that firmware is signed with, as config.ini has it; makes a key
+    /// when there is none
+    Key(keys::KeyOptions),
+    /// Sign firmware with a key
+    Sign(keys::SignOptions),
     /// Write the firmware onto a board, with probe-rs or dfu-util
     Flash {
         /// The image
@@ -167,6 +173,8 @@ fn run(command: Command) -> Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Send { file, to, baud } => send::send(&file, &to, baud).map(|()| ExitCode::SUCCESS),
+        Command::Key(options) => keys::key(&options).map(|()| ExitCode::SUCCESS),
+        Command::Sign(options) => keys::sign(&options).map(|()| ExitCode::SUCCESS),
         Command::Flash { image, with } => flash::flash(&image, with).map(|()| ExitCode::SUCCESS),
     }
 }

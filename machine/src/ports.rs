@@ -13,6 +13,7 @@ mod drivers;
 mod events;
 mod io;
 mod storage;
+mod updates;
 mod usb;
 mod workspace;
 
@@ -41,6 +42,7 @@ pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
 };
+pub use updates::{Arrival, FailedBy, Firmware, Flaw, Running, Updates};
 pub use usb::{Disk, NotLent, Usb};
 pub use workspace::Workspace;
 
@@ -121,6 +123,7 @@ pub trait Ports:
     + Usb
     + Calendar
     + EventLog
+    + Updates
 {
 }
 
@@ -139,5 +142,6 @@ impl<P> Ports for P where
         + Usb
         + Calendar
         + EventLog
+        + Updates
 {
 }

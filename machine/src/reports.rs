@@ -7,7 +7,7 @@ mod position;
 mod program;
 mod status;
 
-pub(crate) use device::{firmware, memory, version};
+pub(crate) use device::{Came, failure, firmware, memory, version};
 pub(crate) use get::get;
 pub(crate) use parts::{modules, thermistor_coefficients, thermistors};
 pub(crate) use position::{end_switches, position};

@@ -95,9 +95,10 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),
     command("break", "", "stop for a debugger; without one, the last events"),
     command("events", "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
+    command("flash", "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous"),
+    command("dfu", "", "restart the board to wait for firmware over USB (dfu-util)"),
     command("reset", "", "restart the board in a second"),
     command("msc", "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
-    command("dfu", "", "end the firmware, and take another one over USB"),
     command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
     command("$G", "", "the modal state").question(),
@@ -116,7 +117,6 @@ pub const COMMANDS: &[CommandInfo] = &[
 /// meanwhile.
 const LATER: &[(&str, &str)] = &[
     ("fire", "the laser (not there yet)"),
-    ("flash", "updates from the card (not there yet); hold BOOT0 while you press reset"),
     ("net", "the network (not there yet)"),
     ("ntp", "the network (not there yet)"),
     ("qspi", "the QSPI flash (not there yet)"),

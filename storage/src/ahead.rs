@@ -6,7 +6,7 @@ use machine::ports::FileHandle;
 
 use crate::Card;
 use crate::lens::Lens;
-use crate::mounted::FileReader;
+use drivers::volume::FileReader;
 
 /// The way ahead of a file's reader.
 pub(crate) struct Ahead {

@@ -5,7 +5,7 @@ use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;
 use machine::ports::{FileHandle, StorageError};
 
-use crate::mounted::{FileReader, Mounted};
+use drivers::volume::{FileReader, Volume};
 
 /// Files read beside at once: one, and those that wait for their subroutines.
 pub const MAX_BESIDE: usize = 4;
@@ -22,7 +22,7 @@ impl Beside {
     /// Reads on, to the end of a block at most.
     pub fn read<B: Blocks>(
         &mut self,
-        volume: &mut Mounted,
+        volume: &mut Volume,
         device: &mut B,
         buffer: &mut [u8],
     ) -> Result<usize, Error<B::Error>> {

@@ -15,8 +15,8 @@ use crate::errors::{of_content, of_name};
 use crate::finding::find_volume;
 use crate::lens::{Device, Lens, NotRead};
 use crate::listing::listed;
-use crate::mounted::{Listing, Mounted};
 use crate::written::{Gathered, Written};
+use drivers::volume::{Listing, Volume as Mounted};
 
 mod opening;
 mod writing;

@@ -21,8 +21,8 @@ use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
 use machine::ports::StorageError;
 
-use crate::mounted::Mounted;
 use crate::{Card, MAX_FILES};
+use drivers::volume::Volume as Mounted;
 
 /// Where an entry has its case bits.
 const CASE_BITS: u32 = 12;

@@ -15,7 +15,6 @@ mod files;
 mod finding;
 mod lens;
 mod listing;
-mod mounted;
 #[cfg(any(test, feature = "ram"))]
 pub mod ram;
 mod written;

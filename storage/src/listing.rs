@@ -4,7 +4,7 @@ use drivers::fat::{Attributes, Name};
 use heapless::String;
 use machine::ports::{DirectoryEntry, FileAttributes, FileTime};
 
-use crate::mounted::Facts;
+use drivers::volume::Facts;
 
 /// The entry with this name.
 pub(crate) fn listed(entry: &Facts, name: &Name) -> DirectoryEntry {

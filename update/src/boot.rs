@@ -6,7 +6,7 @@
 
 use crate::flash::{Failed, Flash, Layout};
 use crate::install::{NotInstalled, install};
-use crate::log::{Entry, Known, Log, Origin, Pending, Refusal};
+use crate::log::{Ended, Entry, Known, Log, Origin, Pending, Refusal};
 use crate::manifest::{Flaw, Manifest};
 use crate::verify::{Bytes, check_file, check_flash};
 
@@ -47,29 +47,38 @@ pub enum Next {
     Recover(Flaw),
 }
 
-/// Brings flash in order and says what to start.
-pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout) -> Next {
+/// Brings flash in order and says what to start. `ended`: how the last run did.
+pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout, ended: Ended) -> Next {
     let mut log = Log::read(flash, layout);
     let mut boot = Boot { flash, card, layout };
     // What the flash does not take is tried again at the next start; what may run by then, runs.
     if let Some(pending) = log.state.pending {
         let _ = boot.finish(&mut log, pending);
     }
-    if log.state.trial.is_some_and(|starts| starts >= TRIALS) {
-        let _ = boot.go_back(&mut log);
+    let mut found = boot.check(&log);
+    if let Ok(manifest) = &found
+        && log.state.trial_of(Known::of(manifest)).is_some_and(|starts| starts >= TRIALS)
+        && boot.go_back(&mut log, ended, Known::of(manifest))
+    {
+        found = boot.check(&log);
     }
-    let next = boot.check(&log).or_else(|flaw| boot.recover(&mut log, flaw));
-    match next {
+    match found.or_else(|flaw| boot.recover(&mut log, flaw)) {
         Ok(manifest) => {
-            if log.state.trial.is_some() {
+            let _ = log.tidy(boot.flash);
+            if log.state.trial_of(Known::of(&manifest)).is_some() {
                 let _ = log.append(boot.flash, Entry::Tried);
-            } else {
-                let _ = log.tidy(boot.flash);
             }
             Next::Start(manifest)
         }
         Err(flaw) => Next::Recover(flaw),
     }
+}
+
+/// Whether the card has an image that may run; nothing is written.
+pub fn may_recover<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout) -> bool {
+    let log = Log::read(flash, layout);
+    let mut boot = Boot { flash, card, layout };
+    RECOVERY_FILES.iter().any(|(name, _)| matches!(boot.look(&log, name), Some(Ok(_))))
 }
 
 struct Boot<'b, F, C> {
@@ -90,7 +99,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
         let names: &[&str] = match pending.origin {
             Origin::File => &[REQUESTED_FILE],
             Origin::Previous => &PREVIOUS_FILES,
-            Origin::Usb => &[],
+            Origin::Usb | Origin::Probe => &[],
         };
         let mut refusal = Refusal::NoFile;
         for name in names {
@@ -113,27 +122,33 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
     }
 
     /// Puts the previous image back, if it is there and another one; the one on trial goes on otherwise.
-    fn go_back(&mut self, log: &mut Log<'_>) -> Result<(), Failed> {
-        let failed = self.check(log).map(|manifest| Known::of(&manifest)).ok();
+    /// Whether what is in flash may have changed.
+    fn go_back(&mut self, log: &mut Log<'_>, ended: Ended, failed: Known) -> bool {
         for name in PREVIOUS_FILES {
             let Some(Ok(manifest)) = self.look(log, name) else { continue };
-            if failed == Some(Known::of(&manifest)) {
+            if failed == Known::of(&manifest) {
                 continue;
             }
-            if let Some(failed) = failed {
-                log.append(self.flash, Entry::Failed(failed))?;
+            if log.append(self.flash, Entry::Failed(ended, failed)).is_err() {
+                return false;
             }
             if self.install(log, name, Origin::Previous, &manifest).is_ok() {
-                return Ok(());
+                return true;
             }
         }
-        Ok(())
+        // A file that could not be read to its end has cost the one on trial as well.
+        true
     }
 
-    /// The first image on the card that may run.
+    /// The first image on the card that may run; one that has failed a trial comes last.
     fn recover(&mut self, log: &mut Log<'_>, flaw: Flaw) -> Result<Manifest, Flaw> {
-        for (name, origin) in RECOVERY_FILES {
+        let failed = log.state.failed.map(|(_, image)| image);
+        let passes = [false, true].into_iter().flat_map(|takes_failed| RECOVERY_FILES.map(|file| (takes_failed, file)));
+        for (takes_failed, (name, origin)) in passes {
             let Some(Ok(manifest)) = self.look(log, name) else { continue };
+            if !takes_failed && failed == Some(Known::of(&manifest)) {
+                continue;
+            }
             if self.install(log, name, origin, &manifest).is_ok() {
                 return self.check(log);
             }

@@ -12,16 +12,18 @@ mod install;
 mod log;
 mod manifest;
 mod policy;
+mod receive;
 mod seal;
 #[cfg(test)]
 mod tests;
 mod verify;
 
-pub use boot::{Card, Next, PREVIOUS_FILES, RECOVERY_FILES, REQUESTED_FILE, TRIALS, settle};
+pub use boot::{Card, Next, PREVIOUS_FILES, RECOVERY_FILES, REQUESTED_FILE, TRIALS, may_recover, settle};
 pub use flash::{ERASED, Failed, Flash, Layout, PRIME, Sector, Unreadable, WORD, Word};
 pub use install::{Download, NotInstalled};
-pub use log::{Entry, Half, Known, Log, Origin, Pending, Refusal, State};
+pub use log::{Arrival, Ended, Entry, Half, Known, Log, Origin, Pending, Refusal, State};
 pub use manifest::{BOARD_MAGIC, Flaw, MANIFEST_BYTES, Manifest, VECTOR_TABLE};
 pub use policy::{Policy, signed};
-pub use seal::{seal, trailer};
-pub use verify::{Bytes, Image, check_file, check_flash};
+pub use receive::Receiving;
+pub use seal::{public_key, seal, sign_file, trailer};
+pub use verify::{Bytes, FileCheck, Image, check_file, check_flash};

@@ -27,6 +27,20 @@ pub enum Origin {
     Previous = 2,
     /// USB.
     Usb = 3,
+    /// A debug probe, or the chip's own loader: it was found in flash.
+    Probe = 4,
+}
+
+/// How the last run of an image on trial ended, as the reset tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Ended {
+    /// The power went, or somebody reset the board, before it had confirmed itself.
+    Early = 0,
+    /// The watchdog reset it.
+    Watchdog = 1,
+    /// It reset itself: a panic, a fault of the processor, or as it was told.
+    Itself = 2,
 }
 
 /// An image as the log knows it.
@@ -55,7 +69,7 @@ pub enum Entry {
     Requested(Origin, Known),
     /// The image in flash is being replaced by this one: what is in flash may not run.
     Began(Origin, Known),
-    /// It is there, and on trial unless it is the previous one.
+    /// It is there, and on trial unless it is the previous one or was put there by a debug probe.
     Installed(Origin, Known),
     /// An image on trial is started.
     Tried,
@@ -64,7 +78,7 @@ pub enum Entry {
     /// What was asked for cannot be installed; nothing was changed.
     Refused(Refusal, Known),
     /// The image on trial has failed, so the previous one is being put back.
-    Failed(Known),
+    Failed(Ended, Known),
     /// Half of the owner's key, the first or the second one, and whether the board is locked.
     Key(Half, bool, [u8; 16]),
     /// There is no key.
@@ -101,8 +115,10 @@ pub struct State {
     pub installed: Option<(Origin, Known)>,
     /// Starts of that image without its confirmation; `None` when it is not on trial.
     pub trial: Option<u8>,
-    /// Whether the installed one is there because the one before it failed.
+    /// The installed one is there because the one before it failed, and has not confirmed itself yet.
     pub fell_back: bool,
+    /// What failed last, until something else is installed.
+    pub failed: Option<(Ended, Known)>,
     /// The last request, if it was refused.
     pub refused: Option<Refusal>,
     half: Option<(bool, [u8; 16])>,
@@ -119,7 +135,40 @@ pub struct Pending {
     pub has_begun: bool,
 }
 
+/// How an image that runs came to do so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// It has run before, and confirmed itself.
+    Known,
+    /// A debug probe or the chip's own loader put it there; it has not run for long yet.
+    Probe,
+    /// It is new, from there, and in its so many-th start without a confirmation.
+    Trial(Origin, u8),
+    /// It is the previous one, because the new one ended like this.
+    FellBack(Ended),
+}
+
 impl State {
+    /// How this image, the one that runs, came to.
+    #[must_use]
+    pub fn arrival(&self, running: Known) -> Arrival {
+        let Some((origin, _)) = self.installed.filter(|(_, installed)| *installed == running) else {
+            return Arrival::Probe;
+        };
+        match (self.trial, self.failed) {
+            (Some(starts), _) => Arrival::Trial(origin, starts),
+            (None, Some((ended, _))) if self.fell_back => Arrival::FellBack(ended),
+            _ => Arrival::Known,
+        }
+    }
+
+    /// Starts of this image without its confirmation; `None` where another one is on trial, or none. What a
+    /// debug probe has put into the place of one on trial is not.
+    #[must_use]
+    pub fn trial_of(&self, image: Known) -> Option<u8> {
+        self.trial.filter(|_| self.installed.is_some_and(|(_, installed)| installed == image))
+    }
+
     fn after(self, entry: Entry) -> Self {
         match entry {
             Entry::Requested(origin, image) => {
@@ -131,15 +180,16 @@ impl State {
             Entry::Installed(origin, image) => Self {
                 pending: None,
                 installed: Some((origin, image)),
-                trial: (origin != Origin::Previous).then_some(0),
+                trial: matches!(origin, Origin::File | Origin::Usb).then_some(0),
                 fell_back: self.fell_back && origin == Origin::Previous,
+                failed: self.failed.filter(|_| origin == Origin::Previous),
                 ..self
             },
             Entry::Tried => Self { trial: self.trial.map(|starts| starts.saturating_add(1)), ..self },
-            Entry::Confirmed(_) => Self { trial: None, ..self },
+            Entry::Confirmed(_) => Self { trial: None, fell_back: false, ..self },
             Entry::Refused(why, _) => Self { pending: None, refused: Some(why), ..self },
             // Still on trial: the power may fail before the previous one is begun with.
-            Entry::Failed(_) => Self { fell_back: true, ..self },
+            Entry::Failed(ended, image) => Self { fell_back: true, failed: Some((ended, image)), ..self },
             Entry::Key(Half::First, is_locked, bytes) => Self { half: Some((is_locked, bytes)), ..self },
             Entry::Key(Half::Second, is_locked, bytes) => match self.half {
                 Some((first_locked, first)) if first_locked == is_locked => {
@@ -200,26 +250,41 @@ impl<'l> Log<'l> {
         Err(Failed)
     }
 
-    /// Makes room: erases the log and writes what still matters. Only while nothing is pending or on trial; a
-    /// power failure in between costs the policy, which the application writes again at its next start, and
-    /// how this image came here.
+    /// Makes room: erases the log and writes what still matters. Only while nothing is pending; a power
+    /// failure in between costs the policy, which the application writes again at its next start, and how
+    /// this image came here, a trial among it.
     ///
     /// # Errors
     /// The flash does not take it.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), Failed> {
-        if self.used + NEEDED <= self.words() || self.state.pending.is_some() || self.state.trial.is_some() {
+        if self.used + NEEDED <= self.words() || self.state.pending.is_some() {
             return Ok(());
         }
         let old = self.state;
         flash.erase(self.layout.log)?;
         *self = Self { layout: self.layout, state: State::default(), used: 0 };
         self.set_policy(flash, &old.policy)?;
-        match old.installed {
-            Some((origin, image)) => {
-                self.append(flash, Entry::Installed(origin, image))?;
-                self.append(flash, Entry::Confirmed(image))
-            }
-            None => Ok(()),
+        if let Some((ended, image)) = old.failed {
+            self.append(flash, Entry::Failed(ended, image))?;
+        }
+        let Some((origin, image)) = old.installed else { return Ok(()) };
+        self.append(flash, Entry::Installed(origin, image))?;
+        match old.trial {
+            Some(starts) => (0..starts.min(crate::TRIALS)).try_for_each(|_| self.append(flash, Entry::Tried)),
+            None if old.fell_back => Ok(()),
+            None => self.append(flash, Entry::Confirmed(image)),
+        }
+    }
+
+    /// The image that runs does so well. Nothing is written where that is known.
+    ///
+    /// # Errors
+    /// The flash does not take it, or the log is full.
+    pub fn confirm(&mut self, flash: &mut impl Flash, running: Known) -> Result<(), Failed> {
+        match self.state.arrival(running) {
+            Arrival::Known => Ok(()),
+            Arrival::Probe => self.append(flash, Entry::Installed(Origin::Probe, running)),
+            Arrival::Trial(..) | Arrival::FellBack(_) => self.append(flash, Entry::Confirmed(running)),
         }
     }
 
@@ -261,7 +326,7 @@ impl Entry {
             Self::Tried => (4, 0, none),
             Self::Confirmed(image) => (5, 0, image),
             Self::Refused(why, image) => (6, why as u8, image),
-            Self::Failed(image) => (7, 0, image),
+            Self::Failed(ended, image) => (7, ended as u8, image),
             Self::Key(Half::First, is_locked, digest) => (8, u8::from(is_locked), Known { length: 0, digest }),
             Self::Key(Half::Second, is_locked, digest) => (9, u8::from(is_locked), Known { length: 0, digest }),
             Self::NoKey => (10, 0, none),
@@ -293,7 +358,7 @@ impl Entry {
             4 => Self::Tried,
             5 => Self::Confirmed(image),
             6 => Self::Refused(Refusal::of(more)?, image),
-            7 => Self::Failed(image),
+            7 => Self::Failed(Ended::of(more)?, image),
             8 => Self::Key(Half::First, more == 1, digest),
             9 => Self::Key(Half::Second, more == 1, digest),
             10 => Self::NoKey,
@@ -304,7 +369,13 @@ impl Entry {
 
 impl Origin {
     fn of(number: u8) -> Option<Self> {
-        [Self::File, Self::Previous, Self::Usb].into_iter().find(|origin| *origin as u8 == number)
+        [Self::File, Self::Previous, Self::Usb, Self::Probe].into_iter().find(|origin| *origin as u8 == number)
+    }
+}
+
+impl Ended {
+    fn of(number: u8) -> Option<Self> {
+        [Self::Early, Self::Watchdog, Self::Itself].into_iter().find(|ended| *ended as u8 == number)
     }
 }
 

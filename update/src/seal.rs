@@ -6,8 +6,8 @@ use crate::manifest::{BOARD_MAGIC, DIGEST, Flaw, HASHED, LENGTH, MANIFEST_BYTES,
 use crate::policy::signed;
 use crate::verify::TRAILER;
 use ed25519_dalek::{Signer, SigningKey};
-use md5::Md5;
-use sha2::{Digest, Sha256};
+use md5::{Digest as _, Md5};
+use sha2::{Digest as _, Sha256};
 
 /// Seals an image, whether or not it was sealed before: whole flash words with a manifest in front. `key` is
 /// the secret half of an Ed25519 key.
@@ -23,6 +23,44 @@ pub fn seal(image: &mut [u8], layout: &Layout, key: Option<&[u8; 32]>) -> Result
     let signature = key.map_or([0; 64], |key| SigningKey::from_bytes(key).sign(&signed(&digest)).to_bytes());
     put(manifest, SIGNATURE, &signature);
     Manifest::parse(manifest, layout)
+}
+
+/// Signs the image in a file, alone or behind a boot stage, with the trailer of Smoothieware v2 or without;
+/// the trailer is made anew.
+///
+/// # Errors
+/// The file has no image of this layout, or is not whole; it may have been changed then.
+pub fn sign_file(file: &mut [u8], layout: &Layout, key: &[u8; 32]) -> Result<Manifest, Flaw> {
+    let at = [0, layout.image() as usize].into_iter().find(|at| {
+        file.get(*at..).and_then(|rest| rest.first_chunk()).is_some_and(|head| Manifest::parse(head, layout).is_ok())
+    });
+    let at = at.ok_or_else(|| {
+        let head = file.first_chunk().map(|head| Manifest::parse(head, layout));
+        head.and_then(Result::err).unwrap_or(Flaw::NoManifest)
+    })?;
+    let head = file.get(at..).and_then(|rest| rest.first_chunk()).ok_or(Flaw::NoManifest)?;
+    let length = Manifest::parse(head, layout)?.length as usize;
+    let (is, says) = (file.len() as u32, (at + length) as u32);
+    let image = file.get_mut(at..at + length).ok_or(Flaw::Truncated { is, says })?;
+    let before = Manifest::parse(image.first_chunk().ok_or(Flaw::NoManifest)?, layout)?;
+    let manifest = seal(image, layout, Some(key))?;
+    if manifest.digest != before.digest {
+        // Whoever signs it says that it is his: not what a bad copy has made of it.
+        return Err(Flaw::Digest);
+    }
+    let (whole, rest) = file.split_at_mut(at + length);
+    match rest.len() {
+        0 => {}
+        length if length == TRAILER as usize => rest.copy_from_slice(&trailer(whole)),
+        _ => return Err(Flaw::Trailer),
+    }
+    Ok(manifest)
+}
+
+/// The public half of an Ed25519 key.
+#[must_use]
+pub fn public_key(secret: &[u8; 32]) -> [u8; 32] {
+    SigningKey::from_bytes(secret).verifying_key().to_bytes()
 }
 
 /// What Smoothieware v2 wants behind an image in a file: board magic, and the MD5 of all before it in

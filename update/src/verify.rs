@@ -3,8 +3,8 @@
 use crate::flash::{Flash, Layout};
 use crate::manifest::{BOARD_MAGIC, Flaw, HASHED, MANIFEST_BYTES, Manifest};
 use crate::policy::Policy;
-use md5::Md5;
-use sha2::{Digest, Sha256};
+use md5::{Digest as _, Md5};
+use sha2::{Digest as _, Sha256};
 
 /// Bytes that are read at a time: a block of the card.
 const CHUNK: usize = 512;
@@ -58,7 +58,7 @@ impl<F: Flash> Bytes for Image<'_, F> {
 pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
     let mut image = Image::new(flash, layout);
     let manifest = read_manifest(&mut image, 0, layout)?;
-    let digest = hash(&mut image, 0, manifest.length, |_| {})?;
+    let digest = hash(&mut image, manifest.length)?;
     judge(&manifest, &digest, policy)
 }
 
@@ -68,21 +68,146 @@ pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) ->
 /// # Errors
 /// Why it may not.
 pub fn check_file(file: &mut impl Bytes, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
-    let (at, manifest) = locate(file, layout)?;
-    let is = file.length();
-    let says = at.saturating_add(manifest.length);
-    if is < says {
-        return Err(Flaw::Truncated { is, says });
+    // Before all of it is read: what it is not.
+    locate(file, layout)?;
+    let mut check = FileCheck::new(layout);
+    let end = file.length();
+    each_chunk(file, 0, end, |chunk| check.take(chunk))?;
+    check.finish(policy)
+}
+
+/// The same for a file that comes piece after piece, from its beginning to its end.
+#[derive(Clone)]
+pub struct FileCheck<'l> {
+    layout: &'l Layout,
+    /// Bytes that have come.
+    length: u32,
+    /// Where the image begins.
+    at: u32,
+    /// The first bytes from there on.
+    head: [u8; MANIFEST_BYTES],
+    /// What they are, when all have come.
+    found: Option<Result<Manifest, Flaw>>,
+    sha: Sha256,
+    md5: Md5,
+    trailer: [u8; TRAILER as usize],
+}
+
+impl<'l> FileCheck<'l> {
+    /// Nothing has come.
+    #[must_use]
+    pub fn new(layout: &'l Layout) -> Self {
+        Self {
+            layout,
+            length: 0,
+            at: 0,
+            head: [0; MANIFEST_BYTES],
+            found: None,
+            sha: Sha256::new(),
+            md5: Md5::new(),
+            trailer: [0; TRAILER as usize],
+        }
     }
-    let mut md5 = Md5::new();
-    each_chunk(file, 0, at, |chunk| md5.update(chunk))?;
-    let digest = hash(file, at, manifest.length, |chunk| md5.update(chunk))?;
-    match is - says {
-        0 => {}
-        TRAILER => check_trailer(file, says, md5)?,
-        _ => return Err(Flaw::Trailer),
+
+    /// Takes the next piece.
+    pub fn take(&mut self, piece: &[u8]) {
+        let mut rest = piece;
+        while !rest.is_empty() {
+            // Up to the next place where what bytes mean changes.
+            let end = self.end_of_part();
+            let most = (end - self.length).min(rest.len() as u32) as usize;
+            let (now, later) = rest.split_at(most);
+            self.take_part(now);
+            rest = later;
+        }
     }
-    judge(&manifest, &digest, policy)
+
+    /// Where the image begins, and its manifest or why there is none; `None` until that has come.
+    pub(crate) const fn manifest(&self) -> Option<(u32, Result<Manifest, Flaw>)> {
+        match self.found {
+            Some(found) => Some((self.at, found)),
+            None => None,
+        }
+    }
+
+    /// The bytes of the manifest.
+    pub(crate) const fn head(&self) -> &[u8; MANIFEST_BYTES] {
+        &self.head
+    }
+
+    /// The whole file has come: the image in it, if it may be installed.
+    ///
+    /// # Errors
+    /// Why it may not.
+    pub fn finish(self, policy: &Policy) -> Result<Manifest, Flaw> {
+        let manifest = match self.found {
+            Some(found) => found?,
+            None if self.at > 0 => return Err(Flaw::FromTheBeginning),
+            None => return Err(Flaw::NoManifest),
+        };
+        let says = self.at + manifest.length;
+        let digest = self.sha.finalize().into();
+        match self.length.checked_sub(says) {
+            None => return Err(Flaw::Truncated { is: self.length, says }),
+            Some(0) => {}
+            Some(TRAILER) => check_trailer(&self.trailer, self.md5)?,
+            Some(_) => return Err(Flaw::Trailer),
+        }
+        judge(&manifest, &digest, policy)
+    }
+
+    fn end_of_part(&self) -> u32 {
+        let head_end = self.at + MANIFEST_BYTES as u32;
+        match &self.found {
+            None if self.length < self.at => self.at,
+            None => head_end,
+            Some(Ok(manifest)) if self.length < self.at + manifest.length => self.at + manifest.length,
+            _ => u32::MAX,
+        }
+    }
+
+    fn take_part(&mut self, part: &[u8]) {
+        let from = self.length;
+        self.length += part.len() as u32;
+        match &self.found {
+            None => {
+                self.md5.update(part);
+                if from >= self.at {
+                    let within = (from - self.at) as usize;
+                    if let Some(place) = self.head.get_mut(within..within + part.len()) {
+                        place.copy_from_slice(part);
+                    }
+                    if self.length == self.at + MANIFEST_BYTES as u32 {
+                        self.look_at_head();
+                    }
+                }
+            }
+            Some(Ok(manifest)) if self.length <= self.at + manifest.length => {
+                self.md5.update(part);
+                self.sha.update(part);
+            }
+            Some(Ok(manifest)) => {
+                let within = (from - self.at - manifest.length) as usize;
+                let room = self.trailer.get_mut(within..).unwrap_or_default();
+                for (place, byte) in room.iter_mut().zip(part) {
+                    *place = *byte;
+                }
+            }
+            Some(Err(_)) => {}
+        }
+    }
+
+    fn look_at_head(&mut self) {
+        match Manifest::parse(&self.head, self.layout) {
+            // A boot stage is in front: the image is where it is in flash.
+            Err(Flaw::FromTheBeginning) if self.at == 0 => self.at = self.layout.image(),
+            Err(Flaw::NoManifest) if self.at > 0 => self.found = Some(Err(Flaw::FromTheBeginning)),
+            found => {
+                self.sha.update(self.head.get(..HASHED).unwrap_or_default());
+                self.found = Some(found);
+            }
+        }
+    }
 }
 
 /// Where in a file the image begins, and its manifest. A file for the whole flash has a boot stage first,
@@ -114,12 +239,11 @@ fn read_manifest(bytes: &mut impl Bytes, at: u32, layout: &Layout) -> Result<Man
     Manifest::parse(&manifest, layout)
 }
 
-/// The digest of the image at a place. Each of its bytes goes to `also` as well.
-fn hash(bytes: &mut impl Bytes, at: u32, length: u32, mut also: impl FnMut(&[u8])) -> Result<[u8; 32], Flaw> {
+/// The digest of an image.
+fn hash(bytes: &mut impl Bytes, length: u32) -> Result<[u8; 32], Flaw> {
     let mut sha = Sha256::new();
     let mut is_first = true;
-    each_chunk(bytes, at, at + length, |chunk| {
-        also(chunk);
+    each_chunk(bytes, 0, length, |chunk| {
         if core::mem::take(&mut is_first) {
             sha.update(chunk.get(..HASHED).unwrap_or_default());
             sha.update(chunk.get(MANIFEST_BYTES..).unwrap_or_default());
@@ -143,9 +267,7 @@ fn each_chunk(bytes: &mut impl Bytes, from: u32, to: u32, mut look: impl FnMut(&
     Ok(())
 }
 
-fn check_trailer(file: &mut impl Bytes, at: u32, mut md5: Md5) -> Result<(), Flaw> {
-    let mut trailer = [0; TRAILER as usize];
-    file.read(at, &mut trailer)?;
+fn check_trailer(trailer: &[u8; TRAILER as usize], mut md5: Md5) -> Result<(), Flaw> {
     let (magic, digits) = trailer.split_at(8);
     if magic != BOARD_MAGIC.to_le_bytes() {
         return Err(Flaw::OtherBoard);

@@ -7,6 +7,7 @@ use std::num::{NonZeroU32, NonZeroU64};
 use board_facts::wiring;
 use rigless::cpu::armv7m as cpu;
 use rigless::device::Level;
+use rigless::emulator::Access;
 use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::Mcu;
 use rigless::snapshot::Store;
@@ -26,6 +27,7 @@ use sim::world::{
 
 use crate::console::{Line, LineEnd};
 use crate::drivers::{self, ConverterPort, DriverPort, WireEnd};
+use crate::flash_journal::{FlashJournal, Operation};
 use crate::mcu::PrimeMcu;
 pub use crate::outputs::{PinChange, SharedWorld};
 use crate::pin_state::Drive;
@@ -64,6 +66,8 @@ pub struct PrimeBoard {
     pub mcu: PrimeMcu,
     world: SharedWorld,
     consoles: [Line; 3],
+    /// What the image does to its flash.
+    pub flash: FlashJournal,
     /// Thermistor and supply inputs that the machine drives.
     analog: Vec<AnalogInput>,
     /// Milliseconds since power-on, for [`Self::refresh_analog`].
@@ -91,6 +95,7 @@ impl PrimeBoard {
             mcu,
             world,
             consoles: Default::default(),
+            flash: FlashJournal::default(),
             analog,
             ticks: 0,
             asleep_ns: 0,
@@ -157,6 +162,12 @@ impl PrimeBoard {
         self.refresh_switches(start);
         self.take_switch_changes(start);
         self.refresh_analog();
+    }
+
+    /// Whether the 25 MHz crystal swings when it is started; told at power-on, and where it changes, from the
+    /// next reset on.
+    pub fn set_crystal(&mut self, swings: bool) {
+        self.mcu.part.rcc.attach_crystals(if swings { HSE_HZ } else { 0 }, LSE_HZ);
     }
 
     /// Puts an SD card with this content into the slot, or takes the card out.
@@ -249,6 +260,11 @@ impl PrimeBoard {
         if let Some(wrong) = crate::clock_modes::wrong(self, address) {
             self.wrong_modes.insert(wrong);
         }
+    }
+
+    /// The image has made this access: an operation of the flash may have begun.
+    pub(crate) fn notice_flash(&mut self, access: &Access) -> Option<Operation> {
+        self.flash.notice(access, &self.mcu)
     }
 
     /// What is known of such frames.

@@ -5,7 +5,7 @@ use rigless::edge::Pulse;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
-use rigless::soc::stm32h743::generated::{gpioa, pwr, rcc, syscfg};
+use rigless::soc::stm32h743::generated::{flash, gpioa, pwr, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
@@ -183,6 +183,11 @@ impl PrimeMcu {
             let (registers, mut context) = bus.drive(at, self.slots.adc1);
             converter.on_clock(0, registers, &mut context);
         }
+    }
+
+    /// A register of the flash interface.
+    pub(crate) fn flash_register(&self, register: flash::Register) -> u64 {
+        self.register(self.slots.flash, register)
     }
 
     fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {

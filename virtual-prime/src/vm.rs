@@ -17,6 +17,7 @@ use rigless::time::VirtualNanos;
 
 use crate::board::PrimeBoard;
 use crate::complaints::complaints;
+use crate::flash_journal::{Operation, SECTOR, START};
 
 /// The grid on which the machine's slow physics and voltages are brought up to date.
 const GRID_NS: u64 = 1_000_000;
@@ -240,6 +241,10 @@ impl Driver<PrimeBoard> for Puppet {
             if access.kind == AccessKind::Write {
                 board.notice_modes(access.virtual_time, access.address);
                 board.notice_frame(access.address);
+                if let Some(Operation::Erase(sector)) = board.notice_flash(access) {
+                    // What could not be read is as good as new.
+                    host.spoil(START + (sector * SECTOR) as u64, SECTOR as u64, false);
+                }
             }
             if board.take_switch_changes(access.virtual_time) {
                 // What was driven reaches the interrupt controller with the next access, so one is made here:

@@ -24,6 +24,7 @@ mod schedule;
 mod settings;
 mod spi_sensors;
 mod stream;
+mod updates;
 mod usb;
 mod v2_replay;
 

@@ -38,7 +38,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // controller is driven by `drivers::sd`; the flash is what `update` writes to.
     ("bsp-prime", &["units", "events", "motion", "drivers", "update"]),
     // It knows no machine.
-    ("boot", &["bsp-prime", "drivers", "update"]),
+    ("boot", &["bsp-prime", "drivers", "update", "usb"]),
     (
         "firmware",
         &[
@@ -76,7 +76,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("on-target", &["units", "events", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
     ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
-    ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine"]),
+    ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine", "update"]),
     ("xtask", &["update"]),
 ];
 

@@ -27,6 +27,7 @@ mod stealth_drivers;
 mod temperature_switches;
 mod tools;
 mod uart;
+mod update;
 
 pub(crate) use stall_homing::GOOD_FULL_STEPS_PER_S;
 
@@ -59,6 +60,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     filament::check(&mut checks);
     tools::check(&mut checks);
     uart::check(&mut checks);
+    update::check(&mut checks);
     outputs::check(&mut checks);
     temperature_switches::check(&mut checks);
     fans::check(&mut checks);

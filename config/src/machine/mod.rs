@@ -52,7 +52,7 @@ pub use spi_sensor::{SpiSensorConfig, ThermocoupleType};
 pub use stealth_drivers::{StealthConfig, StealthFamily};
 pub use system::{
     BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
-    PrinterDialect, SafetyDoor, SystemConfig, ToolChangeConfig, UartConfig,
+    PrinterDialect, SafetyDoor, SystemConfig, ToolChangeConfig, UartConfig, UpdateConfig,
 };
 pub use temperature_switches::{TemperatureSwitchConfig, Trigger};
 
@@ -95,6 +95,8 @@ pub struct MachineConfig {
     pub general: General,
     /// `[system]`, with the second USB port of `[consoles]`.
     pub system: SystemConfig,
+    /// `[update]`
+    pub update: UpdateConfig,
     /// `[uart console]`
     pub uart: UartConfig,
     /// `[motion control]`

@@ -86,6 +86,43 @@ pub struct SystemConfig {
     pub second_usb_serial_enable: bool,
 }
 
+/// `[update]`
+#[derive(Clone, Copy, Debug, Default)]
+pub struct UpdateConfig {
+    /// The owner's Ed25519 public key.
+    pub key: Option<[u8; 32]>,
+    /// What was written for it is no key.
+    pub key_is_flawed: bool,
+    /// Only firmware that is signed with the key.
+    pub locked: bool,
+}
+
+impl UpdateConfig {
+    /// Whether it says who may, and not something that nobody can mean.
+    #[must_use]
+    pub const fn is_sound(&self) -> bool {
+        !self.key_is_flawed && (self.key.is_some() || !self.locked)
+    }
+
+    /// Takes the key as 64 hexadecimal digits; nothing for no key.
+    pub(crate) fn set_key(&mut self, text: &str) {
+        let digit = |byte: u8| char::from(byte).to_digit(16).map(|digit| digit as u8);
+        let mut key = [0; 32];
+        let mut is_good = text.len() == 2 * key.len();
+        for (place, pair) in key.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+            match pair {
+                [high, low] => match (digit(*high), digit(*low)) {
+                    (Some(high), Some(low)) => *place = high << 4 | low,
+                    _ => is_good = false,
+                },
+                _ => is_good = false,
+            }
+        }
+        self.key = is_good.then_some(key);
+        self.key_is_flawed = !is_good && !text.is_empty();
+    }
+}
+
 /// Parity of the auxiliary UART.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]

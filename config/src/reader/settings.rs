@@ -210,17 +210,13 @@ impl Reader<'_> {
             Fallback::Required => false,
         };
         match row.support {
-            Support::Absent { advice } if !matches!(value, Value::Bool(false) | Value::Pin(None)) => {
-                let at = At::new(span, key, path.module(self.config));
-                check::not_supported(&mut self.reporter, Severity::Warning, at, advice);
-            }
             _ if is_default => {}
             Support::Needless { why } => {
                 let at = At::new(span, key, path.module(self.config));
                 let fix = format_args!("delete the line: {why}");
                 self.reporter.report(Severity::Warning, at, format_args!("has no effect"), fix);
             }
-            Support::Now | Support::Dormant | Support::Absent { .. } => {}
+            Support::Now | Support::Dormant => {}
             Support::NotYet { severity, advice } => {
                 // Whether it is asked for in earnest, the whole file shows: its function may be disabled.
                 let is_nameless = path.section().and_then(Section::instances).is_some_and(|i| i.noun == UNREAD);

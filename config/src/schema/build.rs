@@ -142,11 +142,6 @@ impl Setting {
         Self { support: Support::NotYet { severity: Severity::Warning, advice }, ..self }
     }
 
-    /// On by default elsewhere, and not there yet: reported whenever it is asked for.
-    pub(super) const fn absent(self, advice: Text) -> Self {
-        Self { support: Support::Absent { advice }, ..self }
-    }
-
     /// Velvet has no use for it.
     pub(super) const fn needless(self, why: Text) -> Self {
         Self { support: Support::Needless { why }, ..self }

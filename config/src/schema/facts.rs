@@ -168,7 +168,7 @@ fn the_list_of_what_is_refused_is_the_one_in_the_repository() {
     for fact in facts() {
         let list = match row(fact.name).support {
             Support::Now => "consumed",
-            Support::NotYet { .. } | Support::Absent { .. } => "refused when used",
+            Support::NotYet { .. } => "refused when used",
             Support::Needless { .. } => "without effect, and said to be",
             Support::Dormant => "part of something refused",
         };

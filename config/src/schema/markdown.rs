@@ -29,6 +29,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         &[
             "general",
             "system",
+            "update",
             "consoles",
             "uart console",
             "kill button",
@@ -200,7 +201,6 @@ fn meaning(setting: &Setting) -> String {
     let _ = match setting.support {
         Support::Now => Ok(()),
         Support::NotYet { advice, .. } => write!(text, " **Not supported yet:** {advice}."),
-        Support::Absent { advice } => write!(text, " **Not supported yet:** {advice}."),
         Support::Needless { why } => write!(text, " **Without effect:** {why}."),
         Support::Dormant => write!(text, " (Not supported yet.)"),
     };

@@ -59,6 +59,7 @@ pub use markdown::markdown;
 pub const SECTIONS: &[Section] = &[
     system::GENERAL,
     system::SYSTEM,
+    system::UPDATE,
     system::CONSOLES,
     system::UART_CONSOLE,
     motion::MOTION_CONTROL,
@@ -230,11 +231,6 @@ pub enum Support {
     NotYet {
         /// How bad it is to go without.
         severity: Severity,
-        /// What to do instead.
-        advice: &'static str,
-    },
-    /// Not yet, though it is on by default elsewhere: a value that asks for it is reported, with this advice.
-    Absent {
         /// What to do instead.
         advice: &'static str,
     },

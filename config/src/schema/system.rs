@@ -86,9 +86,8 @@ pub const SYSTEM: Section = Section {
             "flash_on_boot",
             "true",
             |c, _, v| c.system.flash_on_boot = v,
-            "At boot, install /sd/flashme.bin when it is a valid image.",
-        )
-        .absent("write false; copy the image with velvet flash or a debug probe"),
+            "At boot, install /sd/flashme.bin when it is firmware for this board and another one than what runs (docs/updates.md).",
+        ),
         bool(
             "dfu_enable",
             "false",
@@ -132,6 +131,29 @@ pub const SYSTEM: Section = Section {
         .derived("three quarters of what the supply usually has")
         .unit("V")
         .typical(5.0, 45.0)
+        .velvet(),
+    ],
+};
+
+pub const UPDATE: Section = Section {
+    name: "update",
+    summary: "Whose firmware may be installed and run (docs/updates.md).",
+    form: Form::Plain,
+    settings: &[
+        text(
+            "key",
+            "",
+            64,
+            |c, _, v| c.update.set_key(v),
+            "The owner's Ed25519 public key, 64 hexadecimal digits, as `velvet key` makes it. Firmware that is signed with another key is refused then.",
+        )
+        .velvet(),
+        bool(
+            "locked",
+            "false",
+            |c, _, v| c.update.locked = v,
+            "Only firmware that is signed with the key; false: what is not signed at all may run as well. A debug probe can do what it likes.",
+        )
         .velvet(),
     ],
 };

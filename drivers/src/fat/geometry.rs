@@ -1,10 +1,10 @@
-//! Where everything is on a volume: the partition table's first entry and the boot sector's parameters.
+//! Where everything is on a volume, by the parameters in its boot sector.
 
 use super::cursor::Directory;
 use super::{Block, Blocks, Error, half, word};
 
 /// Why a volume is refused that goes beyond the blocks it may have.
-pub const LARGER_THAN_PARTITION: &str = "the volume is larger than its partition";
+pub(crate) const LARGER_THAN_PARTITION: &str = "the volume is larger than its partition";
 
 /// How wide the entries of the allocation table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,24 +49,6 @@ pub struct Volume {
     pub(super) count_forgotten: bool,
     /// The search for a free cluster begins here.
     pub(super) next_free: u32,
-}
-
-/// First block and length of the first partition, from the card's first block.
-///
-/// # Errors
-/// Why there is no FAT partition.
-pub fn first_partition(table: &Block) -> Result<(u32, u32), &'static str> {
-    const FIRST: usize = 446;
-    if half(table, 510) != 0xAA55 {
-        return Err("no partition table");
-    }
-    match (table.get(FIRST), table.get(FIRST + 4)) {
-        (Some(0 | 0x80), Some(0x04 | 0x06 | 0x0B | 0x0C | 0x0E)) => {
-            Ok((word(table, FIRST + 8), word(table, FIRST + 12)))
-        }
-        (Some(0 | 0x80), Some(0x07)) => Err("exFAT or NTFS"),
-        _ => Err("the first partition is not FAT"),
-    }
 }
 
 impl Volume {

@@ -1,10 +1,10 @@
 //! The computer at the USB socket: the machine's USB port.
 
 use bsp_prime::sd::CardService;
-use bsp_prime::{boot_request, time};
+use bsp_prime::time;
 use config::SystemConfig;
 use drivers::sd::SdError;
-use machine::ports::{Board, Disk, NotLent, Storage, Usb};
+use machine::ports::{Disk, NotLent, Storage, Usb};
 use motion::Motion;
 use rtic::Mutex;
 use storage::Card;
@@ -15,7 +15,7 @@ use crate::heat_io::Heat;
 use crate::slow::Slow;
 use crate::storage::Slot;
 use crate::triggers::TriggerInputs;
-use crate::{disk, update, usb};
+use crate::{disk, usb};
 
 /// A computer whose bus has been silent for so long has gone, or sleeps soundly. What has the same look and
 /// is over sooner: a hub that is reset, a cable that is put in anew.
@@ -88,19 +88,5 @@ where
         if let Some(lamp) = &mut self.owned.disk_lamp {
             lamp.set(on);
         }
-    }
-
-    fn set_may_leave(&mut self, may: bool) {
-        update::set_may_leave(may);
-    }
-
-    fn take_leave(&mut self) -> bool {
-        update::take_request()
-    }
-
-    fn request_download(&mut self) -> Result<(), &'static str> {
-        boot_request::ask_for_download();
-        self.request_reset();
-        Ok(())
     }
 }

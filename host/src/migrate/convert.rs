@@ -152,12 +152,10 @@ impl<'a> Conversion<'a> {
     fn setting(&mut self, line: &Line, section: &'static Section, row: &'static Setting, instance: &str) {
         match row.support {
             Support::Now => {}
-            Support::NotYet { .. } | Support::Absent { .. }
-                if !is_true(&line.value) && matches!(row.kind, Kind::Bool(_)) =>
-            {
+            Support::NotYet { .. } if !is_true(&line.value) && matches!(row.kind, Kind::Bool(_)) => {
                 return;
             }
-            Support::NotYet { advice, .. } | Support::Absent { advice } => {
+            Support::NotYet { advice, .. } => {
                 return self.ask(line, format!("{}: not supported yet ({advice}); it is left out", line.key));
             }
             // Its module has been asked about, or is off.

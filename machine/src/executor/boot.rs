@@ -10,7 +10,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend};
+use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend, update};
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -56,8 +56,8 @@ pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions
     Read { summary, took }
 }
 
-fn greet<P: Ports>(ports: &P, sessions: &mut Sessions) {
-    let board = ports.board();
+fn greet<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
+    let (board, running) = (ports.board(), ports.running());
     let mut reply = Reply::new(sessions, Recipient::All);
     reply.say(format_args!("Velvet {} on Prime, board id {}\n", board.version, board.board_id));
     match &board.start {
@@ -72,6 +72,7 @@ fn greet<P: Ports>(ports: &P, sessions: &mut Sessions) {
         }
         Start::Ended(words) => reply.say(format_args!("WARNING: the firmware had ended itself: {words}\n")),
     }
+    update::greet(&running, &mut reply);
     if board.second_core_starts {
         reply.say(format_args!(
             "WARNING: the chip's second core (Cortex-M4) is set to start and may run anything: set the option byte BCM4 to \
@@ -163,7 +164,9 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         brown_out::tell(machine);
         recover::say_offer(machine);
         machine.jobs.queue_boot_file(machine.config);
+        update::begin(machine, true);
     } else {
+        update::begin(machine, false);
         machine.safety.apply(Event::ConfigurationFails);
         machine.announce(format_args!(
             "There was a fatal error in the config.ini this must be fixed to continue\nOnly some shell commands are allowed \

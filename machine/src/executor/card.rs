@@ -128,6 +128,8 @@ pub(super) fn is_used_by_command(word: &str) -> bool {
             | "md5sum"
             | "abort"
             | "check"
+            | "flash"
+            | "dfu"
     )
 }
 

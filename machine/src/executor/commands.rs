@@ -11,6 +11,7 @@ use super::source::Source;
 use super::{
     Hands, Machine, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home, job_control,
     log, long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
+    update,
 };
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::files::{self, listings};
@@ -151,7 +152,6 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
-        "dfu" => return Some(disk::dfu(machine, to)),
         "dialect" => return Some(speak(machine, arguments, to)),
         "$C" => return Some(machine.check_mode(to)),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
@@ -380,8 +380,7 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
 
 /// What takes time.
 async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
-    // Read, and not carried out, as the codes for it.
-    // Where a file that is read over asks for a pause may lie behind that.
+    // Read, and not carried out, as the codes for it; but a pause that is asked for behind where the file is.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
     if machine.safety.state() == State::Check
         && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "tune_driver" | "gpio")
@@ -417,6 +416,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             tunes.await
         }
         "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
+        "flash" | "dfu" => update::command(machine, word, to).await,
         "msc" => disk::msc(machine, arguments, to).await,
         "card" => files::card_facts::card(&mut Hands::new(machine, to)).await,
         "cp" | "truncate" | "md5sum" => {

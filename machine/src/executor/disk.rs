@@ -1,12 +1,10 @@
-//! The card as a computer's disk (`msc`), and the way into the firmware download (`dfu`).
+//! The card as a computer's disk (`msc`).
 //!
 //! The card has one user at a time: two file systems on it, each with its own memory of what is where, would
 //! destroy it. So the computer's disk is empty until somebody says `msc`, and while the computer has the card
 //! the machine has none.
 
 use config::SystemConfig;
-use events::Event;
-use program::State;
 
 use super::Machine;
 use crate::failure::{Answer, Failure, Outcome};
@@ -71,42 +69,5 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
         // That there is none has been said.
         Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
         Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
-    }
-}
-
-/// Whether nothing is lost and nothing gets hot when the firmware ends: it stands and heats nothing.
-fn may_leave<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid | State::Sleep);
-    stands && !machine.jobs.is_open() && !machine.ports.heat(|heat| heat.any_on())
-}
-
-/// `dfu`: into the firmware download, at once.
-pub(super) fn dfu<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if !may_leave(machine) {
-        return Err(Failure::refused("the machine moves, heats or plays a file: end that first"));
-    }
-    machine.ports.request_download().map_err(Failure::refused)?;
-    machine.record(&Event::ResetAsked);
-    machine.say(to, format_args!("NOTE: A reset will be required to resume if dfu-util is not run\n"));
-    Ok(Answer::Ok)
-}
-
-/// A computer may ask for the download as well (DFU_DETACH).
-pub(super) fn watch_leave<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.config.system.dfu_enable {
-        return;
-    }
-    let may = may_leave(machine);
-    machine.ports.set_may_leave(may);
-    if !machine.ports.take_leave() {
-        return;
-    }
-    match machine.ports.request_download() {
-        Ok(()) => {
-            machine.record(&Event::ResetAsked);
-            machine
-                .announce(format_args!("// NOTICE a computer asks for the firmware download: the board goes there\n"));
-        }
-        Err(why) => machine.announce(format_args!("WARNING: a computer asks for the firmware download: {why}\n")),
     }
 }

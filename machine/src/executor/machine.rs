@@ -15,6 +15,7 @@ use super::hold::Hold;
 use super::passed::Passed;
 use super::polls::Polls;
 use super::recorded::Recorded;
+use super::update_watch::Watch;
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::brown_out::BrownOut;
@@ -124,6 +125,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) cut: Cut,
     /// What GRBL's dialect has beside.
     pub(super) grbl: Grbl,
+    /// What is to be done about firmware.
+    pub(super) update: Watch,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
     /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the
@@ -186,6 +189,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             hold: Hold::default(),
             cut: Cut::default(),
             grbl: Grbl::default(),
+            update: Watch::default(),
             settings_loaded: false,
             meanwhile,
         }

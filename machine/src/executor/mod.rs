@@ -63,6 +63,8 @@ mod stalls;
 mod statistics;
 mod suspend;
 mod tool_change;
+mod update;
+mod update_watch;
 
 use core::pin::pin;
 
@@ -102,7 +104,7 @@ async fn run_machine<P: Ports>(machine: &mut Machine<'_, P>, read: boot::Read) -
         while has_run < LINES_IN_A_ROW && pin!(lines::run_next(machine)).await {
             has_run += 1;
         }
-        if has_run == 0 {
+        if has_run == 0 && !(machine.update.waits() && pin!(update::run_next(machine)).await) {
             yield_once().await;
         }
     }

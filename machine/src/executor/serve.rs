@@ -10,7 +10,7 @@ use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
-    long_answers, program_io, recording, stall_recovery, stalls, statistics,
+    long_answers, program_io, recording, stall_recovery, stalls, statistics, update,
 };
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
@@ -56,6 +56,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
         machine.watch(now);
+        update::watch(machine, now);
         if machine.safety.state() == State::Door {
             door::stop_what_is_behind(machine);
         }
@@ -270,7 +271,6 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_halt(now);
         super::card::watch(self);
         super::disk::watch(self);
-        super::disk::watch_leave(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {

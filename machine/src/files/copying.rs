@@ -16,7 +16,7 @@ const BLOCK: usize = 512;
 const BLOCKS_IN_A_ROW: u32 = 8;
 
 /// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
-async fn read_through<P: Ports>(
+pub(crate) async fn read_through<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
     most: u32,

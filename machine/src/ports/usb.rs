@@ -61,21 +61,4 @@ pub trait Usb {
 
     /// The lamp that says who has the card.
     fn set_disk_lamp(&mut self, _on: bool) {}
-
-    /// Whether a computer may have the machine leave for the firmware download. Kept up to date: it is asked
-    /// for where nobody can wait for an answer.
-    fn set_may_leave(&mut self, _may: bool) {}
-
-    /// Whether a computer has asked for that, and was told yes; once.
-    fn take_leave(&mut self) -> bool {
-        false
-    }
-
-    /// Asks for a reset into the firmware download, soon, so that replies can leave.
-    ///
-    /// # Errors
-    /// There is none: why, and what to do.
-    fn request_download(&mut self) -> Result<(), &'static str> {
-        Err("this board has no firmware download over USB")
-    }
 }

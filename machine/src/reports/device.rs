@@ -1,10 +1,12 @@
 //! What board and firmware this is: M115, `version`, `mem`.
 
+use core::fmt;
+
 use config::MachineConfig;
 use program::Dialect;
 use units::Micros;
 
-use crate::ports::Board;
+use crate::ports::{Arrival, Board, FailedBy, Running, Updates};
 use crate::sessions::Reply;
 
 /// M115.
@@ -20,13 +22,43 @@ pub(crate) fn firmware(board: &impl Board, config: &MachineConfig, dialect: Dial
 }
 
 /// `version`
-pub(crate) fn version(board: &impl Board, config: &MachineConfig, reply: &mut Reply<'_>) {
+pub(crate) fn version(board: &mut (impl Board + Updates), config: &MachineConfig, reply: &mut Reply<'_>) {
+    let running = board.running();
     let board = board.board();
     let axes = config.actuators().count();
     reply.say(format_args!(
         "{} on Prime. board_id: {:02X}\nBuild version: {}, Build date: {}, System Clock: {}MHz\r\n{axes} axis, 3 primary axis\n",
         board.mcu, board.board_id, board.version, board.build_date, board.core_mhz
     ));
+    reply.say(format_args!("Firmware: {}\n", Came(&running)));
+}
+
+/// How the firmware came to run.
+pub(crate) struct Came<'r>(pub &'r Running);
+
+impl fmt::Display for Came<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.arrival {
+            Arrival::Known => f.write_str("runs as before"),
+            Arrival::Probe => f.write_str("put there by a debug probe or the chip's own loader"),
+            Arrival::Trial { by_usb, start, of } => {
+                let from = if by_usb { "over USB" } else { "from the card" };
+                write!(f, "new firmware, {from}: start {start} of {of}, it stays when it has run for 10 s")
+            }
+            Arrival::FellBack(by) => {
+                write!(f, "the previous firmware is back, because the new one did not run for 10 s: {}", failure(by))
+            }
+        }
+    }
+}
+
+/// How new firmware failed.
+pub(crate) const fn failure(by: FailedBy) -> &'static str {
+    match by {
+        FailedBy::Watchdog => "the watchdog reset the board",
+        FailedBy::Itself => "it ended itself",
+        FailedBy::Early => "it was reset, or the power went",
+    }
 }
 
 /// `mem`; `config_took` is how long reading the configuration took.

@@ -9,7 +9,7 @@ use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
     HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken,
-    SessionProfile, Start, StepTimes, Storage, StorageError, Usb, Workspace,
+    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -260,6 +260,8 @@ impl PinPort for HostPorts {
 }
 
 impl Usb for HostPorts {}
+
+impl Updates for HostPorts {}
 
 impl Board for HostPorts {
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {

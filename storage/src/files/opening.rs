@@ -10,7 +10,7 @@ use crate::Card;
 use crate::beside::Beside;
 use crate::errors::of_content;
 use crate::lens::SHIFT;
-use crate::mounted::{FileReader, find_file};
+use drivers::volume::{FileReader, find_file};
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// The entry of a path, which no open file may have.

@@ -14,6 +14,9 @@ const SPINDLE: &[&str] = &["[extruder] hotend.enable = false", "[tool change] pr
 /// M203 is of minutes in one dialect and of seconds in the others.
 const PLAYED: &[&str] = &["M28 a.g", "M203 X600", "M29", "play /sd/a.g", "G4 P200", "M203"];
 const JOURNAL: &[&str] = &["[player] power_loss = true"];
+/// A public key, of RFC 8032 section 7.1, test 1.
+const KEY: &str = "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a";
+const KEYED: &[&str] = &["[update] key = d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a"];
 const UART: &[&str] = &["[uart console] enable = true", "[switch] fan.output_pin = PB9"];
 
 pub const ROWS: &[Row] = &[
@@ -27,6 +30,9 @@ pub const ROWS: &[Row] = &[
     row("[system] dfu_enable", "false", "true", Board("usb/download.rs")),
     row("[system] msc_enable", "true", "false", Say(&["msc"])),
     row("[system] msc_led", "PF13", "PJ9", Board("usb/disk.rs")).with(&["[system] msc_enable = true"]),
+    row("[system] flash_on_boot", "true", "false", Board("updates/machine.rs")),
+    row("[update] key", "", KEY, Board("updates/machine.rs")),
+    row("[update] locked", "false", "true", Board("updates/machine.rs")).with(KEYED),
     row("[system] fets_enable_pin", "PF14!o", "PF15!o", Boot),
     row("[system] fets_power_enable_pin", "PD7", "PJ5", Boot),
     row("[consoles] second_usb_serial_enable", "false", "true", Board("usb/ports.rs")),

@@ -5,7 +5,7 @@ use super::model::{Chip, Cut, Files, SMALL, for_the_whole_flash, image, start, w
 use crate::flash::Flash;
 use crate::log::{Entry, Known, Log, Origin};
 use crate::verify::{Image, check_flash};
-use crate::{Download, Manifest, Next, Policy};
+use crate::{Manifest, Next, Policy, Receiving};
 
 fn manifest(bytes: &[u8]) -> Manifest {
     let mut chip = Chip::with(bytes);
@@ -134,11 +134,9 @@ fn a_download_that_is_cut_off_leaves_the_previous_image_or_waits() {
         let mut chip = Chip::with(&old);
         chip.cut = Some((operations, Cut::Within));
         let cut = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            let mut log = Log::read(&mut chip, &SMALL);
-            log.append(&mut chip, Entry::Began(Origin::Usb, known(&new))).expect("room");
-            let mut download = Download::new();
-            new.chunks(100).for_each(|piece| download.take(&mut chip, &SMALL, piece).expect("room"));
-            download.finish(&mut chip, &SMALL, &Policy::default()).expect("good");
+            let mut receiving = Receiving::new(&SMALL);
+            new.chunks(100).for_each(|piece| receiving.take(&mut chip, piece).expect("room"));
+            receiving.finish(&mut chip).expect("good");
         }));
         chip.cut = None;
         let mut alone = chip.clone();

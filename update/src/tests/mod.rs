@@ -3,4 +3,5 @@
 mod cuts;
 mod flaws;
 mod model;
+mod receiving;
 mod trials;

@@ -3,7 +3,7 @@
 use crate::flash::{ERASED, Failed, Flash, Layout, Sector, Unreadable, WORD, Word};
 use crate::manifest::{Flaw, MANIFEST_BYTES};
 use crate::verify::Bytes;
-use crate::{Card, Manifest, Next, seal, settle, trailer};
+use crate::{Card, Ended, Manifest, Next, seal, settle, trailer};
 use ed25519_dalek::SigningKey;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -46,11 +46,16 @@ impl Chip {
     /// With this image, as a debug probe puts it there.
     pub fn with(image: &[u8]) -> Self {
         let mut chip = Self::new();
+        chip.flash(image);
+        chip
+    }
+
+    /// A debug probe puts this image there.
+    pub fn flash(&mut self, image: &[u8]) {
         let first = SMALL.image() as usize / WORD;
         for (place, bytes) in image.chunks(WORD).enumerate() {
-            chip.words[first + place] = Some(bytes.try_into().expect("whole words"));
+            self.words[first + place] = Some(bytes.try_into().expect("whole words"));
         }
-        chip
     }
 
     /// The image area as far as an image of this length goes.
@@ -189,7 +194,7 @@ pub fn for_the_whole_flash(image: &[u8]) -> Vec<u8> {
 
 /// A start of the boot stage; `None` when the power failed.
 pub fn start(chip: &mut Chip, card: &mut Files) -> Option<Next> {
-    let run = catch_unwind(AssertUnwindSafe(|| settle(chip, card, &SMALL)));
+    let run = catch_unwind(AssertUnwindSafe(|| settle(chip, card, &SMALL, Ended::Watchdog)));
     match run {
         Ok(next) => Some(next),
         Err(why) if why.is::<PowerFailure>() => None,

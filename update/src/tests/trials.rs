@@ -1,7 +1,7 @@
 //! Trials, confirmation and requests, without power failures.
 
 use super::model::{Chip, Files, SMALL, image, start};
-use crate::log::{Entry, Known, Log, Origin, Refusal, State};
+use crate::log::{Arrival, Ended, Entry, Known, Log, Origin, Refusal, State};
 use crate::verify::check_flash;
 use crate::{Next, Policy};
 
@@ -105,4 +105,79 @@ fn the_policy_of_the_owner_is_kept_in_the_log() {
         Log::read(&mut chip, &SMALL).set_policy(&mut chip, &policy).expect("room");
         assert_eq!(chip.operations, operations, "the same again writes nothing");
     }
+}
+
+/// A debug probe has put another image into the place of the one on trial: it has nothing to confirm, and its
+/// starts count for nobody.
+#[test]
+fn what_a_probe_puts_there_is_on_no_trial() {
+    let (old, new, flashed) = (image(1, 2048), image(2, 2048), image(3, 2048));
+    let mut chip = Chip::with(&new);
+    let tried = known(&mut chip);
+    append(&mut chip, Entry::Installed(Origin::File, tried));
+    (0..3).for_each(|_| append(&mut chip, Entry::Tried));
+    chip.flash(&flashed);
+    let card = Files::with(&[("flashme.bin", &new), ("firmware.previous", &old)]);
+    for _ in 0..8 {
+        assert_eq!(digest_of(start(&mut chip, &mut card.clone())), flashed[64..96]);
+    }
+    let running = known(&mut chip);
+    assert_eq!(state(&mut chip).arrival(running), Arrival::Probe);
+    Log::read(&mut chip, &SMALL).confirm(&mut chip, running).expect("room");
+    assert_eq!(state(&mut chip).arrival(running), Arrival::Known);
+}
+
+#[test]
+fn how_an_image_came_to_run_is_told_from_request_to_confirmation() {
+    let (old, new) = (image(1, 2048), image(2, 2048));
+    let mut chip = Chip::with(&old);
+    let (before, after) = (known(&mut chip), known(&mut Chip::with(&new)));
+    let confirm = |chip: &mut Chip, image| Log::read(chip, &SMALL).confirm(chip, image).expect("room");
+    confirm(&mut chip, before);
+    append(&mut chip, Entry::Requested(Origin::File, after));
+    let mut card = Files::with(&[("flashme.bin", &new), ("firmware.previous", &old)]);
+    for starts in 1..=3 {
+        start(&mut chip, &mut card);
+        assert_eq!(state(&mut chip).arrival(after), Arrival::Trial(Origin::File, starts));
+    }
+    start(&mut chip, &mut card);
+    assert_eq!(state(&mut chip).arrival(before), Arrival::FellBack(Ended::Watchdog));
+    assert_eq!(state(&mut chip).failed, Some((Ended::Watchdog, after)));
+    confirm(&mut chip, before);
+    assert_eq!(state(&mut chip).arrival(before), Arrival::Known);
+    assert_eq!(state(&mut chip).failed, Some((Ended::Watchdog, after)), "it is known still what failed");
+    let operations = chip.operations;
+    confirm(&mut chip, before);
+    assert_eq!(chip.operations, operations, "what is known is not written again");
+}
+
+/// With nothing in flash that may run, an image that has failed its trial is better than none, and worse than
+/// any other.
+#[test]
+fn an_image_that_failed_is_the_last_one_to_be_put_back() {
+    let (old, new) = (image(1, 2048), image(2, 2048));
+    for (files, expected) in
+        [(vec![("flashme.bin", &new), ("firmware.previous", &old)], &old), (vec![("flashme.bin", &new)], &new)]
+    {
+        let mut chip = Chip::new();
+        let failed = known(&mut Chip::with(&new));
+        append(&mut chip, Entry::Failed(Ended::Itself, failed));
+        let files: Vec<(&str, &[u8])> = files.into_iter().map(|(name, bytes)| (name, bytes.as_slice())).collect();
+        assert_eq!(digest_of(start(&mut chip, &mut Files::with(&files))), expected[64..96]);
+    }
+}
+
+/// A board that is switched on and off four thousand times within the first seconds.
+#[test]
+fn a_log_that_is_full_of_starts_is_made_room_in() {
+    let new = image(2, 2048);
+    let mut chip = Chip::with(&new);
+    let this = known(&mut chip);
+    append(&mut chip, Entry::Installed(Origin::Usb, this));
+    for _ in 0..200 {
+        start(&mut chip, &mut Files::default());
+        assert!(matches!(state(&mut chip).arrival(this), Arrival::Trial(Origin::Usb, 1..)));
+    }
+    Log::read(&mut chip, &SMALL).confirm(&mut chip, this).expect("room");
+    assert_eq!(state(&mut chip).arrival(this), Arrival::Known);
 }

@@ -5,7 +5,7 @@ use usb_device::bus::{InterfaceNumber, StringIndex};
 use usb_device::class_prelude::{ControlIn, ControlOut, DescriptorWriter, UsbBus, UsbBusAllocator, UsbClass};
 use usb_device::control::{Recipient, Request, RequestType};
 use usb_device::descriptor::lang_id::LangID;
-use usb_device::device::{DEFAULT_ALTERNATE_SETTING, UsbDevice, UsbRev};
+use usb_device::device::{DEFAULT_ALTERNATE_SETTING, UsbDevice, UsbDeviceState, UsbRev};
 
 use super::protocol::{
     CLASS, FUNCTIONAL, PROTOCOL_DOWNLOAD, Refused, SUBCLASS, State, TRANSFER_BYTES, functional, request, status,
@@ -318,6 +318,11 @@ impl<'a, B: UsbBus, F: Firmware> DownloadDevice<'a, B, F> {
     /// Whether a host has firmware under way, or reads it: it is not the time to leave.
     pub fn is_in_use(&self) -> bool {
         !matches!(self.download.state, State::Idle | State::Error | State::ManifestWaitReset)
+    }
+
+    /// Whether a host is there: it has given the device an address, and the bus lives.
+    pub fn is_addressed(&self) -> bool {
+        matches!(self.device.state(), UsbDeviceState::Addressed | UsbDeviceState::Configured)
     }
 
     /// Whether the firmware is whole and good; a host that does not reset the bus then is not waited for.

@@ -129,15 +129,16 @@ fn row(calls: &[Call], moving: &Range<u64>) -> String {
     let mut counts: Vec<u32> = calls.iter().map(|call| call.instructions).collect();
     counts.sort_unstable();
     let (Some(min), Some(max)) = (counts.first(), counts.last()) else {
-        return "{\"calls\": 0, \"max\": 0, \"total\": 0, \"to_last_step\": 0, \"moving\": 0}".into();
+        return "{\"calls\": 0, \"first_ns\": 0, \"max\": 0, \"total\": 0, \"to_last_step\": 0, \"moving\": 0}".into();
     };
     let at = |share: f64| counts[((counts.len() - 1) as f64 * share) as usize];
     let sum = |counts: &mut dyn Iterator<Item = u32>| counts.map(u64::from).sum::<u64>();
     let total = sum(&mut counts.iter().copied());
     let before = sum(&mut calls.iter().filter(|call| call.at_ns < moving.end).map(|call| call.instructions));
     let meanwhile = sum(&mut calls.iter().filter(within(moving)).map(|call| call.instructions));
+    let first_ns = calls.iter().map(|call| call.at_ns).min().unwrap_or(0);
     format!(
-        "{{\"calls\": {}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}, \"to_last_step\": {before}, \"moving\": {meanwhile}}}",
+        "{{\"calls\": {}, \"first_ns\": {first_ns}, \"min\": {min}, \"median\": {}, \"p99\": {}, \"max\": {max}, \"total\": {total}, \"to_last_step\": {before}, \"moving\": {meanwhile}}}",
         counts.len(),
         at(0.5),
         at(0.99)

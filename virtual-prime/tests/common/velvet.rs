@@ -162,6 +162,12 @@ impl Plan {
         self
     }
 
+    /// The same, of bytes.
+    pub fn bytes(mut self, name: &str, content: Vec<u8>) -> Self {
+        self.files.push((name.into(), content));
+        self
+    }
+
     /// Something that goes wrong, as `virtual-prime run --fault` takes it.
     pub fn fault(mut self, text: &str) -> Self {
         self.faults.push(TimedFault::parse(text).expect("a fault"));

@@ -51,6 +51,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     lines(&results, SMOOTH, &mut ledger)?;
     language(&results, &mut ledger)?;
     let printer = results.of("printer-3")?;
+    ledger.insert("start_ms".into(), round(printer.calls(HEAT, "first_ns")? * 1e-6));
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     watch(results.of("watched")?, &mut ledger)?;
     usb(results.of("computer")?, &mut ledger)?;

@@ -9,7 +9,7 @@ use fatfs::FatType;
 use super::card::{Card, FIRST_BLOCK, Format};
 use super::checker::check;
 use super::operations::{NOW, fill};
-use crate::fat::{BLOCK_BYTES, Error, Kind, Name, Volume, first_partition};
+use crate::fat::{BLOCK_BYTES, Error, Kind, Name, Volume};
 
 #[test]
 fn a_full_root_of_fat16_says_so_and_stays_whole() {
@@ -232,20 +232,6 @@ fn what_is_no_volume_is_refused_with_the_reason() {
     assert!(refused(&put(13, &[2])).contains("too few clusters"), "FAT32's parameters with FAT16's count");
     let mut small = good;
     assert!(matches!(Volume::open(&mut small, FIRST_BLOCK, 1_000), Err(Error::NotFat(_))));
-}
-
-#[test]
-fn the_first_partition_is_found() {
-    let mut table = [0; BLOCK_BYTES];
-    assert!(first_partition(&table).is_err());
-    table[510..].copy_from_slice(&[0x55, 0xAA]);
-    table[446 + 8..446 + 16].copy_from_slice(&[63, 0, 0, 0, 0, 0x10, 0, 0]);
-    for (kind, found) in [(0x0C, true), (0x0E, true), (0x06, true), (0x83, false), (0xEE, false)] {
-        table[450] = kind;
-        assert_eq!(first_partition(&table).ok(), found.then_some((63, 0x1000)));
-    }
-    table[450] = 7;
-    assert_eq!(first_partition(&table), Err("exFAT or NTFS"));
 }
 
 #[test]

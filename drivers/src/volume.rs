@@ -1,10 +1,18 @@
-//! A volume of either kind, and the way along a file on it.
+//! A volume of either kind, where on a card it is, and the way along a file on it.
 
-use drivers::fat::{Attributes, Blocks, Error, Name, Place, Stamp};
-use drivers::{exfat, fat};
+mod finding;
 
-/// The volume of the card.
-pub(crate) enum Mounted {
+#[cfg(test)]
+mod tests;
+
+pub use finding::{NoVolume, find};
+
+use crate::fat::{Attributes, Blocks, Error, Name, Place, Stamp};
+use crate::{exfat, fat};
+
+/// The volume of a card.
+#[derive(Debug)]
+pub enum Volume {
     /// FAT16 or FAT32.
     Fat(fat::Volume),
     /// Only read.
@@ -12,13 +20,17 @@ pub(crate) enum Mounted {
 }
 
 /// The way along a file.
-#[derive(Clone, Copy)]
-pub(crate) enum FileReader {
+#[derive(Clone, Copy, Debug)]
+pub enum FileReader {
+    /// Of a FAT volume.
     Fat(fat::Reader),
+    /// Of an exFAT volume.
     Exfat(exfat::Reader),
 }
 
 impl FileReader {
+    /// Bytes of the file.
+    #[must_use]
     pub const fn size_bytes(&self) -> u32 {
         match self {
             Self::Fat(reader) => reader.size_bytes(),
@@ -27,69 +39,90 @@ impl FileReader {
     }
 
     /// Reads from this offset to the end of its block at most; 0 at the end of the file.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`], or the device's.
     pub fn read<B: Blocks>(
         &mut self,
-        volume: &mut Mounted,
+        volume: &mut Volume,
         device: &mut B,
         offset: u32,
         buffer: &mut [u8],
     ) -> Result<usize, Error<B::Error>> {
         match (self, volume) {
-            (Self::Fat(reader), Mounted::Fat(volume)) => reader.read(volume, device, offset, buffer),
-            (Self::Exfat(reader), Mounted::Exfat(volume)) => reader.read(volume, device, offset, buffer),
+            (Self::Fat(reader), Volume::Fat(volume)) => reader.read(volume, device, offset, buffer),
+            (Self::Exfat(reader), Volume::Exfat(volume)) => reader.read(volume, device, offset, buffer),
             _ => Err(Error::NotFound),
         }
     }
 
     /// The blocks of its cluster at this offset, and how many; `None` at the end.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
     pub fn stretch<B: Blocks>(
         &mut self,
-        volume: &mut Mounted,
+        volume: &mut Volume,
         device: &mut B,
         offset: u32,
     ) -> Result<Option<(u32, u32)>, Error<B::Error>> {
         match (self, volume) {
-            (Self::Fat(reader), Mounted::Fat(volume)) => reader.stretch(volume, device, offset),
-            (Self::Exfat(reader), Mounted::Exfat(volume)) => reader.stretch(volume, device, offset),
+            (Self::Fat(reader), Volume::Fat(volume)) => reader.stretch(volume, device, offset),
+            (Self::Exfat(reader), Volume::Exfat(volume)) => reader.stretch(volume, device, offset),
             _ => Err(Error::NotFound),
         }
     }
 }
 
 /// A directory that is listed.
-pub(crate) enum Listing {
+#[derive(Clone, Copy, Debug)]
+pub enum Listing {
+    /// Of a FAT volume.
     Fat(fat::Listing),
+    /// Of an exFAT volume.
     Exfat(exfat::Listing),
 }
 
 /// What is said of an entry.
-pub(crate) struct Facts {
+#[derive(Clone, Copy, Debug)]
+pub struct Facts {
+    /// Bytes; of a directory 0.
     pub size_bytes: u32,
+    /// What it is marked with.
     pub attributes: Attributes,
+    /// When it was written last.
     pub written: Stamp,
 }
 
 impl Listing {
-    pub fn start<B: Blocks>(volume: &mut Mounted, device: &mut B, path: &str) -> Result<Self, Error<B::Error>> {
+    /// The entries of the directory of this path, which begins below the root.
+    ///
+    /// # Errors
+    /// Those of the volume's own `list`.
+    pub fn start<B: Blocks>(volume: &mut Volume, device: &mut B, path: &str) -> Result<Self, Error<B::Error>> {
         match volume {
-            Mounted::Fat(volume) => volume.list(device, path).map(Self::Fat),
-            Mounted::Exfat(volume) => volume.list(device, path).map(Self::Exfat),
+            Volume::Fat(volume) => volume.list(device, path).map(Self::Fat),
+            Volume::Exfat(volume) => volume.list(device, path).map(Self::Exfat),
         }
     }
 
+    /// The next file or directory and its name; `None` behind the last.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`], or the device's.
     pub fn next<B: Blocks>(
         &mut self,
-        volume: &mut Mounted,
+        volume: &mut Volume,
         device: &mut B,
         name: &mut Name,
     ) -> Result<Option<Facts>, Error<B::Error>> {
         match (self, volume) {
-            (Self::Fat(listing), Mounted::Fat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| Facts {
+            (Self::Fat(listing), Volume::Fat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| Facts {
                 size_bytes: entry.size_bytes(),
                 attributes: entry.attributes(),
                 written: entry.written(),
             })),
-            (Self::Exfat(listing), Mounted::Exfat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| {
+            (Self::Exfat(listing), Volume::Exfat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| {
                 Facts { size_bytes: entry.size_bytes(), attributes: entry.attributes(), written: entry.written() }
             })),
             _ => Ok(None),
@@ -98,13 +131,17 @@ impl Listing {
 }
 
 /// A file to be read: its way, and where its entry is.
-pub(crate) fn find_file<B: Blocks>(
-    volume: &mut Mounted,
+///
+/// # Errors
+/// [`Error::NotFound`], [`Error::IsDirectory`], [`Error::ReadOnly`] for one of exFAT's that has more than
+/// 4 GB, and those of the volume.
+pub fn find_file<B: Blocks>(
+    volume: &mut Volume,
     device: &mut B,
     path: &str,
 ) -> Result<(FileReader, Place), Error<B::Error>> {
     match volume {
-        Mounted::Fat(volume) => {
+        Volume::Fat(volume) => {
             let entry = volume.find(device, path)?;
             if entry.is_directory() {
                 Err(Error::IsDirectory)
@@ -112,7 +149,7 @@ pub(crate) fn find_file<B: Blocks>(
                 Ok((FileReader::Fat(fat::Reader::new(&entry)), entry.place()))
             }
         }
-        Mounted::Exfat(volume) => {
+        Volume::Exfat(volume) => {
             let entry = volume.find(device, path)?;
             if entry.is_directory() {
                 return Err(Error::IsDirectory);

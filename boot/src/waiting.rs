@@ -1,0 +1,173 @@
+//! What the boot stage does when it starts no application: it says why, and takes an image over USB, or,
+//! where there is none that may run, from the card. It ends with a reset; the next start starts what has
+//! come.
+
+use bsp_prime::usb::{OtgBus, UsbSocket};
+use bsp_prime::{boot_stage, time};
+use update::{Flaw, PRIME, may_recover};
+use usb::{DownloadDevice, Guarded, SerialNumber, UsbBusAllocator};
+
+use crate::card::CardFiles;
+use crate::download::Incoming;
+use crate::interrupts;
+use crate::patience::Patience;
+use crate::words::Words;
+
+/// Between two looks at the card.
+const LOOK_EVERY_US: u64 = 2_000_000;
+/// LEDs on, LEDs off.
+const BLINK_US: u64 = 250_000;
+/// A download that was asked for and that nobody begins.
+const NOBODY_COMES_US: u64 = 300_000_000;
+/// A host that has sent an image has so long to reset the bus, which it need not.
+const LEAVE_US: u64 = 1_000_000;
+
+/// Why it waits.
+#[derive(Clone, Copy)]
+pub enum Why {
+    /// Somebody asked for the download.
+    Asked,
+    /// Nothing in flash may run.
+    Nothing(Flaw),
+}
+
+impl Why {
+    /// The LEDs in one half of a blink, and in the other.
+    const fn patterns(self) -> [u32; 2] {
+        match self {
+            Self::Asked => [0b0011, 0b1100],
+            Self::Nothing(_) => [0b1111, 0b0000],
+        }
+    }
+}
+
+/// Waits.
+pub fn run(flash: &mut Patience, card: &mut CardFiles, words: &mut Words, usb: (UsbSocket, [u32; 3]), why: Why) -> ! {
+    say(words, why);
+    let (socket, unique_id) = usb;
+    match socket.start() {
+        Ok(bus) => with_usb(flash, card, words, (bus, unique_id), why),
+        Err(_) => {
+            words.say(format_args!("boot stage: USB does not start"));
+            alone(flash, card, why)
+        }
+    }
+}
+
+fn say(words: &mut Words, why: Why) {
+    match why {
+        Why::Asked => {
+            words.say(format_args!("boot stage: waits for firmware over USB: dfu-util -D flashme.bin; RESET leaves"));
+        }
+        Why::Nothing(flaw) => {
+            words.say(format_args!("boot stage: no firmware that may run: {flaw}"));
+            words.say(format_args!("put flashme.bin on a card, or send it over USB: dfu-util -D flashme.bin"));
+        }
+    }
+}
+
+fn with_usb(
+    flash: &mut Patience,
+    card: &mut CardFiles,
+    words: &mut Words,
+    (bus, unique_id): (OtgBus, [u32; 3]),
+    why: Why,
+) -> ! {
+    let bus = UsbBusAllocator::new(Guarded::new(bus));
+    let serial = SerialNumber::for_download(unique_id);
+    let Ok(mut device) = DownloadDevice::new(&bus, &serial, Incoming::new(flash)) else {
+        boot_stage::reset();
+    };
+    bsp_prime::usb::connect();
+    let mut watch = Watch::new();
+    loop {
+        device.run();
+        device.work();
+        let now = time::now().0;
+        let flash = device.firmware().flash();
+        flash.feed();
+        if now >= watch.blink_at {
+            watch.blink(now, flash, why);
+        }
+        if device.is_in_use() {
+            watch.in_use_until = now + NOBODY_COMES_US;
+        }
+        if device.is_left() {
+            leave(words);
+        }
+        if device.is_whole() {
+            if now >= watch.whole_since.get_or_insert(now).saturating_add(LEAVE_US) {
+                leave(words);
+            }
+            continue;
+        }
+        watch.whole_since = None;
+        match why {
+            Why::Asked if now >= watch.in_use_until => leave(words),
+            // A host that is there has the floor: a look at the card may take a second.
+            Why::Nothing(_) if now >= watch.look_at && !device.is_addressed() => {
+                watch.look_at = now + LOOK_EVERY_US;
+                look(device.firmware().flash(), card);
+            }
+            _ => {}
+        }
+        interrupts::wait();
+    }
+}
+
+/// What is due when.
+struct Watch {
+    blink_at: u64,
+    phase: bool,
+    look_at: u64,
+    in_use_until: u64,
+    whole_since: Option<u64>,
+}
+
+impl Watch {
+    fn new() -> Self {
+        let now = time::now().0;
+        let in_use_until = now + NOBODY_COMES_US;
+        Self { blink_at: now, phase: false, look_at: now + LOOK_EVERY_US, in_use_until, whole_since: None }
+    }
+
+    fn blink(&mut self, now: u64, flash: &mut Patience, why: Why) {
+        self.blink_at = now + BLINK_US;
+        self.phase = !self.phase;
+        let [one, other] = why.patterns();
+        flash.show(if self.phase { one } else { other });
+    }
+}
+
+/// Without USB there is the card alone.
+fn alone(flash: &mut Patience, card: &mut CardFiles, why: Why) -> ! {
+    let mut watch = Watch::new();
+    loop {
+        let now = time::now().0;
+        flash.feed();
+        if now >= watch.blink_at {
+            watch.blink(now, flash, why);
+        }
+        if now >= watch.look_at {
+            watch.look_at = now + LOOK_EVERY_US;
+            match why {
+                Why::Asked => boot_stage::reset(),
+                Why::Nothing(_) => look(flash, card),
+            }
+        }
+        interrupts::wait();
+    }
+}
+
+/// Is there an image on the card by now? The next start installs it.
+fn look(flash: &mut Patience, card: &mut CardFiles) {
+    card.forget();
+    if may_recover(flash, card, &PRIME) {
+        boot_stage::reset();
+    }
+}
+
+fn leave(words: &mut Words) -> ! {
+    words.finish();
+    boot_stage::reset()
+}

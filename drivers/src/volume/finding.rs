@@ -1,0 +1,146 @@
+//! Where on the card the volume is: in a partition of a table of either kind, or on the bare card.
+
+use super::Volume;
+use crate::exfat;
+use crate::fat::{self, Blocks, Error, LARGER_THAN_PARTITION, half, word};
+
+/// The partition table of old (MBR): four entries of 16 bytes.
+const TABLE: usize = 446;
+const ENTRIES: usize = 4;
+const ENTRY_BYTES: usize = 16;
+/// A GUID partition table (UEFI specification 2.10, section 5.3) is behind this one.
+const GPT: u8 = 0xEE;
+/// "EFI PART".
+const GPT_SIGNATURE: &[u8; 8] = b"EFI PART";
+/// EBD0A0A2-B9E5-4433-87C0-68B6B72699C7: basic data, which is FAT, exFAT or NTFS.
+pub(super) const BASIC_DATA: [u8; 16] =
+    [0xA2, 0xA0, 0xD0, 0xEB, 0xE5, 0xB9, 0x33, 0x44, 0x87, 0xC0, 0x68, 0xB6, 0xB7, 0x26, 0x99, 0xC7];
+/// Entries of a GPT that are looked at.
+const MOST_ENTRIES: u32 = 128;
+
+/// Why no volume can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoVolume<E> {
+    /// The device's own error.
+    Device(E),
+    /// There is one, and it contradicts itself.
+    Damaged,
+    /// There is none that anybody knows.
+    Unknown,
+    /// FAT12, as cards of a few megabytes have it.
+    Fat12,
+    /// NTFS.
+    Ntfs,
+    /// exFAT in a form that is not read.
+    OddExfat,
+    /// It goes beyond the device, or its partition.
+    LargerThanDevice,
+}
+
+/// The first volume that can be used, on a device of so many blocks. Nothing is written: what a power cut has
+/// left half done on a FAT volume is for [`fat::Volume::settle`].
+///
+/// # Errors
+/// Why there is none.
+pub fn find<B: Blocks>(device: &mut B, blocks: u32) -> Result<Volume, NoVolume<B::Error>> {
+    let mut first = [0; 512];
+    device.read(0, &mut first).map_err(NoVolume::Device)?;
+    let mut search = Search { device, blocks, why: NoVolume::Unknown };
+    if is_boot_sector(&first)
+        && let Some(volume) = search.try_open(0, blocks)?
+    {
+        return Ok(volume);
+    }
+    if half(&first, 510) != 0xAA55 {
+        return Err(search.why);
+    }
+    for entry in first.get(TABLE..).unwrap_or(&[]).chunks_exact(ENTRY_BYTES).take(ENTRIES) {
+        let (kind, at, length) = (entry.get(4).copied().unwrap_or(0), word(entry, 8), word(entry, 12));
+        let found = match kind {
+            0 => None,
+            GPT => search.guid_table()?,
+            _ => search.try_open(at, length)?,
+        };
+        if let Some(volume) = found {
+            return Ok(volume);
+        }
+    }
+    Err(search.why)
+}
+
+/// A jump and a signature, where a partition table has code or nothing.
+fn is_boot_sector(block: &[u8]) -> bool {
+    let jumps = matches!(block, [0xEB, _, 0x90, ..] | [0xE9, ..]);
+    jumps && half(block, 510) == 0xAA55
+}
+
+struct Search<'a, B: Blocks> {
+    device: &'a mut B,
+    blocks: u32,
+    /// Why there is none.
+    why: NoVolume<B::Error>,
+}
+
+impl<B: Blocks> Search<'_, B> {
+    /// The volume that begins at this block; `None` when there is none that can be used.
+    fn try_open(&mut self, first: u32, blocks: u32) -> Result<Option<Volume>, NoVolume<B::Error>> {
+        if first >= self.blocks {
+            // A table that names blocks which the card does not have.
+            return Ok(None);
+        }
+        let mut boot = [0; 512];
+        self.device.read(first, &mut boot).map_err(NoVolume::Device)?;
+        match boot.get(3..11) {
+            Some(b"NTFS    ") => self.why = NoVolume::Ntfs,
+            Some(b"EXFAT   ") => match exfat::Volume::open(self.device, first) {
+                Ok(volume) => return Ok(Some(Volume::Exfat(volume))),
+                Err(Error::NotFat(_)) => self.why = NoVolume::OddExfat,
+                Err(error) => return Err(other(error)),
+            },
+            _ => match fat::Volume::open(self.device, first, blocks.min(self.blocks.saturating_sub(first))) {
+                Ok(volume) => return Ok(Some(Volume::Fat(volume))),
+                Err(Error::NotFat("FAT12")) => self.why = NoVolume::Fat12,
+                Err(Error::NotFat(LARGER_THAN_PARTITION)) => self.why = NoVolume::LargerThanDevice,
+                Err(Error::NotFat(_)) => {}
+                Err(error) => return Err(other(error)),
+            },
+        }
+        Ok(None)
+    }
+
+    fn guid_table(&mut self) -> Result<Option<Volume>, NoVolume<B::Error>> {
+        let mut block = [0; 512];
+        self.device.read(1, &mut block).map_err(NoVolume::Device)?;
+        if !block.starts_with(GPT_SIGNATURE) {
+            return Ok(None);
+        }
+        // Behind the first 2 TB there is no card.
+        let (table, count, bytes) = (word(&block, 72), word(&block, 80).min(MOST_ENTRIES), word(&block, 84));
+        if !(bytes.is_power_of_two() && (128..=512).contains(&bytes)) {
+            return Ok(None);
+        }
+        for number in 0..count {
+            let offset = (number * bytes) as usize;
+            let at = table.saturating_add((offset / 512) as u32);
+            self.device.read(at, &mut block).map_err(NoVolume::Device)?;
+            let entry = block.get(offset % 512..).unwrap_or(&[]);
+            if !entry.starts_with(&BASIC_DATA) || word(entry, 36) != 0 || word(entry, 44) != 0 {
+                continue;
+            }
+            let (first, last) = (word(entry, 32), word(entry, 40));
+            let blocks = last.saturating_sub(first).saturating_add(1);
+            if let Some(volume) = self.try_open(first, blocks)? {
+                return Ok(Some(volume));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// An error that is none of the kind of volume.
+fn other<E>(error: Error<E>) -> NoVolume<E> {
+    match error {
+        Error::Device(error) => NoVolume::Device(error),
+        _ => NoVolume::Damaged,
+    }
+}

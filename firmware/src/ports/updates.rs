@@ -1,0 +1,55 @@
+//! Updates: the machine's port to the log in flash and to the boot stage.
+
+use bsp_prime::boot_request;
+use bsp_prime::sd::CardService;
+use machine::ports::{Firmware, Flaw, Running, Updates};
+use rtic::Mutex;
+
+use super::BoardPorts;
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Updates for BoardPorts<M, H, S, T, K> {
+    fn running(&mut self) -> Running {
+        self.updates.running()
+    }
+
+    fn confirm(&mut self) {
+        self.updates.confirm();
+    }
+
+    fn set_policy(&mut self, key: Option<&[u8; 32]>, is_locked: bool) -> Result<(), Flaw> {
+        self.updates.set_policy(key.copied(), is_locked)
+    }
+
+    fn image_bytes(&mut self) -> u32 {
+        self.updates.image_bytes()
+    }
+
+    fn read_image(&mut self, at: u32, into: &mut [u8]) -> bool {
+        self.updates.read_image(at, into)
+    }
+
+    fn begin_look(&mut self) {
+        self.updates.begin_look();
+    }
+
+    fn look(&mut self, piece: &[u8]) {
+        self.updates.look(piece);
+    }
+
+    fn end_look(&mut self) -> Result<Firmware, Flaw> {
+        self.updates.end_look()
+    }
+
+    fn ask_for_install(&mut self) -> bool {
+        self.updates.ask_for_install()
+    }
+
+    fn ask_for_download(&mut self) -> bool {
+        boot_request::ask_for_download();
+        true
+    }
+
+    fn take_download_request(&mut self, may: bool) -> bool {
+        self.updates.take_download_request(may)
+    }
+}

@@ -1,0 +1,297 @@
+//! Other firmware: `flash`, `dfu`, the file that is installed at boot, and what the one that runs says of
+//! itself.
+//!
+//! The boot stage installs; here what it is to install is looked at, and the firmware that runs copied to the
+//! card as `firmware.previous`, so that the boot stage can put it back. Nothing of that is hurried: everybody
+//! is served meanwhile.
+
+use events::{Event, Text};
+use units::Micros;
+
+use super::{Hands, Machine, card};
+use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::files::copying::read_through;
+use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError};
+use crate::reports::{Came, failure};
+use crate::sessions::{Recipient, Reply};
+
+/// What is installed.
+const FILE: &str = "/sd/flashme.bin";
+/// Its name when that has been done, as Smoothieware has it.
+const INSTALLED: &str = "/sd/flashme.old";
+/// The firmware that ran before, and its name while it is not whole.
+const PREVIOUS: &str = "/sd/firmware.previous";
+const DRAFT: &str = "/sd/firmware.tmp";
+/// The firmware does well when it has served for so long.
+const CONFIRMED_AFTER: Micros = Micros::from_seconds(10);
+/// Bytes copied at a time: a block of the card.
+const BLOCK: usize = 512;
+
+/// How the firmware came to run, where that is worth a word at the start.
+pub(super) fn greet(running: &Running, reply: &mut Reply<'_>) {
+    match running.arrival {
+        Arrival::Known | Arrival::Probe => {}
+        Arrival::Trial { .. } => reply.say(format_args!("// NOTICE {}\n", Came(running))),
+        Arrival::FellBack(_) => reply.say(format_args!("WARNING: {}\n", Came(running))),
+    }
+    if let Some(why) = running.refused {
+        reply.say(format_args!("WARNING: the firmware that was asked for was not installed: {why}\n"));
+    }
+}
+
+/// At the start: what has happened is recorded, and the owner's policy set.
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool) {
+    let running = machine.ports.running();
+    match running.arrival {
+        Arrival::Known | Arrival::Probe => {}
+        Arrival::Trial { start, by_usb, .. } => {
+            machine.record(&Event::FirmwareTried { start });
+            machine.update.from_file = !by_usb;
+        }
+        Arrival::FellBack(by) => machine.record(&Event::FirmwareFellBack(Text::from(failure(by)))),
+    }
+    if let Some(why) = running.refused {
+        machine.record(&Event::UpdateRefused(Text::from(why)));
+    }
+    if is_configured {
+        let policy = &machine.config.update;
+        // What nobody can mean unlocks nothing.
+        if policy.is_sound()
+            && let Err(why) = machine.ports.set_policy(policy.key.as_ref(), policy.locked)
+        {
+            machine.announce(format_args!("ERROR: config.ini: [update] key: {why}\n"));
+        }
+        machine.update.at_boot = machine.config.system.flash_on_boot;
+    }
+}
+
+/// Every few milliseconds: the firmware confirms itself, and a host's wish for the download is heard.
+pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if !machine.update.is_confirmed && now >= CONFIRMED_AFTER {
+        machine.update.is_confirmed = true;
+        let arrival = machine.ports.running().arrival;
+        machine.ports.confirm();
+        if matches!(arrival, Arrival::Trial { .. }) {
+            machine.record(&Event::FirmwareConfirmed);
+        }
+    }
+    let may_leave = machine.config.system.dfu_enable && is_at_rest(machine).is_ok();
+    if machine.ports.take_download_request(may_leave) {
+        machine.update.is_asked = true;
+    }
+}
+
+/// What is to be done when nothing else is: true when something was.
+pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    if machine.update.is_asked {
+        machine.update.is_asked = false;
+        if let Err(Failure::Refused(why)) = download(machine, Recipient::All).await {
+            machine.announce(format_args!("WARNING: the firmware download that a host asked for: {why}\n"));
+        }
+        return true;
+    }
+    if machine.update.at_boot {
+        machine.update.at_boot = false;
+        install_at_boot(machine).await;
+        return true;
+    }
+    if machine.update.is_confirmed && machine.update.from_file && is_at_rest(machine).is_ok() {
+        machine.update.from_file = false;
+        put_away(machine).await;
+        return true;
+    }
+    false
+}
+
+/// `flash` or `dfu`.
+pub(super) async fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Recipient) -> Outcome {
+    if word == "flash" { flash(machine, to).await } else { download(machine, to).await }
+}
+
+/// `flash`: has the boot stage install the file.
+async fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    is_at_rest(machine)?;
+    machine.say(to, format_args!("looking at {FILE}\n"));
+    let firmware = look_at_file(machine, to).await.map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
+    if firmware.runs {
+        return Err(Failure::refused("flashme.bin is the firmware that runs"));
+    }
+    install(machine, &firmware, to).await.map(|()| Answer::Ok)
+}
+
+/// `dfu`: has the boot stage wait for firmware over USB.
+async fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    is_at_rest(machine)?;
+    if let Err(error) = keep_previous(machine, to).await {
+        // It may have no card, and the host has the old firmware as well.
+        machine.say(to, format_args!("WARNING: this firmware is not kept on the card: {}\n", error.text()));
+    }
+    is_at_rest(machine)?;
+    if !machine.ports.ask_for_download() {
+        return Err(Failure::refused("this board has no firmware download over USB"));
+    }
+    machine.record(&Event::UpdateAsked(Text::from("over USB")));
+    machine.say(to, format_args!("the board waits for firmware over USB in a second; RESET starts this one again\n"));
+    machine.ports.request_reset();
+    Ok(Answer::Ok)
+}
+
+/// The machine can be left alone for a while.
+fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    if machine.jobs.is_open() {
+        return Err(Failure::refused("a job is under way: abort it first"));
+    }
+    if !machine.ports.motion(|motion| motion.is_idle()) {
+        return Err(Failure::refused("the machine moves: stop it first"));
+    }
+    if machine.ports.heat(|heat| heat.any_on()) {
+        return Err(Failure::refused("a heater is on: switch heaters off first"));
+    }
+    Ok(())
+}
+
+/// `flash_on_boot`: what has failed or runs is left alone.
+async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
+    match machine.ports.open(FILE, OpenMode::Read) {
+        Ok(file) => {
+            // It was only looked for.
+            let _ = machine.ports.close(file);
+        }
+        Err(_) => return,
+    }
+    if let Err(Failure::Refused(why)) = is_at_rest(machine) {
+        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {why}\n"));
+    }
+    let to = Recipient::All;
+    match look_at_file(machine, to).await {
+        Ok(firmware) if firmware.runs => machine.update.from_file = true,
+        Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
+            "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
+        )),
+        Ok(firmware) => {
+            if let Err(Failure::Refused(why)) = install(machine, &firmware, to).await {
+                machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n"));
+            }
+        }
+        Err(why) => machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n")),
+    }
+}
+
+async fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
+    keep_previous(machine, to)
+        .await
+        .map_err(|error| Failure::Refused(message(format_args!("{}", about_file(PREVIOUS, error.text())))))?;
+    // Somebody may have begun something meanwhile.
+    is_at_rest(machine)?;
+    if !machine.ports.ask_for_install() {
+        return Err(Failure::refused("the log of updates in flash takes no entry: install it with a debug probe"));
+    }
+    machine.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
+    machine.say(
+        to,
+        format_args!(
+            "flashme.bin holds {}: it is installed in a second, which takes some 20 s; leave power on and the card in\n",
+            firmware.version
+        ),
+    );
+    machine.ports.request_reset();
+    Ok(())
+}
+
+/// What the file holds.
+async fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<Firmware, Flaw> {
+    look_at(machine, FILE, to).await.unwrap_or_else(|error| {
+        let mut why = Flaw::new();
+        // What does not fit is cut.
+        let _cut = core::fmt::Write::write_fmt(&mut why, format_args!("{}", about_file(FILE, error.text())));
+        Err(why)
+    })
+}
+
+async fn look_at<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    path: &str,
+    to: Recipient,
+) -> Result<Result<Firmware, Flaw>, StorageError> {
+    card::at_rest(machine).await;
+    let file = machine.ports.open(path, OpenMode::Read)?;
+    machine.ports.begin_look();
+    let read = read_through(&mut Hands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
+        ports.look(bytes);
+        Ok(())
+    })
+    .await;
+    // It was only read.
+    let _ = machine.ports.close(file);
+    match read {
+        Ok(true) => Ok(machine.ports.end_look()),
+        Ok(false) => Err(StorageError::Unsupported),
+        Err(error) => Err(error),
+    }
+}
+
+/// Copies the firmware that runs to the card, unless it is there. The boot stage takes a copy by either name,
+/// and none that is not whole; nothing is asked of it before the copy is kept.
+async fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
+    let length = machine.ports.image_bytes();
+    if length == 0 {
+        return Ok(());
+    }
+    if let Ok(Ok(Firmware { runs: true, .. })) = look_at(machine, PREVIOUS, to).await {
+        return Ok(());
+    }
+    machine.say(to, format_args!("keeping the firmware that runs as firmware.previous\n"));
+    card::at_rest(machine).await;
+    let file = machine.ports.open(DRAFT, OpenMode::Write)?;
+    let copied = copy_image(machine, file, length).await;
+    card::at_rest(machine).await;
+    let closed = machine.ports.close(file);
+    copied.and(closed)?;
+    card::kept(machine).await?;
+    card::at_rest(machine).await;
+    replace(machine, DRAFT, PREVIOUS).await
+}
+
+async fn copy_image<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    file: crate::ports::FileHandle,
+    length: u32,
+) -> Result<(), StorageError> {
+    let mut at = 0;
+    while at < length {
+        let mut block = [0; BLOCK];
+        let piece = block.get_mut(..(length - at).min(BLOCK as u32) as usize).unwrap_or_default();
+        if !machine.ports.read_image(at, piece) {
+            return Err(StorageError::Device);
+        }
+        at += piece.len() as u32;
+        card::at_rest(machine).await;
+        Storage::write(&mut machine.ports, file, piece)?;
+        machine.serve();
+        crate::wait::yield_once().await;
+    }
+    Ok(())
+}
+
+/// Gives a file another name, in the place of the one that has it.
+async fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
+    match machine.ports.remove(to) {
+        Err(StorageError::NotFound) => {}
+        removed => removed?,
+    }
+    card::at_rest(machine).await;
+    machine.ports.rename(from, to)?;
+    card::kept(machine).await
+}
+
+/// The file is installed, and has confirmed itself: it is not to be installed again.
+async fn put_away<P: Ports>(machine: &mut Machine<'_, P>) {
+    let is_that = matches!(look_at(machine, FILE, Recipient::Nobody).await, Ok(Ok(Firmware { runs: true, .. })));
+    if !is_that {
+        return;
+    }
+    card::at_rest(machine).await;
+    if let Err(error) = replace(machine, FILE, INSTALLED).await {
+        machine.announce(format_args!("WARNING: {FILE} could not be renamed to flashme.old: {}\n", error.text()));
+    }
+}

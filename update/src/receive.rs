@@ -1,0 +1,76 @@
+//! An image that comes as a file in pieces, and goes to flash as they come: what a download over USB is.
+
+use crate::flash::{Flash, Layout};
+use crate::install::{Download, NotInstalled};
+use crate::log::{Entry, Known, Log, Origin};
+use crate::manifest::{Flaw, MANIFEST_BYTES, Manifest};
+use crate::verify::FileCheck;
+
+/// A file on its way. Files are as for [`crate::check_file`].
+pub struct Receiving<'l> {
+    layout: &'l Layout,
+    check: FileCheck<'l>,
+    /// Bytes that have come.
+    length: u32,
+    /// The image's way into flash; none before its manifest has come, and been found good.
+    download: Option<Download>,
+}
+
+impl<'l> Receiving<'l> {
+    /// Nothing has come.
+    #[must_use]
+    pub fn new(layout: &'l Layout) -> Self {
+        Self { layout, check: FileCheck::new(layout), length: 0, download: None }
+    }
+
+    /// Takes the next piece. Flash is touched from the moment on when an image has begun that may run here,
+    /// if it is whole.
+    ///
+    /// # Errors
+    /// It may not, or the flash fails.
+    pub fn take<F: Flash>(&mut self, flash: &mut F, piece: &[u8]) -> Result<(), NotInstalled> {
+        let from = self.length;
+        self.check.take(piece);
+        self.length += piece.len() as u32;
+        let Some((at, manifest)) = self.check.manifest() else { return Ok(()) };
+        let manifest = manifest?;
+        let end = at + manifest.length;
+        if let Some(download) = &mut self.download {
+            // What is behind the image is for the check alone.
+            let rest = piece.get(..end.saturating_sub(from).min(piece.len() as u32) as usize).unwrap_or_default();
+            return download.take(flash, self.layout, rest);
+        }
+        self.begin(flash, &manifest)?;
+        let mut download = Download::new();
+        download.take(flash, self.layout, self.check.head())?;
+        let head_end = at + MANIFEST_BYTES as u32;
+        let behind = piece.get((head_end - from) as usize..).unwrap_or_default();
+        let behind = behind.get(..(manifest.length as usize - MANIFEST_BYTES).min(behind.len())).unwrap_or_default();
+        download.take(flash, self.layout, behind)?;
+        self.download = Some(download);
+        Ok(())
+    }
+
+    fn begin<F: Flash>(&self, flash: &mut F, manifest: &Manifest) -> Result<(), NotInstalled> {
+        let mut log = Log::read(flash, self.layout);
+        // The signature covers the digest alone, so it is known by now whose image this is.
+        log.state.policy.allows(manifest)?;
+        log.tidy(flash)?;
+        Ok(log.append(flash, Entry::Began(Origin::Usb, Known::of(manifest)))?)
+    }
+
+    /// All has come: the image is put to use, on trial.
+    ///
+    /// # Errors
+    /// It is not whole, or not what its manifest says, or the flash fails. There may be no image in flash
+    /// then.
+    pub fn finish<F: Flash>(self, flash: &mut F) -> Result<Manifest, NotInstalled> {
+        let mut log = Log::read(flash, self.layout);
+        let policy = log.state.policy;
+        let manifest = self.check.finish(&policy)?;
+        let download = self.download.ok_or(Flaw::NoManifest)?;
+        download.finish(flash, self.layout, &policy)?;
+        log.append(flash, Entry::Installed(Origin::Usb, Known::of(&manifest)))?;
+        Ok(manifest)
+    }
+}

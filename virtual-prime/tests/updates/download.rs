@@ -1,0 +1,234 @@
+//! Firmware over USB, by a host that does what dfu-util does.
+
+use update::{Arrival, Origin, PRIME};
+use virtual_prime::flash_journal::Torn;
+use virtual_prime::usb_host::desk::{Device, UsbHost};
+use virtual_prime::usb_host::dfu::{Dfu, state};
+
+use super::cuts::SHORT;
+use super::small::{Came, Small, after, application, card, flash, known};
+use super::{Row, Share, tests};
+use crate::common::MS;
+
+pub const ROWS: &[Row] = &[
+    Row {
+        name: "a_download_in_every_form",
+        what: "nothing: an image comes alone, with the trailer, or for the whole flash",
+        does: "it runs, on trial; it can be read back",
+        run: |_| forms(),
+    },
+    Row {
+        name: "a_download_that_may_not_run",
+        what: "the image is for another board, or none",
+        does: "the host is told before anything is touched; what ran before runs again",
+        run: |_| refused(),
+    },
+    Row {
+        name: "a_download_that_is_not_whole",
+        what: "the image ends too soon, its SHA-256 is wrong, or the cable is pulled out",
+        does: "it is not started; the previous firmware comes back from the card; without a card the board waits for another download, no heater and no motor on",
+        run: |_| not_whole(),
+    },
+    Row {
+        name: "a_download_is_cut",
+        what: "the power fails at an erase or a word of a download",
+        does: "the previous firmware comes back from the card; without a card the board waits for another download, no heater and no motor on",
+        run: cut,
+    },
+];
+
+tests! {
+    a_download_in_every_form
+    a_download_that_may_not_run
+    a_download_that_is_not_whole
+    a_download_is_cut
+}
+
+const PATIENCE_MS: u64 = 20_000;
+/// What a request carries at most.
+const BLOCK: usize = 256;
+
+/// A board that waits for a download, and its host.
+struct Plugged {
+    board: Small,
+    host: UsbHost,
+    device: Device,
+    dfu: Dfu,
+}
+
+#[track_caller]
+fn plug(mut board: Small) -> Plugged {
+    let mut host = UsbHost::new();
+    let mut desk = host.at(&mut board.vm);
+    desk.plug();
+    let device = desk.enumerate().expect("the boot stage is a USB device");
+    let dfu = Dfu::of(&device).expect("with a download");
+    Plugged { board, host, device, dfu }
+}
+
+impl Plugged {
+    /// Sends a file; the state that it ends in, and the status.
+    #[track_caller]
+    fn send(&mut self, file: &[u8]) -> (u8, u8) {
+        let (dfu, mut desk) = (self.dfu, self.host.at(&mut self.board.vm));
+        let mut number = 0;
+        for block in file.chunks(BLOCK) {
+            let status = dfu.download(&mut desk, number, block).expect("an answer");
+            if status.state != state::DOWNLOAD_IDLE {
+                return (status.state, status.status);
+            }
+            number += 1;
+        }
+        let mut status = dfu.leave(&mut desk, number).expect("an answer");
+        while matches!(status.state, state::MANIFEST | state::MANIFEST_SYNC) {
+            desk.pass_ms(u64::from(status.poll_ms.max(1))).expect("it goes on");
+            status = dfu.status(&mut desk).expect("an answer");
+        }
+        (status.state, status.status)
+    }
+
+    /// The host resets the bus, and goes.
+    fn leave(mut self) -> Small {
+        let mut desk = self.host.at(&mut self.board.vm);
+        // The board resets as soon as it sees that.
+        let _ = desk.reset();
+        desk.unplug();
+        self.board
+    }
+}
+
+/// RESET is pressed twice.
+fn asked(mut board: Small) -> Small {
+    board.settle(PATIENCE_MS);
+    for _ in 0..2 {
+        board.forget_mark();
+        board.press_reset();
+        board.vm.run_for(300 * MS);
+    }
+    assert!(board.said().contains("waits for firmware over USB"), "{}", board.said());
+    board
+}
+
+fn forms() -> usize {
+    let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
+    let with_trailer = |mut file: Vec<u8>| {
+        file.extend(update::trailer(&file));
+        file
+    };
+    let whole = [flash(&[]).bytes()[..PRIME.image() as usize].to_vec(), new.clone()].concat();
+    let files = [new.clone(), with_trailer(new.clone()), with_trailer(whole)];
+    for file in &files {
+        let content = flash(&old);
+        let mut plugged = plug(asked(Small::on(&content, None)));
+        let serial = plugged.device.strings[2].clone().unwrap_or_default();
+        assert!(serial.ends_with("-DFU"), "{serial}");
+        assert_eq!(plugged.send(file), (state::MANIFEST_WAIT_RESET, 0));
+        let mut board = plugged.leave();
+        assert_eq!(board.settle(PATIENCE_MS), Came::Runs(2), "{}", board.said());
+        let operations = board.operations();
+        let then = super::small::state(&mut after(&content, &operations));
+        assert_eq!(then.arrival(known(&new)), Arrival::Trial(Origin::Usb, 1));
+    }
+    // An empty board takes one as well, and what is there can be read.
+    let mut plugged = plug(empty());
+    assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET);
+    assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
+    let mut plugged = plug(asked(Small::on(&flash(&new), None)));
+    let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
+    let mut read: Vec<u8> = Vec::new();
+    for number in 0.. {
+        let block = dfu.upload(&mut desk, number, BLOCK as u16).expect("a block");
+        read.extend(&block);
+        if block.len() < BLOCK {
+            break;
+        }
+    }
+    assert_eq!(read, new);
+    files.len() + 2
+}
+
+fn empty() -> Small {
+    let mut board = Small::on(&flash(&[]), None);
+    assert_eq!(board.settle(PATIENCE_MS), Came::Waits);
+    board
+}
+
+fn refused() -> usize {
+    let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
+    let mut other_board = new;
+    other_board[8] ^= 1;
+    // errTARGET and errFILE (DFU 1.1 section 6.1.2).
+    for (file, status) in [(other_board, 0x01), (vec![0x55; 3000], 0x02)] {
+        let mut plugged = plug(asked(Small::on(&flash(&old), None)));
+        assert_eq!(plugged.send(&file), (state::ERROR, status));
+        assert_eq!(plugged.board.operations(), []);
+        let mut board = plugged.board;
+        board.press_reset();
+        assert_eq!(board.settle(PATIENCE_MS), Came::Runs(1));
+    }
+    2
+}
+
+fn not_whole() -> usize {
+    let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
+    let mut spoiled = new.clone();
+    spoiled[SHORT - 1] ^= 1;
+    for file in [&new[..1000], &spoiled] {
+        let mut plugged = plug(asked(Small::on(&flash(&old), None)));
+        assert_eq!(plugged.send(file).0, state::ERROR);
+        // Without a card the host sends it again.
+        let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
+        dfu.clear(&mut desk).expect("it is idle again");
+        assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET);
+        assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
+        // With one the previous firmware comes back.
+        let card = card(&[("firmware.previous", &old)]);
+        let mut plugged = plug(asked(Small::on(&flash(&old), Some(&card))));
+        assert_eq!(plugged.send(file).0, state::ERROR);
+        plugged.board.press_reset();
+        assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Runs(1));
+    }
+    // The cable is pulled out half way.
+    let mut plugged = plug(asked(Small::on(&flash(&old), None)));
+    let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
+    dfu.download(&mut desk, 0, &new[..BLOCK]).expect("an answer");
+    desk.unplug();
+    desk.pass_ms(100).expect("it goes on");
+    plugged.board.press_reset();
+    assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Waits);
+    let mut again = plug(plugged.board);
+    assert_eq!(again.send(&new).0, state::MANIFEST_WAIT_RESET);
+    assert_eq!(again.leave().settle(PATIENCE_MS), Came::Runs(2));
+    5
+}
+
+fn cut(share: Share) -> usize {
+    let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
+    let content = flash(&old);
+    let mut plugged = plug(asked(Small::on(&content, None)));
+    plugged.send(&new);
+    let operations = plugged.board.operations();
+    let with_old = card(&[("firmware.previous", &old)]);
+    let step = if share == Share::Quick { operations.len().div_ceil(4) } else { 1 };
+    let mut cuts = 0;
+    for place in (0..operations.len()).step_by(step) {
+        let tears = [Torn::NotBegun, Torn::Unreadable, Torn::Between];
+        for torn in tears.into_iter().skip(if share == Share::Quick { 1 + place % 2 } else { 0 }) {
+            let mut cut = after(&content, &operations[..place]);
+            cut.tear(&operations[place], torn);
+            let came = Small::on(&cut, Some(&with_old)).settle(PATIENCE_MS);
+            assert!(matches!(came, Came::Runs(1 | 2)), "{torn:?} at {place}: {came:?}");
+            let mut alone = Small::on(&cut, None);
+            if alone.settle(PATIENCE_MS) == Came::Waits {
+                let mut plugged = plug(alone);
+                assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET, "{torn:?} at {place}");
+                assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
+            }
+            cuts += 2;
+            if share == Share::Quick {
+                break;
+            }
+        }
+    }
+    cuts
+}
