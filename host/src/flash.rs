@@ -5,8 +5,9 @@
 //! press reset), with dfu-util as well.
 
 use std::ffi::OsString;
+use std::io::{Read, Write, stdout};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -20,6 +21,9 @@ const BOARD: &str = "1d50:6015";
 /// The firmware that runs is copied to the card before it makes way, which takes longer than the five seconds
 /// that dfu-util waits by itself.
 const DETACH_SECONDS: &str = "20";
+/// EX_IOERR of dfu-util, and how many of its last bytes are kept.
+const RESET_FAILED: i32 = 74;
+const LAST_WORDS: usize = 64;
 /// What the boot stage takes: `make firmware` writes it beside the ELF file.
 const CARD_FILE: &str = "flashme.bin";
 /// Where the image begins, and: start it when done.
@@ -81,12 +85,41 @@ pub fn flash(image: &Path, way: Option<Way>) -> Result<()> {
         bail!("{} is not there; make firmware builds it", image.display());
     }
     let way = choose(way, installed)?;
-    let status = Command::new(way.tool()).args(way.arguments(image)).status();
-    let status = status.with_context(|| format!("cannot start {}", way.tool()))?;
-    if !status.success() {
-        bail!("{} could not flash the board: {status}", way.tool());
+    let mut command = Command::new(way.tool());
+    command.args(way.arguments(image));
+    let started = || format!("cannot start {}", way.tool());
+    if way == Way::Probe {
+        // A debug probe's tool draws on the terminal itself.
+        return ended(way, command.status().with_context(started)?, "");
     }
-    Ok(())
+    let mut tool = command.stdout(Stdio::piped()).spawn().with_context(started)?;
+    let said = tool.stdout.take().map_or(Ok(String::new()), |output| passed_on(output, &mut stdout()))?;
+    ended(way, tool.wait().with_context(started)?, &said)
+}
+
+/// Passes on what a tool says as it comes. Its last words.
+fn passed_on(mut from: impl Read, to: &mut impl Write) -> std::io::Result<String> {
+    let (mut piece, mut last) = ([0; 256], Vec::new());
+    loop {
+        let count = from.read(&mut piece)?;
+        if count == 0 {
+            return Ok(String::from_utf8_lossy(&last).into_owned());
+        }
+        to.write_all(&piece[..count])?;
+        to.flush()?;
+        last.extend_from_slice(&piece[..count]);
+        last.drain(..last.len().saturating_sub(LAST_WORDS));
+    }
+}
+
+/// Whether the board has its firmware. dfu-util 0.11 resets a board at the end that has started the new
+/// firmware already, does not find it, and ends with [`RESET_FAILED`] behind its `Done!`.
+fn ended(way: Way, status: ExitStatus, said: &str) -> Result<()> {
+    let is_done = way == Way::Usb && status.code() == Some(RESET_FAILED) && said.trim_end().ends_with("Done!");
+    if status.success() || is_done {
+        return Ok(());
+    }
+    bail!("{} could not flash the board: {status}", way.tool())
 }
 
 fn choose(asked: Option<Way>, installed: impl Fn(&str) -> bool) -> Result<Way> {
@@ -134,6 +167,21 @@ mod tests {
         assert_eq!(arguments("out/firmware").pop().unwrap(), "out/flashme.bin");
         assert_eq!(arguments("mine.bin").pop().unwrap(), "mine.bin");
         assert_eq!(arguments("mine.bin")[1], "1d50:6015");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_reset_that_finds_no_board_any_more_is_no_failure_behind_a_download() {
+        use std::os::unix::process::ExitStatusExt;
+        let exit = |code: i32| ExitStatus::from_raw(code << 8);
+        let mut shown = Vec::new();
+        let said = passed_on(&b"Download [=] 100%\nDone!\n"[..], &mut shown).unwrap();
+        assert!(shown.ends_with(b"Done!\n"));
+        assert!(ended(Way::Usb, exit(74), &said).is_ok());
+        assert!(ended(Way::Usb, exit(74), "Lost device after RESET?\n").is_err());
+        assert!(ended(Way::Usb, exit(1), &said).is_err());
+        assert!(ended(Way::Dfu, exit(74), &said).is_err());
+        assert!(ended(Way::Probe, exit(0), "").is_ok());
     }
 
     #[test]

@@ -79,6 +79,11 @@ impl Reports {
             self.looks.store(0, Ordering::Relaxed);
             return true;
         }
+        if looks == MISSED_LOOKS / 2 {
+            // Who hangs may have reported just before, and those whom he keeps from running may not have: only
+            // who reports from now on is alive.
+            self.reported.fetch_and(!Self::TASKS, Ordering::Relaxed);
+        }
         if looks == MISSED_LOOKS {
             events.record(now, &Event::Silent(self.silent()));
         }
@@ -145,6 +150,22 @@ mod tests {
             assert!((0..200).all(|_| !reports.look(Micros(0), ring)) && ring.last(1).next() == Some(entry), "once");
         }
         assert_eq!(events::SILENT_TASKS.len(), Dispatcher as usize + 1);
+    }
+
+    /// The step feed hangs, and the planner and the watch do not run below it.
+    #[test]
+    fn who_reports_once_more_and_hangs_is_silent_with_those_below() {
+        let (slots, next) = (std::boxed::Box::new(events::Slots::new()), core::sync::atomic::AtomicU32::new(1));
+        let (ring, reports) = (EventRing::new(&slots, &next), Reports::new());
+        all_report(&reports);
+        assert!(reports.look(Micros(0), ring));
+        reports.report(StepFeed);
+        for look in 0..60 {
+            reports.report(Heat);
+            assert!(!reports.look(Micros::from_millis(10 * look), ring));
+        }
+        let silent = [StepFeed, Planner, Supervisor].iter().fold(0, |bits, task| bits | 1 << *task as u8);
+        assert_eq!(ring.last(1).next().unwrap().event, Event::Silent(silent));
     }
 
     #[test]

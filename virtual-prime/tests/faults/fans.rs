@@ -17,7 +17,8 @@ fn machine(when_stopped: &str) -> Plan {
 #[track_caller]
 fn blows(when_stopped: &str, state: State) -> Velvet {
     let mut velvet = enter(machine(when_stopped), state);
-    velvet.ask("M106 S255", SECOND);
+    // It rides on motion: its `ok` waits for room in the queue, whose moves take two seconds each.
+    velvet.ask("M106 S255", 4 * SECOND);
     // A part is cooler for it: its heater follows.
     velvet.hear(4 * SECOND);
     let said = velvet.ask("M123", SECOND);
