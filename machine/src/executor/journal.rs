@@ -8,7 +8,7 @@ use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 use super::{Machine, card};
 use crate::brown_out;
 use crate::failure::Failure;
-use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, stray};
+use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
 use crate::ports::{OpenMode, Ports, StorageError};
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
@@ -77,7 +77,9 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     card::at_rest(machine).await;
     let counted = machine.journal.count(&mut machine.ports);
     card::at_rest(machine).await;
-    let played = counted.and_then(|()| machine.jobs.played_file(&mut machine.ports));
+    let value = counted.and_then(|()| machine_value(&mut machine.ports));
+    card::at_rest(machine).await;
+    let played = value.and_then(|value| machine.jobs.played_file(value, &mut machine.ports));
     card::at_rest(machine).await;
     if !machine.jobs.is_open() {
         return;

@@ -19,7 +19,7 @@ use super::{Hands, Machine, fast_forward, foresee, journal, restore, stall_recov
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
-use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget};
+use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
@@ -110,7 +110,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     let Machine { jobs, ports, .. } = machine;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
     let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&offer.file.path, error.text()));
-    let file = jobs.played_file(ports).map_err(failed)?;
+    let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
     let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
     if !is_same {
         return Err(Failure::Refused(message(format_args!(

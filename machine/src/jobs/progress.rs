@@ -182,11 +182,11 @@ impl Jobs {
 
 /// What the journal of a job is made of, and how it is read again.
 impl Jobs {
-    /// Which file is played, before anything of it is read.
+    /// Which file is played, before anything of it is read; `machine` is the check value over its settings.
     ///
     /// # Errors
     /// Those of the card.
-    pub fn played_file(&self, storage: &mut impl Storage) -> Result<PlayedFile, StorageError> {
+    pub fn played_file(&self, machine: u32, storage: &mut impl Storage) -> Result<PlayedFile, StorageError> {
         let Some(job) = &self.job else { return Err(StorageError::NotFound) };
         let check = journal::check_value(job.lines.file(), job.size, storage)?;
         storage.seek(job.lines.file(), 0)?;
@@ -195,7 +195,7 @@ impl Jobs {
             size: job.size,
             written: journal::written(&job.path, storage)?,
             check,
-            machine: journal::machine_value(storage)?,
+            machine,
             dialect: self.dialect.map_or(0, |dialect| dialect as u8 + 1),
         })
     }
