@@ -80,8 +80,8 @@ impl Reports {
             return true;
         }
         if looks == MISSED_LOOKS / 2 {
-            // Who hangs may have reported just before, and those whom he keeps from running may not have: only
-            // who reports from now on is alive.
+            // Who hangs may have reported just before, and those whom he keeps from running may not have:
+            // only who reports from now on is alive.
             self.reported.fetch_and(!Self::TASKS, Ordering::Relaxed);
         }
         if looks == MISSED_LOOKS {
