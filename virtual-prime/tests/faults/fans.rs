@@ -16,14 +16,19 @@ fn machine(when_stopped: &str) -> Plan {
 /// The fan at its full speed, which M123 knows.
 #[track_caller]
 fn blows(when_stopped: &str, state: State) -> Velvet {
-    let mut velvet = enter(machine(when_stopped), state);
-    // It rides on motion: its `ok` waits for room in the queue, whose moves take two seconds each.
-    velvet.ask("M106 S255", 4 * SECOND);
+    // Before the job: M106 rides on motion, behind all of the queue, whose moves take two seconds each.
+    let prints = state == State::Printing;
+    let mut velvet = enter(machine(when_stopped), if prints { State::Holding } else { state });
+    velvet.ask("M106 S255", SECOND);
     // A part is cooler for it: its heater follows.
     velvet.hear(4 * SECOND);
     let said = velvet.ask("M123", SECOND);
     let turns = said.split_whitespace().filter_map(|word| word.parse::<f64>().ok()).fold(0.0, f64::max);
     assert!((5_800.0..6_200.0).contains(&turns), "{said}");
+    if prints {
+        velvet.type_in("play /sd/job.g");
+        velvet.hear(SECOND);
+    }
     velvet
 }
 
