@@ -55,7 +55,7 @@ pub enum Failure {
 }
 
 /// MOVW and MOVT (ARM DDI 0403E.b, A7.7.76 encoding T3, A7.7.79): a register takes a number.
-fn put(register: u16, value: u32) -> [u16; 4] {
+pub fn put(register: u16, value: u32) -> [u16; 4] {
     let half = |code: u16, value: u16| {
         [code | (value >> 11 & 1) << 10 | value >> 12, (value >> 8 & 7) << 12 | register << 8 | value & 0xFF]
     };

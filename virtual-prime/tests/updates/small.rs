@@ -1,6 +1,7 @@
 //! A board with the boot stage of the image under test, and applications of a few instructions behind it:
 //! what the boot stage starts is seen by a number that each leaves in memory.
 
+use crate::common::switched::put;
 use board_facts::wiring::{DRIVERS, MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE, SUPPLY_SWITCH};
 use rigless::soc::Width;
 use sim::models::sd_card::SdCard;
@@ -24,16 +25,6 @@ const MARKED: u32 = 0x5EED_0000;
 const STACK: u32 = 0x2002_0000;
 /// Behind the manifest: 16 vectors, then code.
 const CODE: u32 = VECTOR_TABLE + 64;
-
-/// MOVW and MOVT (ARM DDI 0403E.b, A7.7.76 encoding T3, A7.7.79).
-fn put(register: u16, value: u32) -> [u16; 4] {
-    let half = |code: u16, value: u16| {
-        [code | (value >> 11 & 1) << 10 | value >> 12, (value >> 8 & 7) << 12 | register << 8 | value & 0xFF]
-    };
-    let [a, b] = half(0xF240, value as u16);
-    let [c, d] = half(0xF2C0, (value >> 16) as u16);
-    [a, b, c, d]
-}
 
 /// An application of so many bytes, as the linker leaves it, that leaves this number and sleeps until the
 /// watchdog ends it.
