@@ -3,12 +3,16 @@
 use update::{Bytes, Flaw, Image, Manifest, NotInstalled, PRIME, Policy, Receiving, check_flash};
 use usb::{Firmware, Refused, TRANSFER_BYTES};
 
+use crate::card::CardFiles;
 use crate::patience::Patience;
 
 /// A host asks again after this while a sector is erased: about as long as it takes (DS12923, "flash memory
 /// programming", parallelism x64). What takes longer keeps the host's next question waiting, which has five
 /// seconds.
 const ERASE_MS: u32 = 1_000;
+/// Before the first sector is erased, a look at the card's copy of what is there: as long as that takes where
+/// the copy is good and the first that is found.
+const LOOK_MS: u32 = 1_500;
 /// The words of a block, 0.1 ms each.
 const WRITE_MS: u32 = 1;
 /// The digest of the longest image.
@@ -17,20 +21,32 @@ const CHECK_MS: u32 = 300;
 /// The flash as a host sees it: an image, to be replaced or read.
 pub struct Incoming<'f> {
     flash: &'f mut Patience,
+    card: &'f mut CardFiles,
     file: Option<Receiving<'static>>,
     /// What can be read, when that has been looked at.
     there: Option<Manifest>,
+    lacks_copy: bool,
 }
 
 impl<'f> Incoming<'f> {
     /// Nothing has come.
-    pub fn new(flash: &'f mut Patience) -> Self {
-        Self { flash, file: None, there: None }
+    pub fn new(flash: &'f mut Patience, card: &'f mut CardFiles) -> Self {
+        Self { flash, card, file: None, there: None, lacks_copy: false }
     }
 
     /// The flash, for whoever looks after it meanwhile.
     pub fn flash(&mut self) -> &mut Patience {
         self.flash
+    }
+
+    /// The flash and the card, between two downloads.
+    pub fn flash_and_card(&mut self) -> (&mut Patience, &mut CardFiles) {
+        (self.flash, self.card)
+    }
+
+    /// Whether a download was refused since this was last asked, for want of a copy to come back to.
+    pub fn take_lacks_copy(&mut self) -> bool {
+        core::mem::take(&mut self.lacks_copy)
     }
 }
 
@@ -38,17 +54,25 @@ impl Firmware for Incoming<'_> {
     fn write(&mut self, at: u32, piece: &[u8]) -> Result<(), Refused> {
         if at == 0 {
             self.there = None;
+            self.card.forget();
             self.file = Some(Receiving::new(&PRIME));
         }
         let file = self.file.as_mut().ok_or(Refused::Unknown)?;
-        file.take(self.flash, piece).map_err(refused)
+        let taken = file.take(self.flash, self.card, piece);
+        self.lacks_copy |= taken == Err(NotInstalled::NoCopy);
+        taken.map_err(refused)
     }
 
     fn write_ms(&self, at: u32, bytes: usize) -> u32 {
         let sector = |at: u32| at / PRIME.sector_bytes;
-        // The first piece of an image erases; of a file for the whole flash, the first behind the boot stage.
-        let erases = at == 0 || at == PRIME.image() || sector(at) != sector(at + bytes as u32);
-        if erases { ERASE_MS } else { WRITE_MS }
+        // With the first piece of an image; in a file for the whole flash, the first behind the boot stage.
+        if at == 0 || at == PRIME.image() {
+            LOOK_MS + ERASE_MS
+        } else if sector(at) != sector(at + bytes as u32) {
+            ERASE_MS
+        } else {
+            WRITE_MS
+        }
     }
 
     fn finish(&mut self) -> Result<(), Refused> {
@@ -76,6 +100,7 @@ impl Firmware for Incoming<'_> {
 const fn refused(why: NotInstalled) -> Refused {
     match why {
         NotInstalled::Flash => Refused::Write,
+        NotInstalled::NoCopy => Refused::NoCopy,
         NotInstalled::Flawed(Flaw::OtherBoard | Flaw::OtherAddress(_)) => Refused::Target,
         NotInstalled::Flawed(Flaw::Length(_)) => Refused::Address,
         NotInstalled::Flawed(Flaw::Truncated { .. }) => Refused::NotDone,

@@ -75,7 +75,7 @@ fn with_usb(
 ) -> ! {
     let bus = UsbBusAllocator::new(Guarded::new(bus));
     let serial = SerialNumber::for_download(unique_id);
-    let Ok(mut device) = DownloadDevice::new(&bus, &serial, Incoming::new(flash)) else {
+    let Ok(mut device) = DownloadDevice::new(&bus, &serial, Incoming::new(flash, card)) else {
         boot_stage::reset();
     };
     bsp_prime::usb::connect();
@@ -83,6 +83,10 @@ fn with_usb(
     loop {
         device.run();
         device.work();
+        if device.firmware().take_lacks_copy() {
+            words.say(format_args!("boot stage: not taken: the card holds no firmware to come back to"));
+            words.say(format_args!("put in a card with firmware.previous: any flashme.bin by that name"));
+        }
         let now = time::now().0;
         let flash = device.firmware().flash();
         flash.feed();
@@ -107,7 +111,8 @@ fn with_usb(
             // A host that is there has the floor: a look at the card may take a second.
             Why::Nothing(_) if now >= watch.look_at && !device.is_addressed() => {
                 watch.look_at = now + LOOK_EVERY_US;
-                look(device.firmware().flash(), card);
+                let (flash, card) = device.firmware().flash_and_card();
+                look(flash, card);
             }
             _ => {}
         }

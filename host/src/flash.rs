@@ -23,6 +23,8 @@ const BOARD: &str = "1d50:6015";
 const DETACH_SECONDS: &str = "20";
 /// EX_IOERR of dfu-util, and how many of its last bytes are kept.
 const RESET_FAILED: i32 = 74;
+/// As dfu-util prints errVENDOR (DFU 1.1 section 6.1.2), by which the boot stage means that alone.
+const NO_COPY: &str = "status(11)";
 const LAST_WORDS: usize = 64;
 /// What the boot stage takes: `make firmware` writes it beside the ELF file.
 const CARD_FILE: &str = "flashme.bin";
@@ -119,6 +121,12 @@ fn ended(way: Way, status: ExitStatus, said: &str) -> Result<()> {
     if status.success() || is_done {
         return Ok(());
     }
+    if way == Way::Usb && said.contains(NO_COPY) {
+        bail!(
+            "the board keeps its firmware, for its card holds none to come back to: put a card in, or, where it holds \
+             no firmware.previous, copy any flashme.bin to it by that name"
+        );
+    }
     bail!("{} could not flash the board: {status}", way.tool())
 }
 
@@ -179,6 +187,8 @@ mod tests {
         assert!(shown.ends_with(b"Done!\n"));
         assert!(ended(Way::Usb, exit(74), &said).is_ok());
         assert!(ended(Way::Usb, exit(74), "Lost device after RESET?\n").is_err());
+        let no_copy = " state(10) = dfuERROR, status(11) = iString indicates a vendor specific error\n";
+        assert!(ended(Way::Usb, exit(74), no_copy).unwrap_err().to_string().contains("firmware.previous"));
         assert!(ended(Way::Usb, exit(1), &said).is_err());
         assert!(ended(Way::Dfu, exit(74), &said).is_err());
         assert!(ended(Way::Probe, exit(0), "").is_ok());

@@ -109,7 +109,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
                     match self.install(log, name, pending.origin, &manifest) {
                         Ok(()) => return Ok(()),
                         Err(NotInstalled::Flash) => return Err(Failed),
-                        Err(NotInstalled::Flawed(_)) => {}
+                        Err(NotInstalled::Flawed(_) | NotInstalled::NoCopy) => {}
                     }
                 }
                 _ => refusal = Refusal::Flawed,

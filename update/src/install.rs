@@ -11,6 +11,8 @@ use crate::verify::{Bytes, check_flash, locate};
 pub enum NotInstalled {
     /// The file could not be read, or what came by USB may not run here.
     Flawed(Flaw),
+    /// It would take the place of an image that may run, and the card has none to come back to.
+    NoCopy,
     /// The flash did not take it.
     Flash,
 }

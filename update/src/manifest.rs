@@ -88,7 +88,7 @@ impl fmt::Display for Flaw {
         match self {
             Self::NoManifest => f.write_str("this is no Velvet firmware"),
             Self::FromTheBeginning => f.write_str(
-                "this firmware takes the place of the boot stage; install it with the BOOT0 button and dfu-util",
+                "this firmware takes the place of the boot stage (install it with BOOT0 and dfu-util), or its file ends too soon",
             ),
             Self::OtherBoard => f.write_str("this firmware is for another board"),
             Self::OtherAddress(address) => write!(f, "this firmware is linked for 0x{address:08x}"),

@@ -1,10 +1,14 @@
 //! An image that comes as a file in pieces, and goes to flash as they come: what a download over USB is.
+//!
+//! It takes the place of the image in flash, and there is room for one. So an image that may run is given up
+//! only where the card has one to come back to, should the new one not come whole.
 
+use crate::boot::{Card, TRIALS, may_recover};
 use crate::flash::{Flash, Layout};
 use crate::install::{Download, NotInstalled};
 use crate::log::{Entry, Known, Log, Origin};
 use crate::manifest::{Flaw, MANIFEST_BYTES, Manifest};
-use crate::verify::FileCheck;
+use crate::verify::{FileCheck, check_flash};
 
 /// A file on its way. Files are as for [`crate::check_file`].
 pub struct Receiving<'l> {
@@ -24,11 +28,15 @@ impl<'l> Receiving<'l> {
     }
 
     /// Takes the next piece. Flash is touched from the moment on when an image has begun that may run here,
-    /// if it is whole.
+    /// if it is whole, and when there is one to come back to.
     ///
     /// # Errors
-    /// It may not, or the flash fails.
-    pub fn take<F: Flash>(&mut self, flash: &mut F, piece: &[u8]) -> Result<(), NotInstalled> {
+    /// It may not, or there is none, or the flash fails.
+    pub fn take<F, C>(&mut self, flash: &mut F, card: &mut C, piece: &[u8]) -> Result<(), NotInstalled>
+    where
+        F: Flash,
+        C: Card,
+    {
         let from = self.length;
         self.check.take(piece);
         self.length += piece.len() as u32;
@@ -40,7 +48,7 @@ impl<'l> Receiving<'l> {
             let rest = piece.get(..end.saturating_sub(from).min(piece.len() as u32) as usize).unwrap_or_default();
             return download.take(flash, self.layout, rest);
         }
-        self.begin(flash, &manifest)?;
+        self.begin(flash, card, &manifest)?;
         let mut download = Download::new();
         download.take(flash, self.layout, self.check.head())?;
         let head_end = at + MANIFEST_BYTES as u32;
@@ -51,10 +59,21 @@ impl<'l> Receiving<'l> {
         Ok(())
     }
 
-    fn begin<F: Flash>(&self, flash: &mut F, manifest: &Manifest) -> Result<(), NotInstalled> {
+    fn begin<F, C>(&self, flash: &mut F, card: &mut C, manifest: &Manifest) -> Result<(), NotInstalled>
+    where
+        F: Flash,
+        C: Card,
+    {
         let mut log = Log::read(flash, self.layout);
         // The signature covers the digest alone, so it is known by now whose image this is.
         log.state.policy.allows(manifest)?;
+        // One that has failed its trial is nothing to lose.
+        let there = check_flash(flash, self.layout, &log.state.policy);
+        let does_well =
+            there.is_ok_and(|image| log.state.trial_of(Known::of(&image)).is_none_or(|starts| starts < TRIALS));
+        if does_well && !may_recover(flash, card, self.layout) {
+            return Err(NotInstalled::NoCopy);
+        }
         log.tidy(flash)?;
         Ok(log.append(flash, Entry::Began(Origin::Usb, Known::of(manifest)))?)
     }

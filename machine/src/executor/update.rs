@@ -120,12 +120,18 @@ async fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
 }
 
 /// `dfu`: has the boot stage wait for firmware over USB.
+///
+/// # Errors
+/// The machine is not at rest, or the card does not take the firmware that runs.
 async fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
-    if let Err(error) = keep_previous(machine, to).await {
-        // It may have no card, and the host has the old firmware as well.
-        machine.say(to, format_args!("WARNING: this firmware is not kept on the card: {}\n", error.text()));
-    }
+    // The boot stage has room for one image: without a copy to come back to it takes none.
+    keep_previous(machine, to).await.map_err(|error| {
+        Failure::Refused(message(format_args!(
+            "this firmware cannot be kept on the card, so that it could come back: {}",
+            error.text()
+        )))
+    })?;
     is_at_rest(machine)?;
     if !machine.ports.ask_for_download() {
         return Err(Failure::refused("this board has no firmware download over USB"));

@@ -2,13 +2,19 @@
 
 use super::model::{Chip, Files, SMALL, for_the_whole_flash, image, owner, sign, start, with_trailer};
 use crate::log::{Arrival, Entry, Known, Log, Origin};
-use crate::{Flaw, Next, NotInstalled, Policy, Receiving, check_flash};
+use crate::{Flaw, Next, NotInstalled, Policy, Receiving, TRIALS, check_flash};
 use ed25519_dalek::SigningKey;
 
+/// With a card that holds firmware to come back to.
 fn send(chip: &mut Chip, file: &[u8], piece: usize) -> Result<Known, NotInstalled> {
+    let previous = sign(image(1, 2048), &owner());
+    send_with(chip, &mut Files::with(&[("firmware.previous", &previous)]), file, piece)
+}
+
+fn send_with(chip: &mut Chip, card: &mut Files, file: &[u8], piece: usize) -> Result<Known, NotInstalled> {
     let mut receiving = Receiving::new(&SMALL);
     for piece in file.chunks(piece) {
-        receiving.take(chip, piece)?;
+        receiving.take(chip, card, piece)?;
     }
     receiving.finish(chip).map(|manifest| Known::of(&manifest))
 }
@@ -57,6 +63,34 @@ fn what_may_not_run_costs_nothing() {
     send(&mut chip, &sign(new, &owner()), 256).expect("it is the owner's");
 }
 
+/// An image that may run is not given up without another that may.
+#[test]
+fn what_runs_is_replaced_only_with_something_to_come_back_to() {
+    let (old, new) = (image(1, 2048), image(2, 4128));
+    let mut spoiled = old.clone();
+    spoiled[2000] ^= 1;
+    for files in [&[][..], &[("firmware.previous", &spoiled)], &[("other.bin", &old)]] {
+        let files: Vec<(&str, &[u8])> = files.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
+        let mut chip = Chip::with(&old);
+        let operations = chip.operations;
+        let sent = send_with(&mut chip, &mut Files::with(&files), &new, 256);
+        assert_eq!((sent, chip.operations), (Err(NotInstalled::NoCopy), operations), "nothing is touched");
+        let mut failed = Chip::with(&old);
+        let is_old = Known::of(&check_flash(&mut failed, &SMALL, &Policy::default()).expect("a good image"));
+        let mut log = Log::read(&mut failed, &SMALL);
+        log.append(&mut failed, Entry::Installed(Origin::Usb, is_old)).expect("room");
+        (0..TRIALS).for_each(|_| log.append(&mut failed, Entry::Tried).expect("room"));
+        send_with(&mut failed, &mut Files::with(&files), &new, 256).expect("its trial has failed");
+        // One that may not run is nothing to lose either.
+        let mut broken = Chip::with(&spoiled);
+        send_with(&mut broken, &mut Files::with(&files), &new, 256).expect("a good file");
+    }
+    for name in ["firmware.previous", "firmware.tmp", "flashme.bin", "velvet.bin"] {
+        let mut chip = Chip::with(&old);
+        send_with(&mut chip, &mut Files::with(&[(name, &old)]), &new, 256).expect("a good file");
+    }
+}
+
 /// What shows its flaw at its end alone is not started, and the previous image comes back from the card.
 #[test]
 fn what_is_flawed_at_its_end_is_not_started() {
@@ -72,7 +106,7 @@ fn what_is_flawed_at_its_end_is_not_started() {
         let mut chip = Chip::with(&old);
         assert_eq!(send(&mut chip, &file, 256), Err(NotInstalled::Flawed(flaw)));
         assert!(matches!(start(&mut chip.clone(), &mut Files::default()), Some(Next::Recover(_))));
-        let again = send(&mut chip.clone(), &new, 256);
+        let again = send_with(&mut chip.clone(), &mut Files::default(), &new, 256);
         assert!(again.is_ok(), "it is sent again");
         start(&mut chip, &mut Files::with(&[("firmware.previous", &old)]));
         assert!(check_flash(&mut chip, &SMALL, &Policy::default()).is_ok_and(|found| found.digest == old[64..96]));

@@ -8,7 +8,8 @@ use usb_device::descriptor::lang_id::LangID;
 use usb_device::device::{DEFAULT_ALTERNATE_SETTING, UsbDevice, UsbDeviceState, UsbRev};
 
 use super::protocol::{
-    CLASS, FUNCTIONAL, PROTOCOL_DOWNLOAD, Refused, SUBCLASS, State, TRANSFER_BYTES, functional, request, status,
+    CLASS, FUNCTIONAL, NO_COPY, PROTOCOL_DOWNLOAD, Refused, SUBCLASS, State, TRANSFER_BYTES, functional, request,
+    status,
 };
 use crate::composite;
 use crate::identity::{DOWNLOAD_NAME, SerialNumber};
@@ -61,6 +62,7 @@ enum Work {
 struct Download<F> {
     interface: InterfaceNumber,
     name: StringIndex,
+    no_copy: StringIndex,
     firmware: F,
     state: State,
     refused: Option<Refused>,
@@ -79,6 +81,7 @@ impl<F: Firmware> Download<F> {
         Self {
             interface: bus.interface(),
             name: bus.string(),
+            no_copy: bus.string(),
             firmware,
             state: State::Idle,
             refused: None,
@@ -144,7 +147,7 @@ impl<F: Firmware> Download<F> {
             }
             _ => 0,
         };
-        status(self.refused, poll_ms, self.state)
+        status(self.refused, poll_ms, self.state, self.no_copy.into())
     }
 
     fn announce(&mut self) {
@@ -203,7 +206,11 @@ impl<B: UsbBus, F: Firmware> UsbClass<B> for Download<F> {
     }
 
     fn get_string(&self, index: StringIndex, _: LangID) -> Option<&str> {
-        (index == self.name).then_some(MEMORY_NAME)
+        match index {
+            index if index == self.name => Some(MEMORY_NAME),
+            index if index == self.no_copy => Some(NO_COPY),
+            _ => None,
+        }
     }
 
     fn reset(&mut self) {

@@ -88,14 +88,20 @@ pub enum Refused {
     NotDone = 0x09,
     /// There is none that could be given, or what there is cannot run.
     Firmware = 0x0A,
+    /// What a string of the device says (`iString`): [`NO_COPY`].
+    NoCopy = 0x0B,
     /// Anything else.
     Unknown = 0x0E,
     /// A request that the state does not allow.
     StalledRequest = 0x0F,
 }
 
-/// The answer to GETSTATUS (DFU section 6.1.2).
-pub fn status(refused: Option<Refused>, poll_ms: u32, state: State) -> [u8; 6] {
+/// In the words of a string descriptor: what runs is not given up without another image to come back to.
+pub const NO_COPY: &str = "The card holds no firmware to come back to: firmware.previous";
+
+/// The answer to GETSTATUS (DFU section 6.1.2); `no_copy`: the index of that string.
+pub fn status(refused: Option<Refused>, poll_ms: u32, state: State, no_copy: u8) -> [u8; 6] {
     let [a, b, c, _] = poll_ms.to_le_bytes();
-    [refused.map_or(0, |refused| refused as u8), a, b, c, state as u8, 0]
+    let string = if refused == Some(Refused::NoCopy) { no_copy } else { 0 };
+    [refused.map_or(0, |refused| refused as u8), a, b, c, state as u8, string]
 }

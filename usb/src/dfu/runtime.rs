@@ -63,7 +63,7 @@ impl<B: UsbBus, D: Detach> UsbClass<B> for DfuRuntime<D> {
         }
         // It waits for an answer, and these fit its buffer.
         let _ = match request.request {
-            request::GETSTATUS => transfer.accept_with(&status(None, 0, self.state)),
+            request::GETSTATUS => transfer.accept_with(&status(None, 0, self.state, 0)),
             request::GETSTATE => transfer.accept_with(&[self.state as u8]),
             _ => transfer.reject(),
         };

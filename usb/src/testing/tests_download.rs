@@ -258,6 +258,20 @@ fn firmware_that_is_refused_can_be_sent_again() {
     assert_eq!(download(&mut host, &[4; 100]), (0, MANIFEST_WAIT_RESET));
 }
 
+/// errVENDOR says its reason in a string (DFU 1.1 section 6.1.2, iString).
+#[test]
+fn what_has_no_copy_to_come_back_to_says_so_in_a_string() {
+    let (mut host, memory) = boot_stage();
+    memory.0.lock().unwrap().refuses_at = Some((0, Refused::NoCopy));
+    send(&mut host, 0, &[3; 256]).unwrap();
+    status(&mut host);
+    let answer = host.ask(Request::new(0xA1, GETSTATUS, 0, 0, 6)).unwrap();
+    assert_eq!((answer[0], answer[4]), (0x0B, ERROR));
+    let string = host.descriptor(3, answer[5], 255).unwrap();
+    let words: Vec<u16> = string[2..].chunks(2).map(|unit| u16::from_le_bytes([unit[0], unit[1]])).collect();
+    assert!(String::from_utf16(&words).unwrap().contains("firmware.previous"));
+}
+
 #[test]
 fn requests_out_of_their_order_are_refused() {
     let (mut host, _) = boot_stage();

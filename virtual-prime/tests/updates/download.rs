@@ -1,7 +1,7 @@
 //! Firmware over USB, by a host that does what dfu-util does.
 
 use update::{Arrival, Origin, PRIME};
-use virtual_prime::flash_journal::Torn;
+use virtual_prime::flash_journal::{FlashContent, Operation, Torn};
 use virtual_prime::usb_host::desk::{Device, UsbHost};
 use virtual_prime::usb_host::dfu::{Dfu, state};
 
@@ -24,24 +24,38 @@ pub const ROWS: &[Row] = &[
         run: |_| refused(),
     },
     Row {
+        name: "a_download_with_nothing_to_come_back_to",
+        what: "there is no card, or no firmware on it that may run",
+        does: "the host is told before anything is touched; what ran before runs again",
+        run: |_| no_copy(),
+    },
+    Row {
         name: "a_download_that_is_not_whole",
         what: "the image ends too soon, its SHA-256 is wrong, or the cable is pulled out",
-        does: "it is not started; the previous firmware comes back from the card; without a card the board waits for another download, no heater and no motor on",
+        does: "it is not started; the previous firmware comes back from the card",
         run: |_| not_whole(),
     },
     Row {
         name: "a_download_is_cut",
         what: "the power fails at an erase or a word of a download",
-        does: "the previous firmware comes back from the card; without a card the board waits for another download, no heater and no motor on",
+        does: "the previous firmware comes back from the card, where the new one is not whole",
         run: cut,
+    },
+    Row {
+        name: "a_download_to_an_empty_board_is_cut",
+        what: "the same, and there was no firmware before",
+        does: "the board waits for the download to be repeated, and takes it",
+        run: empty_is_cut,
     },
 ];
 
 tests! {
     a_download_in_every_form
     a_download_that_may_not_run
+    a_download_with_nothing_to_come_back_to
     a_download_that_is_not_whole
     a_download_is_cut
+    a_download_to_an_empty_board_is_cut
 }
 
 const PATIENCE_MS: u64 = 20_000;
@@ -117,9 +131,10 @@ fn forms() -> usize {
     };
     let whole = [flash(&[]).bytes()[..PRIME.image() as usize].to_vec(), new.clone()].concat();
     let files = [new.clone(), with_trailer(new.clone()), with_trailer(whole)];
+    let with_old = card(&[("firmware.previous", &old)]);
     for file in &files {
         let content = flash(&old);
-        let mut plugged = plug(asked(Small::on(&content, None)));
+        let mut plugged = plug(asked(Small::on(&content, Some(&with_old))));
         let serial = plugged.device.strings[2].clone().unwrap_or_default();
         assert!(serial.ends_with("-DFU"), "{serial}");
         assert_eq!(plugged.send(file), (state::MANIFEST_WAIT_RESET, 0));
@@ -169,66 +184,95 @@ fn refused() -> usize {
     2
 }
 
+fn no_copy() -> usize {
+    let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
+    let cards = [None, Some(card(&[])), Some(card(&[("firmware.previous", &old[..1000])]))];
+    for inserted in &cards {
+        let mut plugged = plug(asked(Small::on(&flash(&old), inserted.as_deref())));
+        // errVENDOR, and what is meant in a string (DFU 1.1 section 6.1.2).
+        assert_eq!(plugged.send(&new), (state::ERROR, 0x0B));
+        assert_eq!(plugged.board.operations(), []);
+        assert!(plugged.board.said().contains("holds no firmware to come back to"), "{}", plugged.board.said());
+        let mut board = plugged.board;
+        board.press_reset();
+        assert_eq!(board.settle(PATIENCE_MS), Came::Runs(1));
+    }
+    cards.len()
+}
+
 fn not_whole() -> usize {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
     let mut spoiled = new.clone();
     spoiled[SHORT - 1] ^= 1;
+    let with_old = card(&[("firmware.previous", &old)]);
     for file in [&new[..1000], &spoiled] {
-        let mut plugged = plug(asked(Small::on(&flash(&old), None)));
+        let mut plugged = plug(asked(Small::on(&flash(&old), Some(&with_old))));
         assert_eq!(plugged.send(file).0, state::ERROR);
-        // Without a card the host sends it again.
+        plugged.board.press_reset();
+        assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Runs(1));
+        // Or the host sends it again, without a card as well: what is there now cannot be lost.
+        let mut plugged = plug(empty());
+        assert_eq!(plugged.send(file).0, state::ERROR);
         let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
         dfu.clear(&mut desk).expect("it is idle again");
         assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET);
         assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
-        // With one the previous firmware comes back.
-        let card = card(&[("firmware.previous", &old)]);
-        let mut plugged = plug(asked(Small::on(&flash(&old), Some(&card))));
-        assert_eq!(plugged.send(file).0, state::ERROR);
-        plugged.board.press_reset();
-        assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Runs(1));
     }
     // The cable is pulled out half way.
-    let mut plugged = plug(asked(Small::on(&flash(&old), None)));
+    let mut plugged = plug(asked(Small::on(&flash(&old), Some(&with_old))));
     let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
     dfu.download(&mut desk, 0, &new[..BLOCK]).expect("an answer");
     desk.unplug();
     desk.pass_ms(100).expect("it goes on");
     plugged.board.press_reset();
-    assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Waits);
-    let mut again = plug(plugged.board);
-    assert_eq!(again.send(&new).0, state::MANIFEST_WAIT_RESET);
-    assert_eq!(again.leave().settle(PATIENCE_MS), Came::Runs(2));
+    assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Runs(1));
     5
+}
+
+/// What a download does to the flash, cut at each place in each way: what is left of the flash then. In the
+/// quick share at four places, in one way each.
+fn cuts(content: &FlashContent, operations: &[Operation], share: Share) -> Vec<(String, FlashContent)> {
+    let step = if share == Share::Quick { operations.len().div_ceil(4) } else { 1 };
+    let tears = [Torn::NotBegun, Torn::Unreadable, Torn::Between];
+    let mut cuts = Vec::new();
+    for place in (0..operations.len()).step_by(step) {
+        let ways = if share == Share::Quick { &tears[1 + place % 2..][..1] } else { &tears[..] };
+        for torn in ways {
+            let mut cut = after(content, &operations[..place]);
+            cut.tear(&operations[place], *torn);
+            cuts.push((format!("{torn:?} at {place}"), cut));
+        }
+    }
+    cuts
 }
 
 fn cut(share: Share) -> usize {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
     let content = flash(&old);
-    let mut plugged = plug(asked(Small::on(&content, None)));
-    plugged.send(&new);
-    let operations = plugged.board.operations();
     let with_old = card(&[("firmware.previous", &old)]);
-    let step = if share == Share::Quick { operations.len().div_ceil(4) } else { 1 };
-    let mut cuts = 0;
-    for place in (0..operations.len()).step_by(step) {
-        let tears = [Torn::NotBegun, Torn::Unreadable, Torn::Between];
-        for torn in tears.into_iter().skip(if share == Share::Quick { 1 + place % 2 } else { 0 }) {
-            let mut cut = after(&content, &operations[..place]);
-            cut.tear(&operations[place], torn);
-            let came = Small::on(&cut, Some(&with_old)).settle(PATIENCE_MS);
-            assert!(matches!(came, Came::Runs(1 | 2)), "{torn:?} at {place}: {came:?}");
-            let mut alone = Small::on(&cut, None);
-            if alone.settle(PATIENCE_MS) == Came::Waits {
-                let mut plugged = plug(alone);
-                assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET, "{torn:?} at {place}");
-                assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
-            }
-            cuts += 2;
-            if share == Share::Quick {
-                break;
-            }
+    let mut plugged = plug(asked(Small::on(&content, Some(&with_old))));
+    plugged.send(&new);
+    let cuts = cuts(&content, &plugged.board.operations(), share);
+    for (place, cut) in &cuts {
+        let came = Small::on(cut, Some(&with_old)).settle(PATIENCE_MS);
+        assert!(matches!(came, Came::Runs(1 | 2)), "{place}: {came:?}");
+    }
+    cuts.len()
+}
+
+fn empty_is_cut(share: Share) -> usize {
+    let new = application(2, SHORT, None);
+    let content = flash(&[]);
+    let mut plugged = plug(empty());
+    plugged.send(&new);
+    let cuts = cuts(&content, &plugged.board.operations(), share);
+    for (place, cut) in &cuts {
+        let mut board = Small::on(cut, None);
+        if board.settle(PATIENCE_MS) == Came::Waits {
+            let mut plugged = plug(board);
+            assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET, "{place}");
+            assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
         }
     }
-    cuts
+    cuts.len()
 }
