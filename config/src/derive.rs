@@ -219,9 +219,13 @@ fn slave_currents(config: &mut MachineConfig) {
 
 /// A driver outside gives what its resistor can measure, as far as its bridges bear it.
 fn stealth_driver(config: &mut MachineConfig, actuator: Actuator, written: Written) {
+    let turn = config.turn_a_second(actuator);
     for kind in DriverKind::OUTSIDE {
         let Some(family) = config.stealth_family_mut(kind) else { continue };
         let chip = &mut family.axes[actuator];
+        if !written(kind.name(), actuator as usize, "stall_least_speed") {
+            chip.stall_least_speed = turn;
+        }
         let measurable = chip.resistor.and_then(|resistor| kind.measurable(resistor));
         if let Some(most) = measurable.filter(|_| !written(kind.name(), actuator as usize, "max_current")) {
             let most = kind.most_current().filter(|bearable| *bearable < most).unwrap_or(most);

@@ -9,7 +9,7 @@ use heapless::{String, Vec};
 
 /// Settings a file can write. A full printer configuration has about 150.
 pub(crate) const MAX_WRITTEN: usize = 512;
-const MAX_PINS: usize = 180;
+const MAX_PINS: usize = 200;
 const MAX_WISHES: usize = 64;
 /// Beyond these, findings that only follow from others are reported too.
 const MAX_UNREADABLE: usize = 32;

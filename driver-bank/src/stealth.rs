@@ -63,6 +63,7 @@ pub fn set_up<SPI: SpiDevice, LINE: SingleWire, E>(
         hysteresis_end: settings.hysteresis_end,
         stall_threshold: settings.stall_threshold,
         stall_filter: settings.stall_filter,
+        stall_output: settings.stall_watch,
         load_from: Some(stealth::step_time(kind, (config.load_speed(actuator).get() * full_steps_per_mm) as f32)),
         cool_step: cool_step(&settings.cool_step),
         ..plain

@@ -293,7 +293,7 @@ fn an_axis_homes_without_a_switch_by_a_driver_outside() {
 }
 
 #[test]
-fn tune_driver_finds_a_threshold_for_a_driver_outside_and_refuses_one_that_no_threshold_shifts() {
+fn tune_driver_finds_a_threshold_for_a_driver_outside() {
     let own = ["[tmc5160] alpha.sense_resistor = 75", "[tmc5160] alpha.spi_cs_pin = PJ9", "[endstops] minx.pin = PG0!"];
     let mut bench = homing("tmc5160", &own).start();
     bench.run(&["G28.3 X0"]);
@@ -302,10 +302,36 @@ fn tune_driver_finds_a_threshold_for_a_driver_outside_and_refuses_one_that_no_th
     let threshold = word(&bench, Actuator::Alpha, 0x6D) >> 16 & 0x7F;
     assert!(said.contains(&format!("stall_threshold = {threshold}, ")), "{threshold}: {said}");
     assert_eq!(bench.say("G28 X"), "ok\n");
-    let own =
-        ["[tmc2209] alpha.sense_resistor = 110", "[endstops] minx.pin = PG0", "[endstops] minx.stall_threshold = 30"];
+}
+
+/// stallGuard4: the threshold is held against the readings, for the watch and for homing. It homes with what was
+/// found, and a crash is seen.
+#[test]
+fn tune_driver_finds_a_threshold_for_stall_guard_4() {
+    let own = [
+        "[tmc2209] alpha.sense_resistor = 110",
+        "[tmc2209] alpha.stall_watch = true",
+        "[tmc2209] alpha.stealthchop_threshold = 300",
+        "[endstops] minx.pin = PG0",
+    ];
     let mut bench = homing("tmc2209", &own).start();
-    assert!(bench.say("tune_driver X 50").contains("none that a threshold shifts"));
+    bench.run(&["G28.3 X0"]);
+    let said = bench.say("tune_driver X");
+    println!("{said}");
+    let threshold = word(&bench, Actuator::Alpha, 0x40);
+    assert!(said.contains(&format!("stall_threshold = {threshold}, the middle of ")), "{threshold}: {said}");
+    assert!(said.contains("stall_threshold of its endstop = "), "{said}");
+    assert_eq!(said.matches(": sure").count(), 2, "{said}");
+    for n in 0..4 {
+        assert_eq!(bench.say("G28 X"), "ok\n");
+        assert!((bench.carriage(Actuator::Alpha) - 5.0).abs() < 0.4, "{}", bench.carriage(Actuator::Alpha));
+        bench.run(&[&format!("G1 X{} F12000", 150 + n), "M400"]);
+    }
+    bench.world(|world| world.obstruct(Actuator::Alpha, [-3.0, 100.0]));
+    bench.type_in("G1 X20 F6000\nG1 X150\n");
+    bench.hear_until("motor X stalls", 5.0);
+    let mut bench = plan("tmc2208", &[]).start();
+    assert!(bench.say("tune_driver A 50").contains("its driver measures no load"));
 }
 
 /// MSCNT is read with each homing, so a noisy switch homes to the same step, and lost steps are seen.

@@ -135,3 +135,34 @@ fn x_homes_by_the_stall_output_of_a_driver_on_a_uart() {
     assert!((place - 5.0).abs() < 0.4, "{place} mm: {}", velvet.said());
     assert_eq!([0x00, 0x10, 0x14, 0x40].map(|register| word(&mut velvet, Alpha, register)), before);
 }
+
+/// DIAG is on the input that `stall_pin` names: high for a stall of a TMC2209, low for one of a TMC5160.
+#[test]
+fn a_crash_of_a_motor_with_a_driver_outside_is_seen() {
+    let of_2209 = ["[tmc2209] alpha.sense_resistor = 110", "[tmc2209] alpha.stall_pin = PG0"];
+    let more_2209 = ["[tmc2209] alpha.stealthchop_threshold = 300", "[tmc2209] alpha.stall_threshold = 10"];
+    let of_5160 = ["[tmc5160] alpha.sense_resistor = 75", "[tmc5160] alpha.stall_pin = PG1!"];
+    let more_5160 = ["[tmc5160] alpha.spi_cs_pin = PJ9", "[tmc5160] alpha.stall_threshold = 2"];
+    for (kind, own) in [("tmc2209", [of_2209, more_2209]), ("tmc5160", [of_5160, more_5160])] {
+        let plan = [
+            "[uart console] enable = false",
+            "[tmc2590] alpha.spi_cs_pin",
+            "[tmc2590] alpha.sense_resistor",
+            "[tmc2590] alpha.max_current",
+            "[tmc2590] alpha.step_interpolation",
+            "[actuator] alpha.step_pin = PJ5",
+            "[actuator] alpha.dir_pin = PJ1",
+        ];
+        let plan = plan.iter().chain(own.iter().flatten()).fold(Plan::new(), |plan, line| plan.set(line));
+        let plan = plan.set(&format!("[actuator] alpha.driver = {kind}"));
+        let mut velvet = plan.set(&format!("[{kind}] alpha.stall_watch = true")).start();
+        velvet.ask("G91", SECOND);
+        velvet.ask("G1 X30 F6000", SECOND);
+        velvet.ask("M400", 5 * SECOND);
+        assert!(!velvet.said().contains("stalls"), "{kind}: it is free: {}", velvet.said());
+        let place = velvet.world(|world| world.carriage_mm(Alpha).expect("a carriage"));
+        velvet.world(move |world| world.obstruct(Alpha, [place - 100.0, place + 10.0]));
+        velvet.type_in("G1 X30 F6000");
+        velvet.hear_until("ERROR: motor X stalls", SECOND);
+    }
+}

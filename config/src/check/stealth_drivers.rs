@@ -1,7 +1,7 @@
 //! Drivers outside the board that are spoken with: nothing of them is known but what the file says.
 
 use super::Checks;
-use crate::machine::{ActuatorConfig, DriverKind};
+use crate::machine::{ActuatorConfig, DriverKind, StealthConfig};
 use units::{Actuator, Amps};
 
 /// Entries of drivers that no motor has.
@@ -59,6 +59,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &Act
         let fix = format_args!("write stealthchop_threshold, or delete it");
         checks.warn((section, place, "coolstep_lower"), reason, fix);
     }
+    stall_watch(checks, section, actuator, motor, chip);
     let Some(resistor) = chip.resistor else {
         if !checks.is_unreadable((section, place, resistor_key)) {
             let reason = format_args!("the resistor is that of the driver's own board, and the current depends on it");
@@ -74,6 +75,46 @@ pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &Act
     {
         let reason = format_args!("{:.0} mA is above max_current", standing * 1_000.0);
         checks.error((section, place, "standstill_current"), reason, format_args!("write less than max_current"));
+    }
+}
+
+/// Whether stalls that are watched for can be seen: by an input, and by the chopper whose load is measured,
+/// stealthChop's in a chip on a UART, spreadCycle's in the others.
+fn stall_watch(
+    checks: &mut Checks<'_, '_>,
+    section: &str,
+    actuator: Actuator,
+    motor: &ActuatorConfig,
+    chip: &StealthConfig,
+) {
+    let setting = |key| (section, actuator as usize, key);
+    if !chip.stall_watch {
+        if chip.stall_pin.is_some() {
+            let reason = format_args!("nobody looks at it while the motor moves");
+            checks.warn(setting("stall_pin"), reason, format_args!("write stall_watch = true, or delete it"));
+        }
+        return;
+    }
+    let has_input = checks.config.watched_for_stalls().any(|(watched, _)| watched == actuator);
+    if !has_input && !checks.is_unreadable(setting("stall_pin")) {
+        let reason = format_args!("the driver is outside the board, and its output DIAG leads nowhere");
+        checks.error(setting("stall_watch"), reason, format_args!("write stall_pin, the input it is wired to"));
+    }
+    let silent_up_to = chip.stealth_threshold.map_or(0.0, units::MmPerSecond::get);
+    let (least, most) = (checks.config.load_speed(actuator).get(), motor.max_rate.get());
+    let reason = if motor.driver.is_on_uart() && silent_up_to < most {
+        format_args!("a {section} measures load while stealthChop drives")
+    } else if !motor.driver.is_on_uart() && silent_up_to > least {
+        format_args!("a {section} measures no load while stealthChop drives")
+    } else {
+        return;
+    };
+    if motor.driver.is_on_uart() {
+        let fix = format_args!("write {most:.0}, the motor's max_rate, or more; above it no stall is seen");
+        checks.warn(setting("stealthchop_threshold"), reason, fix);
+    } else {
+        let fix = format_args!("write {least:.0} or less, from where on stalls are looked for");
+        checks.warn(setting("stealthchop_threshold"), reason, fix);
     }
 }
 

@@ -241,9 +241,21 @@ impl MachineConfig {
     /// Motors whose stalls are watched for, each with the input that says so.
     pub fn watched_for_stalls(&self) -> impl Iterator<Item = (Actuator, Pin)> {
         self.actuators().filter_map(|(motor, _)| {
-            let is_watched = self.driver(motor)?.stall_watch;
-            Some((motor, crate::board::stall_pin(motor).filter(|_| is_watched)?))
+            let pin = match (self.driver(motor), self.stealth_driver(motor)) {
+                (Some(driver), _) => crate::board::stall_pin(motor).filter(|_| driver.stall_watch),
+                (None, outside) => {
+                    let driver = outside.filter(|driver| driver.stall_watch)?;
+                    driver.stall_pin.or_else(|| self.stall_endstop_pin(motor))
+                }
+            };
+            Some((motor, pin?))
         })
+    }
+
+    /// The input by which a motor's axis homes without a switch: its driver's output.
+    fn stall_endstop_pin(&self, motor: Actuator) -> Option<Pin> {
+        let is_its = |stop: &&EndstopConfig| stop.axis.is_some_and(|axis| axis as usize == motor as usize);
+        self.endstops.iter().find(|stop| stop.enable && stop.stall.homing && is_its(stop))?.pin
     }
 
     /// What follows a stall of a motor that is watched.

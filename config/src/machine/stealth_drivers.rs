@@ -37,6 +37,12 @@ pub struct StealthConfig {
     pub stall_threshold: i16,
     /// `SFILT`.
     pub stall_filter: bool,
+    /// Its stalls are watched for while it moves.
+    pub stall_watch: bool,
+    /// The input that DIAG leads to.
+    pub stall_pin: Option<Pin>,
+    /// From this speed on its load says anything.
+    pub stall_least_speed: MmPerSecond,
     /// Current by load.
     pub cool_step: CoolStepConfig,
 }
@@ -122,10 +128,9 @@ impl MachineConfig {
     /// The speed from which on a motor's load says anything.
     #[must_use]
     pub fn load_speed(&self, actuator: Actuator) -> MmPerSecond {
-        match self.driver(actuator) {
-            Some(driver) => driver.stall_least_speed,
-            None => self.turn_a_second(actuator),
-        }
+        let outside = || self.stealth_driver(actuator).map(|driver| driver.stall_least_speed);
+        let written = self.driver(actuator).map(|driver| driver.stall_least_speed).or_else(outside);
+        written.unwrap_or_else(|| self.turn_a_second(actuator))
     }
 
     /// A turn a second of a motor of 200 full steps, below which load is measured badly.

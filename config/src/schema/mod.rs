@@ -34,6 +34,7 @@ mod leveling;
 mod markdown;
 mod modules;
 mod motion;
+mod outside_stall;
 mod probe;
 mod shaper;
 mod soft_endstops;

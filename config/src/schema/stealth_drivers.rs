@@ -3,7 +3,7 @@
 
 use super::actuators::{actuator_name, actuator_place, chip, chips, milliamps};
 use super::build::{NOT_NEGATIVE, bool, integer, number, pin, word};
-use super::{Form, Instances, PinRole, Section, Setting};
+use super::{Form, Instances, PinRole, Section, Setting, outside_stall};
 use crate::machine::DriverKind;
 use crate::pin::PinName;
 use units::{Micros, MmPerSecond, Ohms};
@@ -339,6 +339,9 @@ macro_rules! spi_section {
             [
                 stall_guard_2!($section, $family),
                 stall_filter!($section, $family),
+                outside_stall::$family::WATCH,
+                outside_stall::$family::OUTPUT,
+                outside_stall::$family::LEAST_SPEED,
                 $family::LOWER,
                 $family::UPPER,
                 $family::RISE,
@@ -432,7 +435,17 @@ wire_section!(
     DriverKind::Tmc2209,
     "Drivers outside the board with a TMC2209, up to four on one UART. Steps come over step_pin and dir_pin.",
     [uart_address!("tmc2209", tmc2209)],
-    [stall_guard_4!("tmc2209", tmc2209), tmc2209::LOWER, tmc2209::UPPER, tmc2209::RISE, tmc2209::FALL, tmc2209::FLOOR]
+    [
+        stall_guard_4!("tmc2209", tmc2209),
+        outside_stall::tmc2209::WATCH,
+        outside_stall::tmc2209::OUTPUT,
+        outside_stall::tmc2209::LEAST_SPEED,
+        tmc2209::LOWER,
+        tmc2209::UPPER,
+        tmc2209::RISE,
+        tmc2209::FALL,
+        tmc2209::FLOOR
+    ]
 );
 
 wire_section!(
@@ -442,5 +455,15 @@ wire_section!(
     DriverKind::Tmc2226,
     "Drivers outside the board with a TMC2226, which is a TMC2209 in another case: up to four of both on one UART.",
     [uart_address!("tmc2226", tmc2226)],
-    [stall_guard_4!("tmc2226", tmc2226), tmc2226::LOWER, tmc2226::UPPER, tmc2226::RISE, tmc2226::FALL, tmc2226::FLOOR]
+    [
+        stall_guard_4!("tmc2226", tmc2226),
+        outside_stall::tmc2226::WATCH,
+        outside_stall::tmc2226::OUTPUT,
+        outside_stall::tmc2226::LEAST_SPEED,
+        tmc2226::LOWER,
+        tmc2226::UPPER,
+        tmc2226::RISE,
+        tmc2226::FALL,
+        tmc2226::FLOOR
+    ]
 );

@@ -4,7 +4,7 @@
 //! are two ends: below the one a motor that runs free reads 0 now and then; above the other a motor that
 //! stands does not. The first is measured as it is, at two or three speeds. The second would take stalls; in
 //! their place the axis crawls, for a motor that hardly turns induces as little as one that stands. Between
-//! both lies the threshold. The chopper is left alone: nothing that these chips read says how good it is. It
+//! both lies the threshold. With stallGuard4 it is the other way round, see [`stall_guard_4`]. The chopper is left alone: nothing that these chips read says how good it is. It
 //! is computed, in [`chopper`], when that is asked for.
 //!
 //! The driver is set as for a search for a stall, which keeps what was set before, and puts it back however
@@ -12,6 +12,7 @@
 
 mod chopper;
 mod readings;
+mod stall_guard_4;
 mod strokes;
 
 use config::{ArmSolution, MachineConfig};
@@ -33,21 +34,22 @@ const ABOVE_LEAST: f64 = 1.2;
 /// From the ends of the travel, mm.
 const CLEAR: f64 = 5.0;
 /// Thresholds between both ends that are enough to be sure.
-const SURE: i8 = 6;
+const SURE: i16 = 6;
+/// The same for those of stallGuard4, of which one is a fifth as much.
+const SURE_4: i16 = 30;
 const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s, or the word chopper";
 
 /// Speeds, the fastest first.
 type Speeds = heapless::Vec<f64, 3>;
 
-/// The thresholds of a driver whose readings they shift.
-const STALL_GUARD_2: [i16; 2] = [FIRST as i16, LAST as i16];
-
 /// What was found for a current.
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    threshold: i8,
-    /// The lowest that runs free, and the highest at which a crawl reads 0.
-    ends: [i8; 2],
+    threshold: i16,
+    /// The last with which it runs free.
+    free: i16,
+    /// The last with which a crawl says stall.
+    stands: i16,
     /// Of the slowest speed that it is right for, mm/s, and what it reads there.
     slowest: f64,
     readings: Readings,
@@ -91,7 +93,7 @@ async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Spe
     let config = hands.config();
     let letter = way.axis.letter();
     hands.say(format_args!("// {letter} moves over {:.0} mm\n", way.ends[1] - way.ends[0]));
-    let watched = find(hands, way, speeds, None).await?;
+    let watched = find_either(hands, way, speeds, None).await?;
     let stop = config.homing_endstop(way.axis).filter(|stop| stop.stall.homing);
     let Some(stop) = stop else { return Ok([Some(watched), None]) };
     hands.say(format_args!("// as it homes: at {:.0} mm/s, at stall_current\n", stop.slow_rate.0));
@@ -102,7 +104,7 @@ async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Spe
             let _ = rates.push(rate);
         }
     }
-    let homing = find(hands, way, &rates, stop.stall.current).await?;
+    let homing = find_either(hands, way, &rates, stop.stall.current).await?;
     if homing.slowest > stop.slow_rate.0.min(stop.fast_rate.0) + 0.01 {
         return Err(Failure::Refused(message(format_args!(
             "at {:.0} mm/s no threshold tells a stall from running free: home faster, or with more stall_current",
@@ -112,7 +114,20 @@ async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Spe
     Ok([Some(watched), Some(homing)])
 }
 
-/// Finds the threshold for a current.
+/// Finds the threshold for a current, by the measurement that the driver has.
+async fn find_either<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    speeds: &Speeds,
+    current: Option<Amps>,
+) -> Result<Found, Failure> {
+    if hands.config().stall_thresholds(way.motor) == Some(stall_guard_4::THRESHOLDS) {
+        return stall_guard_4::find(hands, way, speeds, current).await;
+    }
+    find(hands, way, speeds, current).await
+}
+
+/// Finds the threshold for a current, of a driver whose readings it shifts.
 async fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
@@ -121,8 +136,9 @@ async fn find<P: Ports>(
 ) -> Result<Found, Failure> {
     let highest = crawl(hands, way, current).await?;
     let mut found: Option<Found> = None;
+    let mut from = FIRST;
     for rate in speeds {
-        let lowest = lowest_free(hands, way, *rate, current, found.map_or(FIRST, |found| found.ends[0])).await?;
+        let lowest = lowest_free(hands, way, *rate, current, from).await?;
         let Some(lowest) = lowest.filter(|lowest| *lowest <= highest) else {
             hands.say(format_args!("// at {rate:.0} mm/s it reads too little for any threshold\n"));
             break;
@@ -136,7 +152,9 @@ async fn find<P: Ports>(
             readings.noise(),
             readings.least()
         ));
-        found = Some(Found { threshold, ends: [lowest, highest], slowest: *rate, readings });
+        from = lowest;
+        let [threshold, free, stands] = [threshold, lowest, highest].map(i16::from);
+        found = Some(Found { threshold, free, stands, slowest: *rate, readings });
     }
     found.ok_or_else(|| {
         Failure::refused("no threshold tells a stall from running free: a higher speed, or less current, may")
@@ -184,7 +202,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Bo
     let (motor, config) = (way.motor, hands.config());
     let filter = config.measures_filtered(motor);
     if let Some(found) = watched {
-        let kept = StallThreshold { threshold: found.threshold.into(), filter };
+        let kept = StallThreshold { threshold: found.threshold, filter };
         let word = kept.words();
         let set = hands.drivers(|drivers| drivers.set_option(motor, 7, &word));
         set.map_err(|fault| strokes::silent(motor, fault))?;
@@ -196,7 +214,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Bo
         }
     }
     if let Some(found) = homing {
-        hands.tuning().homing_thresholds[motor] = Some(found.threshold.into());
+        hands.tuning().homing_thresholds[motor] = Some(found.threshold);
         say(hands, "stall_threshold of its endstop", &found);
     }
     let letter = way.axis.letter();
@@ -206,12 +224,13 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Bo
 }
 
 fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
-    let [lowest, highest] = found.ends;
-    let (threshold, room) = (found.threshold, highest - lowest);
-    hands.say(format_args!("{name} = {threshold}, the middle of {lowest} (free) to {highest} (stands)\n"));
+    let &Found { threshold, free, stands, .. } = found;
+    hands.say(format_args!("{name} = {threshold}, the middle of {free} (free) to {stands} (stands)\n"));
     let noise = found.readings.noise().max(1.0);
     let sigmas = found.readings.mean() / noise;
-    let sure = if room >= SURE { "sure" } else { "not very sure" };
+    // stallGuard2 is free above, stallGuard4 below.
+    let is_sure = if free <= stands { stands - free >= SURE } else { free - stands >= SURE_4 };
+    let sure = if is_sure { "sure" } else { "not very sure" };
     hands.say(format_args!(
         "At {:.0} mm/s a stall reads 0 and this motor {:.0}, {sigmas:.0} times its noise: {sure}\n",
         found.slowest,
@@ -263,8 +282,8 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
 fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
     let motor = motor.ok_or_else(|| Failure::refused("that axis has no motor"))?;
-    if config.stall_thresholds(motor) != Some(STALL_GUARD_2) {
-        return Err(Failure::refused("its driver measures no load, or none that a threshold shifts (stallGuard2)"));
+    if config.stall_thresholds(motor).is_none() {
+        return Err(Failure::refused("its driver measures no load"));
     }
     let is_alone = config.motion.arm_solution == ArmSolution::Cartesian || !AxisSet::PRIMARY.has(axis);
     let has_slave = config.actuators().any(|(_, other)| other.slaved_to == Some(motor));

@@ -7,6 +7,7 @@ pub(super) struct Readings {
     sum: f32,
     squares: f32,
     least: u16,
+    most: u16,
     zeros: u32,
 }
 
@@ -15,6 +16,7 @@ impl Readings {
     pub fn add(&mut self, reading: u16) {
         let value = f32::from(reading);
         self.least = if self.count == 0 { reading } else { self.least.min(reading) };
+        self.most = self.most.max(reading);
         self.count += 1;
         self.sum += value;
         self.squares += value * value;
@@ -27,6 +29,16 @@ impl Readings {
 
     pub const fn least(&self) -> u16 {
         self.least
+    }
+
+    /// Below all that was read, and below what noise would make of more.
+    pub fn least_likely(&self) -> f32 {
+        f32::from(self.least).min(self.mean() - NOISE_ROOM * self.noise())
+    }
+
+    /// Above all that was read, and above what noise would make of more.
+    pub fn most_likely(&self) -> f32 {
+        f32::from(self.most).max(self.mean() + NOISE_ROOM * self.noise())
     }
 
     pub fn mean(&self) -> f32 {

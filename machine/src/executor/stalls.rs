@@ -38,14 +38,13 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let levels = machine.ports.inputs();
     let mut sights = PerActuator::<Option<Sight>>::default();
     for (motor, pin) in config.watched_for_stalls() {
-        let Some(driver) = config.driver(motor) else { continue };
         let settings = &config.actuators[motor];
         let full_steps_per_mm = settings.steps_per_mm / f64::from(settings.microsteps.max(1));
         let input = config.endstop_of_pin(pin).map_or(Input::Stall(motor as u8), |stop| Input::Endstop(stop as u8));
         sights[motor] = Some(Sight {
             speed: libm::fabs(speeds[motor] * full_steps_per_mm) as f32,
             // What is rounded is no slower.
-            least: (driver.stall_least_speed.0 * full_steps_per_mm * 0.999) as f32,
+            least: (config.load_speed(motor).0 * full_steps_per_mm * 0.999) as f32,
             stalls: levels.is_active(input),
         });
     }

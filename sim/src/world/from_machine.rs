@@ -198,11 +198,17 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
     let wheel = detector.wheel_pin().map(|input| button("filament wheel", input, !input.inverted));
     let buttons = machine.buttons.iter().filter_map(|of| of.pin.map(|input| button(&of.name, input, !input.inverted)));
     let stalls = machine.watched_for_stalls().filter(|(_, input)| machine.endstop_of_pin(*input).is_none());
-    let stalls = stalls.map(|(motor, input)| SwitchConfig {
-        name: format!("stall {}", motor.name()),
-        pin: pin(input),
-        operated_high: true,
-        operator: stall_output(input).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
+    let stalls = stalls.map(|(motor, input)| {
+        let is_outside = DriverKind::OUTSIDE.contains(&machine.actuators[motor].driver);
+        SwitchConfig {
+            name: format!("stall {}", motor.name()),
+            pin: pin(input),
+            operated_high: !is_low_for_stall(machine.actuators[motor].driver),
+            operator: is_outside
+                .then_some(motor)
+                .or_else(|| stall_output(input))
+                .map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
+        }
     });
     endstops
         .chain(stalls)
@@ -238,18 +244,20 @@ fn stall_output(input: config::Pin) -> Option<Actuator> {
     Actuator::from_index(socket)
 }
 
+/// The outputs of the chips on SPI are low for a stall, and the board's pull-ups make them high.
+const fn is_low_for_stall(driver: DriverKind) -> bool {
+    matches!(driver, DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240)
+}
+
 fn endstop(stop: &EndstopConfig, linkage: Linkage, drivers: &PerActuator<DriverKind>) -> Option<SwitchConfig> {
     let (input, axis) = (stop.pin?, stop.axis?);
     if stop.stall.homing {
         let motor = Actuator::from_index(axis as usize)?;
-        // The outputs of the chips on SPI are low for a stall, and the board's pull-ups make them high.
-        let is_low_for_stall =
-            matches!(drivers[motor], DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240);
         let outside = (DriverKind::OUTSIDE.contains(&drivers[motor])).then_some(motor);
         return Some(SwitchConfig {
             name: stop.name.as_str().into(),
             pin: pin(input),
-            operated_high: if outside.is_some() { !is_low_for_stall } else { !input.inverted },
+            operated_high: if outside.is_some() { !is_low_for_stall(drivers[motor]) } else { !input.inverted },
             operator: outside.or_else(|| stall_output(input)).map(|motor| (Operator::Stall(motor), 0.0, Side::Below)),
         });
     }

@@ -96,6 +96,21 @@ pub const ROWS: &[Row] = &[
     row("[tmc2590] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH),
     row("[tmc2660] alpha.stall_watch", "false", "true", Look(crash)).with(OTHER_WATCH),
     row("[tmc2660] alpha.stall_least_speed", "", "120", Look(crash)).with(OTHER_WATCH),
+    row("[tmc2130] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH_2130),
+    row("[tmc2130] alpha.stall_pin", "PG0!", "PG1!", Board("outside_drivers.rs")).with(WATCH_2130),
+    row("[tmc2130] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH_2130),
+    row("[tmc5160] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH_5160),
+    row("[tmc5160] alpha.stall_pin", "PG0!", "PG1!", Board("outside_drivers.rs")).with(WATCH_5160),
+    row("[tmc5160] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH_5160),
+    row("[tmc2240] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH_2240),
+    row("[tmc2240] alpha.stall_pin", "PG0!", "PG1!", Board("outside_drivers.rs")).with(WATCH_2240),
+    row("[tmc2240] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH_2240),
+    row("[tmc2209] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH_2209),
+    row("[tmc2209] alpha.stall_pin", "PG0", "PG1", Board("outside_drivers.rs")).with(WATCH_2209),
+    row("[tmc2209] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH_2209),
+    row("[tmc2226] alpha.stall_watch", "false", "true", Look(crash)).with(WATCH_2226),
+    row("[tmc2226] alpha.stall_pin", "PG0", "PG1", Board("outside_drivers.rs")).with(WATCH_2226),
+    row("[tmc2226] alpha.stall_least_speed", "", "120", Look(crash)).with(WATCH_2226),
     row("[actuator] common.halt_on_stall", "true", "false", Look(crash)).with(WATCH),
     row("[tmc2590] common.spi_channel", "1", "0", Boot).with(&["[switch] fan.output_pin = PA5"]),
     row("[tmc2660] common.spi_channel", "1", "0", Boot).with(BUS_2660),
@@ -239,6 +254,48 @@ macro_rules! wired {
         ]
     };
 }
+/// Alpha with such a driver, whose stalls are watched for.
+macro_rules! watched_outside {
+    ($kind:literal $(, $own:literal)+) => {
+        &[
+            "[uart console] enable = false",
+            "[tmc2590] alpha.spi_cs_pin",
+            "[tmc2590] alpha.sense_resistor",
+            "[tmc2590] alpha.max_current",
+            "[tmc2590] alpha.step_interpolation",
+            "[actuator] alpha.step_pin = PJ5",
+            "[actuator] alpha.dir_pin = PJ1",
+            concat!("[actuator] alpha.driver = ", $kind),
+            concat!("[", $kind, "] alpha.stall_watch = true"),
+            $(concat!("[", $kind, "] alpha.", $own)),+
+        ]
+    };
+}
+const WATCH_2130: &[&str] =
+    watched_outside!("tmc2130", "sense_resistor = 110", "spi_cs_pin = PJ9", "stall_pin = PG0!", "stall_threshold = 2");
+const WATCH_5160: &[&str] =
+    watched_outside!("tmc5160", "sense_resistor = 75", "spi_cs_pin = PJ9", "stall_pin = PG0!", "stall_threshold = 2");
+const WATCH_2240: &[&str] = watched_outside!(
+    "tmc2240",
+    "reference_resistor = 12000",
+    "spi_cs_pin = PJ9",
+    "stall_pin = PG0!",
+    "stall_threshold = 2"
+);
+const WATCH_2209: &[&str] = watched_outside!(
+    "tmc2209",
+    "sense_resistor = 110",
+    "stall_pin = PG0",
+    "stealthchop_threshold = 300",
+    "stall_threshold = 10"
+);
+const WATCH_2226: &[&str] = watched_outside!(
+    "tmc2226",
+    "sense_resistor = 110",
+    "stall_pin = PG0",
+    "stealthchop_threshold = 300",
+    "stall_threshold = 10"
+);
 const OUTSIDE_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110");
 /// With something on a pin of the other bus.
 const BUS_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110", "[switch] fan.output_pin = PA5");

@@ -1,0 +1,72 @@
+//! The same for drivers with stallGuard4, whose threshold shifts no reading: it is what readings are held
+//! against. So both ends are read at once: above the one a motor that runs free says stall now and then;
+//! below the other one that stands does not.
+
+use units::Amps;
+
+use super::readings::Readings;
+use super::strokes::{self, Way};
+use super::{CRAWL, Found, LEAST_MEAN, Speeds};
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::ports::{Ports, StallSearch};
+
+/// With threshold 0 a reading is four times the threshold up to which it says stall: `SGTHRS` is half of
+/// stallGuard4's reading, which goes half as far as the others'.
+const PER_THRESHOLD: f32 = 4.0;
+/// The thresholds there are (`SGTHRS`).
+pub(super) const THRESHOLDS: [i16; 2] = [0, 255];
+
+/// Finds the threshold for a current.
+pub(super) async fn find<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    speeds: &Speeds,
+    current: Option<Amps>,
+) -> Result<Found, Failure> {
+    let crawl = hands.config().load_speed(way.motor).0 * CRAWL;
+    let readings = read(hands, way, crawl, current, 0, true).await?;
+    let stands = threshold(libm::ceilf(readings.most_likely() / PER_THRESHOLD));
+    hands.say(format_args!(
+        "// crawling at {crawl:.1} mm/s, where it induces next to nothing, it says stall from {stands} on\n"
+    ));
+    let (mut free, mut found) = (THRESHOLDS[1], None);
+    for rate in speeds {
+        let readings = read(hands, way, *rate, current, 0, false).await?;
+        free = free.min(threshold(readings.least_likely() / PER_THRESHOLD));
+        let middle = stands.midpoint(free);
+        let with = if middle > stands { Some(read(hands, way, *rate, current, middle, false).await?) } else { None };
+        let Some(readings) = with.filter(|readings| readings.are_free(LEAST_MEAN)) else {
+            hands.say(format_args!("// at {rate:.0} mm/s it reads too little for any threshold\n"));
+            break;
+        };
+        hands.say(format_args!(
+            "// at {rate:.0} mm/s free up to {free}; with {middle} it reads {:.0}, noise {:.0}, least {}\n",
+            readings.mean(),
+            readings.noise(),
+            readings.least()
+        ));
+        found = Some(Found { threshold: middle, free, stands, slowest: *rate, readings });
+    }
+    found.ok_or_else(|| {
+        Failure::refused("no threshold tells a stall from running free: a higher speed, or less current, may")
+    })
+}
+
+/// Whole, and one that there is.
+fn threshold(value: f32) -> i16 {
+    // A float to integer cast saturates.
+    (value as i16).clamp(THRESHOLDS[0], THRESHOLDS[1])
+}
+
+async fn read<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    way: &Way,
+    rate: f64,
+    current: Option<Amps>,
+    threshold: i16,
+    is_crawl: bool,
+) -> Result<Readings, Failure> {
+    strokes::set(hands, way.motor, StallSearch { current, threshold })?;
+    strokes::there_and_back(hands, way, rate, is_crawl).await
+}
