@@ -304,8 +304,8 @@ fn tune_driver_finds_a_threshold_for_a_driver_outside() {
     assert_eq!(bench.say("G28 X"), "ok\n");
 }
 
-/// stallGuard4: the threshold is held against the readings, for the watch and for homing. It homes with what was
-/// found, and a crash is seen.
+/// stallGuard4: the threshold is held against the readings, for the watch and for homing. It homes with what
+/// was found, and a crash is seen.
 #[test]
 fn tune_driver_finds_a_threshold_for_stall_guard_4() {
     let own = [

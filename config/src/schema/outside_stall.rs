@@ -1,5 +1,5 @@
-//! `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[tmc2209]`, `[tmc2226]`: stalls of a motor whose driver is outside the
-//! board.
+//! `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[tmc2209]`, `[tmc2226]`: stalls of a motor whose driver is outside
+//! the board.
 
 /// The rows of the chips of one family.
 macro_rules! outside_stall {
