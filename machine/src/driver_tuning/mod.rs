@@ -4,9 +4,9 @@
 //! are two ends: below the one a motor that runs free reads 0 now and then; above the other a motor that
 //! stands does not. The first is measured as it is, at two or three speeds. The second would take stalls; in
 //! their place the axis crawls, for a motor that hardly turns induces as little as one that stands. Between
-//! both lies the threshold. With stallGuard4 it is the other way round, see [`stall_guard_4`]. The chopper
-//! is left alone: nothing that these chips read says how good it is. It is computed, in [`chopper`], when that
-//! is asked for.
+//! both lies the threshold. With stallGuard4 it is the other way round, see [`stall_guard_4`]. The
+//! chopper is left alone: nothing that these chips read says how good it is. It is computed, in [`chopper`],
+//! when that is asked for.
 //!
 //! The driver is set as for a search for a stall, which keeps what was set before, and puts it back however
 //! this ends.
