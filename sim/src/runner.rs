@@ -21,7 +21,9 @@ use std::cell::{Cell, RefCell};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::task::{Context, Poll, Waker};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
 
 use config::{BoardId, MachineConfig};
 use machine::heat::HeatControl;
@@ -40,6 +42,20 @@ use tasks::{Inputs, SLOT_NS, Tasks};
 use verify::Watch;
 pub use verify::against::{InSearches, Mismatch};
 pub use verify::plan::{Plan, PlannedMotion};
+
+/// The executor wants to be polled again at once.
+#[derive(Default)]
+struct HasMoreToDo(AtomicBool);
+
+impl Wake for HasMoreToDo {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
 
 /// How often the dispatcher is polled in a slot: on the board it runs whenever nothing else does.
 const POLLS_PER_SLOT: u32 = 16;
@@ -92,6 +108,8 @@ pub struct Runner {
     machine: MachineConfig,
     slot_ns: u64,
     polls: u32,
+    more: Arc<HasMoreToDo>,
+    waker: Waker,
 }
 
 impl std::fmt::Debug for Runner {
@@ -132,7 +150,10 @@ impl Runner {
         let executor = Box::pin(async move {
             machine::run(ports).await;
         });
-        Ok(Self { tasks: Tasks::new(inputs), shared, executor, machine, slot_ns: 0, polls: POLLS_PER_SLOT })
+        let more = Arc::new(HasMoreToDo::default());
+        let waker = Waker::from(Arc::clone(&more));
+        let tasks = Tasks::new(inputs);
+        Ok(Self { tasks, shared, executor, more, waker, machine, slot_ns: 0, polls: POLLS_PER_SLOT })
     }
 
     /// Virtual time since power-on, nanoseconds.
@@ -236,11 +257,16 @@ impl Runner {
     /// Runs one slot of half a millisecond.
     pub fn step(&mut self) {
         self.tasks.periodic(&self.shared);
+        let mut rests = false;
         for _ in 0..self.polls {
-            let mut context = Context::from_waker(Waker::noop());
-            // The executor never ends; were it to, the machine would stand still and tests would say so.
-            if let Poll::Ready(()) = self.executor.as_mut().poll(&mut context) {
-                break;
+            // In a slot nothing comes, so whoever rests would do so again.
+            if !rests {
+                self.more.0.store(false, Ordering::Relaxed);
+                // The executor never ends; were it to, the machine would stand still and tests would say so.
+                if let Poll::Ready(()) = self.executor.as_mut().poll(&mut Context::from_waker(&self.waker)) {
+                    break;
+                }
+                rests = self.shared.rests.replace(false) && !self.more.0.load(Ordering::Relaxed);
             }
             self.shared.motion.borrow_mut().plan();
         }

@@ -105,6 +105,7 @@ async fn run_machine<P: Ports>(machine: &mut Machine<'_, P>, read: boot::Read) -
             has_run += 1;
         }
         if has_run == 0 && !(machine.update.waits() && pin!(update::run_next(machine)).await) {
+            machine.ports.rest();
             yield_once().await;
         }
     }

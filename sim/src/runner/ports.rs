@@ -50,6 +50,8 @@ impl Sent {
 /// What the controller, the tasks and the runner look at in turns.
 pub struct Shared {
     pub now_ns: Flag<u64>,
+    /// The executor has nothing to do until time passes.
+    pub rests: Flag<bool>,
     /// When the last bit on each auxiliary UART is over.
     pub wires_ns: [Flag<u64>; 2],
     pub world: Turns<World>,
@@ -90,6 +92,7 @@ impl Shared {
         };
         let shared = Self {
             now_ns: Flag::new(0),
+            rests: Flag::new(false),
             wires_ns: [const { Flag::new(0) }; 2],
             world: Turns::new(world),
             motion: Turns::new(Motion::new()),
@@ -309,6 +312,10 @@ impl Board for HostPorts {
         // There is no watchdog: a machine that hangs here hangs the test. What it would be silent for is
         // counted.
         self.shared.card.borrow_mut().seen();
+    }
+
+    fn rest(&mut self) {
+        self.shared.rests.set(true);
     }
 
     fn stop_for_debugger(&mut self) -> bool {

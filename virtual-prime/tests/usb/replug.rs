@@ -141,7 +141,7 @@ fn replug(cycles: usize, rounds: usize) {
 
 #[test]
 fn no_step_and_no_byte_is_lost_with_the_cable() {
-    replug(12, 300);
+    replug(5, 130);
 }
 
 /// As the issue has it; some minutes.
