@@ -165,17 +165,19 @@ test-host: target/toolchain.mk
 	@$(CARGO) test -q --locked -p program --features docs --lib
 
 # What the later tests need, made while those of the host run: fat LTO and the emulator's largest crate take one core
-# each for a long time, and so does a test program that waits for its longest test.
-test-builds: virtual-prime
+# each for a long time, and so does a test program that waits for its longest test. Cargo makes the virtual board itself
+# with its tests, from the crates that these are made of: built for itself it is made of other ones.
+test-builds: emulator
 	@cd virtual-prime && CARGO_TARGET_DIR=target $(VP_CARGO) test -q --locked --release --ignore-rust-version --no-run
 	@$(MAKE) firmware
 	@$(FW_CARGO) test -q --locked -p on-target --release --target $(TRIPLE) $(FW_FLAGS) --no-run
 
-test-image: firmware virtual-prime
+test-image: firmware emulator
+	@test -x $(VPRIME) || $(MAKE) virtual-prime
 	@echo "== tests on target, on the virtual board"
 	@FW_CARGO="$(FW_CARGO)" FW_FLAGS="$(FW_FLAGS)" scripts/test-on-target.sh
 
-test-virtual: firmware virtual-prime
+test-virtual: firmware emulator
 	@echo "== the image on the virtual board"
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" FW_CARGO="$(FW_CARGO)" FW_FLAGS="$(FW_FLAGS)" \
 	    $(VP_CARGO) test -q --locked --release --ignore-rust-version

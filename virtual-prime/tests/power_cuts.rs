@@ -311,16 +311,14 @@ impl Trial {
     }
 }
 
-/// The worst two kinds of cut, each at another entry.
+/// One of the worst kinds of cut, in the middle of the job; `make faults` has every one.
 #[test]
-fn a_part_is_the_same_after_a_write_that_was_torn_and_one_that_was_lost() {
+fn a_part_is_the_same_after_a_write_that_was_lost() {
     let mut trial = Trial::new(Format::Fat16);
     let entries: Vec<usize> = (0..trial.whole.writes.len())
         .filter(|number| purpose(&trial.whole.writes[*number]) == "journal: entry")
         .collect();
-    for (place, cut) in [Cut::Torn, Cut::Lost].into_iter().enumerate() {
-        trial.cut(entries[entries.len() * (2 * place + 3) / 8], cut);
-    }
+    trial.cut(entries[entries.len() * 5 / 8], Cut::Lost);
     println!("{}", trial.end());
 }
 

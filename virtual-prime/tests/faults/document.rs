@@ -163,10 +163,7 @@ const ELSEWHERE: &[Elsewhere] = &[
         does: "what is offered afterwards goes on with the same part, or nothing is offered; nothing moves or heats by itself",
         tests: &[
             ("tests/tests/power_loss/mod.rs", "a_part_is_the_same_after_a_cut_at_some_of_its_writes"),
-            (
-                "virtual-prime/tests/power_cuts.rs",
-                "a_part_is_the_same_after_a_write_that_was_torn_and_one_that_was_lost",
-            ),
+            ("virtual-prime/tests/power_cuts.rs", "a_part_is_the_same_after_a_write_that_was_lost"),
         ],
     },
     Elsewhere {
