@@ -26,7 +26,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 endif
 
 .PHONY: help demo test firmware seal run compare console check bench faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
-.PHONY: test-lint test-host test-builds test-image test-virtual
+.PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -41,9 +41,8 @@ demo: target/toolchain.mk
 
 ## make test                     every test: host crates, scenarios, the image on the virtual board
 test: target/toolchain.mk
-	@$(MAKE) test-lint
-	@$(MAKE) -j2 test-host test-builds
-	@$(MAKE) test-image test-virtual
+	@$(MAKE) -j2 test-desk test-builds
+	@$(MAKE) -j2 test-image test-virtual
 	@echo "all tests passed"
 
 ## make firmware                 boot stage and image: target/thumbv7em-none-eabihf/release/firmware, all of it as plain bytes in
@@ -159,12 +158,16 @@ test-lint: target/toolchain.mk
 	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p boot -p firmware --release --target $(TRIPLE) -- -D warnings; fi; \
 	else echo "clippy is not installed: skipped"; fi
 
+test-desk:
+	@$(MAKE) test-lint
+	@$(MAKE) test-host
+
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
 	@unset MAKEFLAGS MFLAGS; $(CARGO) test -q --locked --no-fail-fast
 	@$(CARGO) test -q --locked -p program --features docs --lib
 
-# What the later tests need, made while those of the host run: fat LTO and the emulator's largest crate take one core
+# What the later tests need, made while those of the desk run: fat LTO and the emulator's largest crate take one core
 # each for a long time, and so does a test program that waits for its longest test. Cargo makes the virtual board itself
 # with its tests, from the crates that these are made of: built for itself it is made of other ones.
 test-builds: emulator
