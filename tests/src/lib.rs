@@ -1,5 +1,7 @@
 //! A bench to run scenarios on: a machine in virtual time with a card, a console and faults to order.
 
+mod outside;
+
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};

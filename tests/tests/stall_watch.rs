@@ -80,18 +80,7 @@ fn a_sound_job_never_stalls() {
 
 /// X with a driver outside, its output DIAG on an input, and the chopper whose load the chip measures.
 fn outside(kind: &str, own: &[&str]) -> Plan {
-    let plan = [
-        "[uart console] enable = false",
-        "[tmc2590] alpha.spi_cs_pin",
-        "[tmc2590] alpha.sense_resistor",
-        "[tmc2590] alpha.max_current",
-        "[tmc2590] alpha.step_interpolation",
-        "[actuator] alpha.step_pin = PJ5",
-        "[actuator] alpha.dir_pin = PJ1",
-    ];
-    let plan = plan.iter().fold(Plan::new(CARTESIAN), |plan, line| plan.set(line));
-    let plan = plan.set(&format!("[actuator] alpha.driver = {kind}"));
-    let plan = plan.set(&format!("[{kind}] alpha.stall_watch = true"));
+    let plan = Plan::new(CARTESIAN).with_x_outside(kind).set(&format!("[{kind}] alpha.stall_watch = true"));
     own.iter().fold(plan, |plan, line| plan.set(&format!("[{kind}] alpha.{line}")))
 }
 

@@ -240,21 +240,10 @@ fn what_the_file_says_wrongly_is_told_with_the_fix() {
 
 /// X with a driver outside, its DIAG on an input, without a switch.
 fn homing(kind: &str, own: &[&str]) -> Plan {
-    let plan = [
-        "[uart console] enable = false",
-        "[tmc2590] alpha.spi_cs_pin",
-        "[tmc2590] alpha.sense_resistor",
-        "[tmc2590] alpha.max_current",
-        "[tmc2590] alpha.step_interpolation",
-        "[actuator] alpha.step_pin = PJ5",
-        "[actuator] alpha.dir_pin = PJ1",
-        "[endstops] minx.slow_rate",
-        "[endstops] minx.stall_homing = true",
-        "[endstops] minx.stall_current = 0.8",
-    ];
-    let plan = plan.iter().fold(Plan::new(CARTESIAN), |plan, line| plan.set(line));
-    let plan = plan.set(&format!("[actuator] alpha.driver = {kind}"));
-    own.iter().fold(plan, |plan, line| plan.set(line))
+    let search =
+        ["[endstops] minx.slow_rate", "[endstops] minx.stall_homing = true", "[endstops] minx.stall_current = 0.8"];
+    let plan = Plan::new(CARTESIAN).with_x_outside(kind);
+    search.iter().chain(own).fold(plan, |plan, line| plan.set(line))
 }
 
 /// With the sensitivity of its own kind of measurement, current and chopper of the search's own, and back.

@@ -202,6 +202,19 @@ fn the_board_waits_for_firmware_over_usb_when_it_is_asked_to() {
     velvet.hear_until("boot stage: waits for firmware over USB", 2 * SECOND);
 }
 
+/// The boot stage would take nothing: the machine goes on as it was.
+#[test]
+fn without_a_card_the_board_does_not_leave_for_the_download() {
+    let mut velvet = Plan::new().start();
+    velvet.bench.vm.with(|stopped| stopped.session.board_mut().insert(None)).expect("the run goes on");
+    velvet.hear_until("the SD card was taken out", 2 * SECOND);
+    velvet.type_in("dfu");
+    velvet.hear_until("this firmware cannot be kept on the card, so that it could come back", 2 * SECOND);
+    velvet.hear(2 * SECOND);
+    assert!(!velvet.said().contains("boot stage"), "{}", velvet.said());
+    velvet.ask("G28.6", SECOND);
+}
+
 /// The block that the power finds is half new; what was written before it is kept.
 fn keeping_is_cut(share: Share) -> usize {
     let plan = || Plan::new().set("[system] flash_on_boot = false");
