@@ -164,8 +164,7 @@ test-desk:
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
-	@unset MAKEFLAGS MFLAGS; $(CARGO) test -q --locked --no-fail-fast
-	@$(CARGO) test -q --locked -p program --features docs --lib
+	@unset MAKEFLAGS MFLAGS; $(CARGO) test -q --locked --no-fail-fast --features program/docs
 
 # What the later tests need, made while those of the desk run: fat LTO and the emulator's largest crate take one core
 # each for a long time, and so does a test program that waits for its longest test. Cargo makes the virtual board itself
