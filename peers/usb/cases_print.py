@@ -171,6 +171,8 @@ def stream(bench, name, part, stall):
                 f"in {duration(found):.0f} s from the first to the last (from the card {duration(wanted):.0f} s)")
     finally:
         board.close()
+        # What holds the port open would keep its name from the next board's.
+        guest.do("killall cat; true")
 
 
 @case("print: printcore over /dev/ttyACM0")

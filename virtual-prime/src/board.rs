@@ -38,6 +38,8 @@ const HSE_HZ: u64 = 25_000_000;
 const LSE_HZ: u64 = 32_768;
 /// VDD, VDDA and VREF+.
 const RAIL_MV: u32 = 3_300;
+/// How warm the chip is, hundredths of a degree Celsius.
+const CHIP_CENTI_C: i32 = 4_600;
 /// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts
 /// instructions.
 pub const CORE_HZ: u64 = 400_000_000;
@@ -111,6 +113,7 @@ impl PrimeBoard {
         for converter in &mut part.adc {
             converter.set_reference(RAIL_MV);
             converter.set_backup_battery(RAIL_MV);
+            converter.set_temperature(CHIP_CENTI_C);
         }
         for (index, (port, number)) in driver_selects().into_iter().enumerate() {
             let select = Select { port, pin: port_pin(number), active: Level::Low };

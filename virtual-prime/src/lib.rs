@@ -11,6 +11,7 @@
 pub mod board;
 pub mod complaints;
 pub mod console;
+pub mod factory;
 pub mod flash_journal;
 pub mod image;
 pub mod instruments;

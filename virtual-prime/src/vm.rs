@@ -10,13 +10,14 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
 
 use rigless::emulator::{self, Access, AccessKind, Driver, Host, Settled, Start, Stop};
-use rigless::image::Image;
+use rigless::image::{self, Image};
 use rigless::session::Session;
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use crate::board::PrimeBoard;
 use crate::complaints::complaints;
+use crate::factory;
 use crate::flash_journal::{Operation, SECTOR, START};
 
 /// The grid on which the machine's slow physics and voltages are brought up to date.
@@ -98,14 +99,15 @@ impl Vm {
     /// # Errors
     /// When the image cannot be read or placed.
     pub fn start(board: PrimeBoard, elf: &Path, observer: Option<Box<dyn Observer>>) -> Result<Self, StartError> {
-        let image = Image::read(elf, None).map_err(|error| StartError(error.to_string()))?;
+        let failed = |error: image::Error| StartError(error.to_string());
+        let images = [Image::read(elf, None).map_err(failed)?, factory::image().map_err(failed)?];
         let session =
             Session::new(Box::new(board), 0, VirtualNanos(0)).map_err(|error| StartError(error.to_string()))?;
         let (commands, orders) = mpsc::channel();
         let (answers, reports) = mpsc::channel();
         let thread = thread::Builder::new()
             .name("virtual-prime".into())
-            .spawn(move || execute(session, image, Puppet { orders, answers, target: 0, observer }))
+            .spawn(move || execute(session, &images, Puppet { orders, answers, target: 0, observer }))
             .map_err(|error| StartError(error.to_string()))?;
         let mut vm = Self {
             commands: Some(commands),
@@ -198,10 +200,9 @@ impl Drop for Vm {
     }
 }
 
-fn execute(session: Session<PrimeBoard>, image: Image, puppet: Puppet) {
+fn execute(session: Session<PrimeBoard>, images: &[Image], puppet: Puppet) {
     let answers = puppet.answers.clone();
-    let images = [image];
-    let mut start = Start::new(&images);
+    let mut start = Start::new(images);
     start.semihosting = true;
     let (span, found) = match emulator::run(session, &start, puppet) {
         Ok(finished) => {

@@ -261,3 +261,13 @@ fn pulses_of_several_motors_keep_their_length_and_their_pause() {
     assert!(fastest > 44_000.0, "only {fastest} steps/s");
     assert!(said.contains("delayed: 0\n"), "{said}");
 }
+
+/// By what the factory measured at 30 and at 110 degrees; the sensor's millivolt is half a degree.
+#[test]
+fn the_chip_s_temperature_is_what_it_is() {
+    let mut velvet = Plan::new().start();
+    let answer = velvet.ask("get temp chip", 500);
+    let celsius = answer.trim().strip_prefix("chip temp: ").and_then(|rest| rest.split_whitespace().next());
+    let celsius: f64 = celsius.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{answer}"));
+    assert!((celsius - 46.0).abs() < 0.6, "{answer}");
+}

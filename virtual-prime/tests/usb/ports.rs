@@ -1,5 +1,6 @@
 //! The machine's consoles at the USB socket.
 
+use virtual_prime::factory::UNIQUE_ID;
 use virtual_prime::usb_host::cdc::LineCoding;
 use virtual_prime::usb_host::transfer::{Outcome, Request};
 
@@ -14,7 +15,7 @@ fn the_machine_enumerates_under_its_names() {
     assert_eq!((descriptor.vendor, descriptor.product), (0x1D50, 0x6015));
     let [manufacturer, product, serial] = plugged.device.strings.clone().map(Option::unwrap);
     assert_eq!((manufacturer.as_str(), product.as_str()), ("Velvet", "Smoothieboard v2 Prime"));
-    assert!(serial.len() == 24 && serial.chars().all(|digit| digit.is_ascii_hexdigit()), "{serial}");
+    assert_eq!(serial, UNIQUE_ID.map(|word| format!("{word:08X}")).concat());
     assert_eq!(plugged.ports.len(), 2);
     plugged.assert_clean();
 }
