@@ -65,7 +65,7 @@ fn replay(name: &str, text: &str) {
         let input = exchange.input();
         let mut answer = mask::mask(input, &answer);
         let mut ours = mask::mask(input, &exchange.ours);
-        // The virtual chip is warmer than the host runner's, and a motor that was stopped on its way stands elsewhere.
+        // The virtual chip is warmer than the host runner, and a motor stopped on its way stands elsewhere.
         for reply in [&mut answer, &mut ours] {
             reply.retain(|line| !line.starts_with("chip temp") && !line.starts_with("Microstep position"));
         }
