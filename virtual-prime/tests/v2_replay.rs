@@ -20,7 +20,8 @@ use play::Desk;
 use record::{Record, differences};
 
 /// Inputs about the board itself, or about moments that a faster or slower board has elsewhere.
-const OWN: &[&str] = &["version", "version ;x", "mem", "M115", "get volts", "get steps", "?", "\\x18", "\\x19", "$I"];
+const OWN: &[&str] =
+    &["version", "version ;x", "mem", "M115", "get volts", "get steps", "dfu", "?", "\\x18", "\\x19", "$I"];
 
 /// Where the page has the numbers of the board.
 const HEADING: &str = "## On the virtual board\n";
