@@ -95,7 +95,6 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: Fl
     }
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
-    paint_stack();
     protect(mpu, flash);
     scb.enable_icache();
     scb.enable_dcache(cpuid);
@@ -282,8 +281,9 @@ pub fn stack_room_bytes() -> u32 {
     DTCM_END.saturating_sub(stack_limit())
 }
 
-/// Fills the free stack with a pattern, for [`stack_unused_bytes`].
-fn paint_stack() {
+/// Fills what is free of the main stack with a pattern, for [`main_stack_unused_bytes`]. Called when the board is up: from
+/// then on the stack is the interrupts' alone. They may come meanwhile, and have left it again before this goes on.
+pub fn paint_main_stack() {
     let top = cortex_m::register::msp::read().saturating_sub(PAINT_MARGIN_BYTES);
     for address in (stack_limit()..top).step_by(4) {
         // SAFETY: between the statics' end and well below the present stack pointer, in DTCM: nothing lives
@@ -292,9 +292,9 @@ fn paint_stack() {
     }
 }
 
-/// How many bytes of the stack were never touched since the start.
+/// How many bytes of the main stack were never touched since [`paint_main_stack`].
 #[must_use]
-pub fn stack_unused_bytes() -> u32 {
+pub fn main_stack_unused_bytes() -> u32 {
     // SAFETY: reads of DTCM words between the statics' end and its end.
     let untouched = |address: &u32| unsafe { (*address as *const u32).read_volatile() == PAINT };
     4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32

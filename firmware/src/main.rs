@@ -345,6 +345,7 @@ mod app {
     // Consoles and dispatcher.
     #[idle(local = [owned, flash], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
+        bsp_prime::memory::paint_main_stack();
         let idle::SharedResources { motion, heat, slow, triggers, card, .. } = cx.shared;
         let shared = ports::Shared { motion, heat, slow, triggers };
         let wake_planner = || {

@@ -449,7 +449,11 @@ where
     }
 
     fn memory(&self) -> MemoryReport {
-        MemoryReport { static_bytes: memory::static_bytes(), stack_unused_bytes: Some(thread_stack::unused_bytes()) }
+        MemoryReport {
+            static_bytes: memory::static_bytes(),
+            stack_unused_bytes: Some(thread_stack::unused_bytes()),
+            interrupt_stack_unused_bytes: Some(memory::main_stack_unused_bytes()),
+        }
     }
 
     fn step_times(&self) -> StepTimes {

@@ -39,6 +39,12 @@ pub(super) struct Read {
     pub took: Micros,
 }
 
+/// A configuration before it is read. Never inlined: it would be on the caller's stack a second time.
+#[inline(never)]
+pub(super) fn unread() -> MachineConfig {
+    MachineConfig::default()
+}
+
 /// Greets, reads the configuration and says what is wrong with it.
 pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
     sessions.configure(ports);

@@ -58,7 +58,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// What the lines mean.
     pub(super) program: Interpreter,
     /// Who talks to it.
-    pub(super) sessions: Sessions,
+    pub(super) sessions: &'c mut Sessions,
     /// Whether it may move.
     pub(super) safety: Safety,
     pub(super) axes: Axes,
@@ -135,10 +135,12 @@ pub(crate) struct Machine<'c, P: Ports> {
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
+    /// Never inlined: what it is made of is on the stack meanwhile, and would stay there below all that is polled.
+    #[inline(never)]
     pub(super) fn new(
         ports: P,
         config: &'c MachineConfig,
-        sessions: Sessions,
+        sessions: &'c mut Sessions,
         config_took: Micros,
         foresight: &'c Foresight<'c>,
         meanwhile: fn(&mut Self),

@@ -68,8 +68,6 @@ mod update_watch;
 
 use core::pin::pin;
 
-use config::MachineConfig;
-
 pub use hands::Hands;
 pub(crate) use line_numbers::decoder_expecting;
 use machine::Machine;
@@ -85,12 +83,12 @@ const LINES_IN_A_ROW: u8 = 4;
 /// Boots and serves, for ever. The board polls this in `idle`, the host runner in virtual time; it yields at
 /// every wait.
 pub async fn run<P: Ports>(mut ports: P) -> ! {
-    let mut config = MachineConfig::default();
+    let mut config = boot::unread();
     let mut sessions = Sessions::new();
     let read = boot::read_config(&mut ports, &mut sessions, &mut config).await;
     let mut workspace = ports.workspace();
     let foresight = Foresight::new(&config, workspace.as_deref_mut());
-    let mut machine = Machine::new(ports, &config, sessions, read.took, &foresight, serve::serve);
+    let mut machine = Machine::new(ports, &config, &mut sessions, read.took, &foresight, serve::serve);
     let executor = pin!(run_machine(&mut machine, read));
     forecast::beside(executor, &foresight).await
 }

@@ -99,7 +99,8 @@ pub struct Foresight<'a> {
 }
 
 impl<'a> Foresight<'a> {
-    /// None yet.
+    /// None yet. Never inlined, as it is large.
+    #[inline(never)]
     pub fn new(config: &'a MachineConfig, workspace: Option<&'a mut Workspace>) -> Self {
         let desk = workspace
             .map(|Workspace { motion, program }| Desk { preflight: Preflight::of_nothing(config, program), motion });

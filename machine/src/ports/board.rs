@@ -49,8 +49,10 @@ pub struct BoardInfo {
 pub struct MemoryReport {
     /// Statically placed bytes (data and bss).
     pub static_bytes: u32,
-    /// Stack bytes never touched since boot, when the board can tell.
+    /// Bytes of the executor's stack never touched since boot, when the board can tell.
     pub stack_unused_bytes: Option<u32>,
+    /// The same of the stack that interrupts nest on.
+    pub interrupt_stack_unused_bytes: Option<u32>,
 }
 
 /// How well the step interrupt kept the times of steps, since boot.

@@ -68,6 +68,9 @@ pub(crate) fn memory(board: &impl Board, config_took: Micros, reply: &mut Reply<
     if let Some(bytes) = memory.stack_unused_bytes {
         reply.say(format_args!("stack never used: {bytes} bytes\n"));
     }
+    if let Some(bytes) = memory.interrupt_stack_unused_bytes {
+        reply.say(format_args!("stack of interrupts never used: {bytes} bytes\n"));
+    }
     let (millis, bytes) = (config_took.0 as f64 / 1_000.0, config::READING_BYTES);
     reply.say(format_args!("configuration: read in {millis:.2} ms within {bytes} bytes\n"));
 }

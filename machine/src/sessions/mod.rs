@@ -87,8 +87,9 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// No line, no output.
+    /// No line, no output. Never inlined: it would be on the caller's stack a second time.
     #[must_use]
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0, button_stop: None, notice: "" }
     }

@@ -4,6 +4,7 @@ pub mod hang;
 pub mod machine;
 pub mod print;
 pub mod seal;
+pub mod stacks;
 pub mod switched;
 pub mod velvet;
 pub mod writes;

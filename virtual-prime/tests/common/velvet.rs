@@ -16,7 +16,7 @@ use virtual_prime::rtt::Probe as Rtt;
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
-use super::{Bench, FRAME_NS, MS, boot_watched};
+use super::{Bench, FRAME_NS, MS, boot_watched, stacks};
 
 /// The sample printer: Cartesian, one hot end, a bed, a part fan, switches at the minimum ends.
 pub const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
@@ -247,7 +247,8 @@ impl Plan {
             done.expect("a fault of this machine");
         }
         let probe = Probe { faults_are_meant: self.faults_are_meant, leaves_log: self.leaves_log, ..Probe::default() };
-        Velvet { bench: boot_watched(&self.elf, board, self.watched, &probe), said: String::new() }
+        let is_image = self.elf == image();
+        Velvet { bench: boot_watched(&self.elf, board, self.watched, &probe), said: String::new(), is_image }
     }
 }
 
@@ -255,6 +256,17 @@ impl Plan {
 pub struct Velvet {
     pub bench: Bench,
     said: String,
+    /// It runs the image under test, as that was built.
+    is_image: bool,
+}
+
+impl Drop for Velvet {
+    fn drop(&mut self) {
+        if self.is_image && !std::thread::panicking() {
+            let left = self.bench.vm.with(|stopped| stacks::left(stopped.host));
+            left.flatten().into_iter().for_each(stacks::assert_enough);
+        }
+    }
 }
 
 impl Velvet {
