@@ -280,7 +280,7 @@ async fn turn<P: Ports>(
             hands.say(text);
         }
     }
-    if let Err(failure) = hands.pause().await {
+    if let Err(failure) = hands.pause_for_time().await {
         hands.say(format_args!("Autopid aborted\n"));
         return Err(failure);
     }

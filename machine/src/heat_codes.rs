@@ -124,7 +124,7 @@ async fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, un
                 hands.say(format_args!("{text}\n"));
             }
         }
-        if let Err(failure) = hands.pause().await {
+        if let Err(failure) = hands.pause_for_time().await {
             hands.say(format_args!("Wait on temperature aborted by kill\n"));
             return Err(failure);
         }

@@ -99,7 +99,7 @@ async fn held_with<P: Ports>(
     let (times, least) = SETTLES;
     let settled = hands.now().plus(least).plus(Micros((model.late_s * times * 1e6) as u64));
     while hands.now() < settled {
-        hands.pause().await?;
+        hands.pause_for_time().await?;
     }
     let (mut sum, mut count) = (0.0_f64, 0_u32);
     let end = hands.now().plus(AVERAGED);
@@ -107,7 +107,7 @@ async fn held_with<P: Ports>(
         let duty = hands.heat(|heat| heat.heater(id).map_or(Duty::OFF, |heater| heater.duty()));
         sum += f64::from(duty.0);
         count += 1;
-        hands.pause().await?;
+        hands.pause_for_time().await?;
     }
     Ok((sum / f64::from(count.max(1))) as f32)
 }

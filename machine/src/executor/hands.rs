@@ -185,6 +185,14 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.pause().await
     }
 
+    /// One turn of a wait for what only time brings.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub async fn pause_for_time(&mut self) -> Result<(), Failure> {
+        self.machine.pause_for_time().await
+    }
+
     /// Has a file read ahead, unless one is played.
     pub fn read_ahead(&mut self, file: crate::ports::FileHandle) {
         if !self.machine.jobs.is_open() {
@@ -246,7 +254,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// [`Failure::Halted`].
     pub async fn wait_while_held(&mut self) -> Result<(), Failure> {
         while matches!(self.state(), State::Hold | State::Door) {
-            self.pause().await?;
+            self.pause_for_time().await?;
         }
         Ok(())
     }

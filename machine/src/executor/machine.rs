@@ -234,11 +234,19 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
+    /// One turn of a wait for what only time brings: motion, heat, a moment.
+    pub(super) async fn pause_for_time(&mut self) -> Result<(), Failure> {
+        if !self.ahead.is_open() {
+            self.ports.rest();
+        }
+        self.pause().await
+    }
+
     /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and
     /// reports.
     pub(super) async fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
         while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
-            self.pause().await?;
+            self.pause_for_time().await?;
         }
         Ok(())
     }
@@ -248,7 +256,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) async fn standstill(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
-            self.pause().await?;
+            self.pause_for_time().await?;
         }
         self.drained();
         if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
@@ -258,7 +266,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) async fn wait(&mut self, time: Micros) -> Result<(), Failure> {
         let since = self.ports.now();
         while self.ports.now().since(since) < time {
-            self.pause().await?;
+            self.pause_for_time().await?;
         }
         Ok(())
     }

@@ -139,7 +139,7 @@ async fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Res
                 count += 1;
             }
         }
-        hands.pause().await?;
+        hands.pause_for_time().await?;
     }
     Ok((count >= LEAST_READINGS).then(|| sum / count))
 }
@@ -150,7 +150,7 @@ pub(crate) async fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f6
     hands.motion(motion::Motion::flush);
     let (mut speed, mut since) = (0.0, hands.now());
     loop {
-        hands.pause().await?;
+        hands.pause_for_time().await?;
         let (now, is_idle) = hands.motion(|motion| (motion.speed().0, motion.is_idle()));
         if is_idle {
             return Ok(());
