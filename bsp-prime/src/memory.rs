@@ -281,8 +281,9 @@ pub fn stack_room_bytes() -> u32 {
     DTCM_END.saturating_sub(stack_limit())
 }
 
-/// Fills what is free of the main stack with a pattern, for [`main_stack_unused_bytes`]. Called when the board is up: from
-/// then on the stack is the interrupts' alone. They may come meanwhile, and have left it again before this goes on.
+/// Fills what is free of the main stack with a pattern, for [`main_stack_unused_bytes`]. Called when all is
+/// up: from then on the stack is the interrupts' alone. They may come meanwhile, and have left it again
+/// before this goes on.
 pub fn paint_main_stack() {
     let top = cortex_m::register::msp::read().saturating_sub(PAINT_MARGIN_BYTES);
     for address in (stack_limit()..top).step_by(4) {

@@ -10,7 +10,7 @@ use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::usb::UsbSocket;
-use bsp_prime::{adc, kept, memory, thread_stack, time, wait};
+use bsp_prime::{kept, memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
 use events::EventRing;
 use heapless::Vec;
@@ -495,9 +495,4 @@ where
     fn request_reset(&mut self) {
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
     }
-}
-
-/// Converts a reading of a monitored input to volts at its source.
-pub fn source_volts(reading: u16, scale: f32) -> Volts {
-    Volts(adc::pin_volts(reading) * scale)
 }

@@ -1,7 +1,7 @@
 //! What the slow task touches: driver chips, supply voltages, and the supervisor that judges both. And the
 //! chips of sensors, whose bus may be that of the drivers: who holds this holds both buses.
 
-use bsp_prime::adc::{AdcError, Supplies, chip_celsius};
+use bsp_prime::adc::{AdcError, Supplies, chip_celsius, pin_volts};
 use bsp_prime::pins::table;
 use config::{MachineConfig, Name};
 use heapless::Vec;
@@ -10,7 +10,6 @@ use machine::supervisor::Supervisor;
 use units::{Celsius, Volts};
 
 use crate::drivers::{DriverBank, SensorBank};
-use crate::ports::source_volts;
 
 /// One monitored voltage.
 struct Monitor {
@@ -76,4 +75,9 @@ impl Slow {
         let supply = SupplyVoltages { motor: self.voltage("vmotor"), fets: self.voltage("vfet") };
         self.supervisor.tick(bsp_prime::time::now(), &mut self.drivers, supply, bsp_prime::kept::events());
     }
+}
+
+/// Converts a reading of a monitored input to volts at its source.
+fn source_volts(reading: u16, scale: f32) -> Volts {
+    Volts(pin_volts(reading) * scale)
 }

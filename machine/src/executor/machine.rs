@@ -135,7 +135,8 @@ pub(crate) struct Machine<'c, P: Ports> {
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
-    /// Never inlined: what it is made of is on the stack meanwhile, and would stay there below all that is polled.
+    /// Never inlined: what it is made of is on the stack meanwhile, and would stay there below all that is
+    /// polled.
     #[inline(never)]
     pub(super) fn new(
         ports: P,

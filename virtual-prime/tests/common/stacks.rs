@@ -1,4 +1,5 @@
-//! How much of its stacks the image has left: whatever a test has had it do, it stays far away from their ends.
+//! How much of its stacks the image has left: whatever a test has had it do, it stays far away from their
+//! ends.
 
 use std::sync::OnceLock;
 
@@ -8,7 +9,8 @@ use virtual_prime::image::Symbols;
 
 use super::velvet::image;
 
-/// What the firmware fills its main stack with, `bsp-prime/src/memory.rs`. The other one is zero at the start.
+/// What the firmware fills its main stack with, `bsp-prime/src/memory.rs`. The other one is zero at the
+/// start.
 const PAINT: u64 = 0x5AFE_57AC;
 /// The strips below the stacks that nobody may touch, in the same file and in `thread_stack.rs`.
 const GUARD_BYTES: u64 = 256;
