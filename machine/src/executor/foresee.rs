@@ -380,7 +380,7 @@ pub(super) fn check_piece<P: Ports>(
         return Err(Failure::refused("broken off: a job has begun"));
     }
     let config = machine.config;
-    let reply = &mut Reply::new(&mut machine.sessions, to);
+    let reply = &mut Reply::new(machine.sessions, to);
     if let Some(finding) = foresight.take_finding() {
         reply.say(format_args!("{finding}\n"));
         return Ok(true);

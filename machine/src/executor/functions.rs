@@ -200,7 +200,7 @@ fn motion_or_heat<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     if function == Function::SpeedFactor {
-        let said = motion_codes::speed_factor(&mut machine.ports, words, &mut Reply::new(&mut machine.sessions, to));
+        let said = motion_codes::speed_factor(&mut machine.ports, words, &mut Reply::new(machine.sessions, to));
         program_io::speed_factor_set(machine);
         return Some(said);
     }

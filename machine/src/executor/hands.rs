@@ -162,7 +162,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
 
     /// To whoever asked for this.
     pub const fn reply(&mut self) -> Reply<'_> {
-        Reply::new(&mut self.machine.sessions, self.to)
+        Reply::new(self.machine.sessions, self.to)
     }
 
     /// Whoever asked for this wants it to end (Ctrl-Y), once.
