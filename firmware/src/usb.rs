@@ -78,12 +78,17 @@ impl ConsoleLine {
     fn inbox(&self) -> &'static Inbox {
         self.console.inbox()
     }
+
+    /// What waits is for nobody, or for the one before.
+    fn drop_unsent(&self) {
+        while self.to_host.pop().is_some() {}
+    }
 }
 
 impl Line for ConsoleLine {
     fn room(&self) -> usize {
         let room = self.inbox().room();
-        if room < usb::PACKET_BYTES {
+        if room < usb::ROOM_BYTES {
             WAITS_FOR_ROOM.store(true, Ordering::Relaxed);
         }
         room
@@ -92,7 +97,8 @@ impl Line for ConsoleLine {
     fn receive(&mut self, bytes: &[u8]) {
         let inbox = self.inbox();
         for byte in bytes {
-            // There is room.
+            // There is room; but where somebody has come and gone while the lines of the one before filled
+            // it, he loses whole lines, which are counted.
             let _taken = inbox.receive(&mut self.intake, *byte);
         }
         dispatcher::wake();
@@ -103,14 +109,19 @@ impl Line for ConsoleLine {
     }
 
     fn set_open(&mut self, open: bool) {
-        // What waits is for nobody, or for the one before.
-        while self.to_host.pop().is_some() {}
+        self.drop_unsent();
         let inbox = self.inbox();
         if open {
             inbox.open(&mut self.intake);
         } else {
             inbox.set_open(false);
         }
+        dispatcher::wake();
+    }
+
+    fn come_back(&mut self) {
+        self.drop_unsent();
+        self.inbox().open_again(&mut self.intake);
         dispatcher::wake();
     }
 }
@@ -209,7 +220,7 @@ pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
 /// Has packets fetched that have waited for room, if there is some now. Called when the machine has taken
 /// bytes.
 pub fn look_for_room() {
-    let has_room = |console: Console| console.inbox().room() >= usb::PACKET_BYTES;
+    let has_room = |console: Console| console.inbox().room() >= usb::ROOM_BYTES;
     if WAITS_FOR_ROOM.load(Ordering::Relaxed) && (has_room(Console::Usb0) || has_room(Console::Usb1)) {
         WAITS_FOR_ROOM.store(false, Ordering::Relaxed);
         bsp_prime::usb::wake();

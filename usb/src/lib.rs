@@ -30,3 +30,10 @@ pub use usb_device::bus::{UsbBus, UsbBusAllocator};
 
 /// The longest packet of a bulk or control endpoint at full speed (USB 2.0 sections 5.5.3 and 5.8.3).
 pub const PACKET_BYTES: usize = 64;
+
+/// Packets of the host that an endpoint of the controller holds, acknowledged and not fetched.
+pub const PACKETS_HELD: usize = 2;
+
+/// A serial port fetches a packet while its line has room for that one and for as many as the controller may
+/// hold when the host goes.
+pub const ROOM_BYTES: usize = (1 + PACKETS_HELD) * PACKET_BYTES;

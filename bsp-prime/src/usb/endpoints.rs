@@ -6,7 +6,7 @@ use usb_device::endpoint::{EndpointAddress, EndpointType};
 use usb_device::{Result, UsbDirection, UsbError};
 
 use super::registers::endpoint::{CNAK, EPDIS, EPDISD, EPENA, SD0PID, SNAK, STALL, STUP, USBAEP, XFRC};
-use super::registers::event::{ENUMDNE, RXFLVL, USBRST, USBSUSP, WKUPINT};
+use super::registers::event::{ENUMDNE, IEPINT, OEPINT, RXFLVL, USBRST, USBSUSP, WKUPINT};
 use super::registers::{self, control, modify, read, write};
 use crate::wait;
 
@@ -41,6 +41,9 @@ const FLUSH_LIMIT_US: u32 = 5;
 
 /// Entries of the receive FIFO handled in one poll: a packet has two.
 const ENTRIES_A_POLL: usize = 6;
+/// More than the FIFO ever holds: a packet at each of four endpoints, three requests in a row, and their
+/// ends.
+const ENTRIES_AT_MOST: usize = 16;
 /// What an entry is (GRXSTSP, PKTSTS in device mode).
 const OUT_RECEIVED: u32 = 0b0010;
 const SETUP_RECEIVED: u32 = 0b0110;
@@ -83,6 +86,8 @@ pub(super) struct State {
     has_setup: bool,
     /// Endpoints whose packet has gone, one bit each.
     complete: u16,
+    /// The bus is silent. What waits is no sign of life, or `usb-device` would take the host to be back.
+    is_silent: bool,
 }
 
 /// A number as an endpoint's type in its control register (EPTYP).
@@ -118,6 +123,7 @@ impl State {
             is_setup_new: false,
             has_setup: false,
             complete: 0,
+            is_silent: false,
         }
     }
 
@@ -159,7 +165,8 @@ impl State {
     }
 
     /// Sets every endpoint up as behind a reset of the bus (RM0399 chapter 60, "Endpoint initialization on
-    /// USB reset", "Endpoint activation").
+    /// USB reset", "Endpoint activation"). Packets that the host was told have arrived wait on, but those of
+    /// endpoint 0: their function fetches or drops them when it hears of the reset.
     pub(super) fn configure(&mut self) {
         (self.is_setup_new, self.has_setup, self.complete) = (false, false, 0);
         write(registers::DAINTMSK, 0);
@@ -175,7 +182,10 @@ impl State {
             }
             if let Some(kind) = self.from_host[number] {
                 if let Some(waiting) = self.waiting.get_mut(number) {
-                    (waiting.count, waiting.is_armed, waiting.is_halted) = (0, false, false);
+                    (waiting.is_armed, waiting.is_halted) = (false, false);
+                    if number == 0 {
+                        waiting.count = 0;
+                    }
                 }
                 let active = if number == 0 { 0 } else { USBAEP | SD0PID | PACKET_BYTES as u32 };
                 write(registers::doepint(number), u32::MAX);
@@ -221,9 +231,9 @@ impl State {
         modify(registers::DCFG, 0x7F << 4, 0);
     }
 
-    /// Fetches what the core has received, some entries at most.
-    fn receive(&mut self) {
-        for _ in 0..ENTRIES_A_POLL {
+    /// Fetches what the core has received, so many entries at most.
+    fn receive(&mut self, entries: usize) {
+        for _ in 0..entries {
             if read(registers::GINTSTS) & RXFLVL == 0 {
                 return;
             }
@@ -296,6 +306,8 @@ impl State {
         let events = read(registers::GINTSTS);
         if events & USBRST != 0 {
             write(registers::GINTSTS, USBRST | ENUMDNE | USBSUSP | WKUPINT);
+            self.is_silent = false;
+            self.receive(ENTRIES_AT_MOST);
             self.stop();
             return PollResult::Reset;
         }
@@ -306,14 +318,23 @@ impl State {
         }
         if events & WKUPINT != 0 {
             write(registers::GINTSTS, WKUPINT);
+            self.is_silent = false;
             return PollResult::Resume;
         }
         if events & USBSUSP != 0 {
             write(registers::GINTSTS, USBSUSP);
+            self.receive(ENTRIES_AT_MOST);
+            self.serve_endpoints();
+            self.is_silent = true;
             return PollResult::Suspend;
         }
-        self.receive();
+        // What was there before the silence has been taken: anything new is a sign of life.
+        self.is_silent &= events & (RXFLVL | IEPINT | OEPINT) == 0;
+        self.receive(ENTRIES_A_POLL);
         self.serve_endpoints();
+        if self.is_silent {
+            return PollResult::None;
+        }
         let mut from_host = 0;
         for (number, waiting) in self.waiting.iter().enumerate() {
             from_host |= u16::from(waiting.count > 0) << number;

@@ -21,6 +21,7 @@ const TO_THE_END: Micros = Micros::from_seconds(1);
 const CHUNK: usize = 1_024;
 const CTRL_D: u8 = 0x04;
 const CTRL_X: u8 = 0x18;
+const CTRL_Y: u8 = 0x19;
 const CTRL_Z: u8 = 0x1A;
 
 /// How a file comes.
@@ -180,8 +181,9 @@ impl Transfer {
         for _ in 0..MOST_BYTES {
             let byte = match ports.inbox(from).take() {
                 Some(Received::Byte(byte)) => byte,
-                // The byte that marks lines is one of the file's.
+                // The bytes that mark lines are some of the file's.
                 Some(Received::ForgetLine) => CTRL_X,
+                Some(Received::LoseLine) => CTRL_Y,
                 None => break,
             };
             let ended = match &mut self.way {

@@ -23,6 +23,8 @@ const MAX_QUERIES: u32 = 8;
 /// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any
 /// line.
 const FORGET_LINE: u8 = 0x18;
+/// The same, and the line counts as lost. Ctrl-Y, which acts at once and is no part of any line either.
+const LOSE_LINE: u8 = 0x19;
 
 /// The bit of a request that is not counted.
 const fn bit(request: Realtime) -> u32 {
@@ -39,6 +41,8 @@ enum Place {
     InLine,
     /// In a line that is lost.
     Losing,
+    /// In the rest of a line that has been counted as lost.
+    Skipping,
 }
 
 /// What the receive task of an inbox keeps between two bytes.
@@ -63,6 +67,8 @@ pub enum Received {
     Byte(u8),
     /// The line so far is to be forgotten: its rest did not fit.
     ForgetLine,
+    /// It is to be forgotten, and to be answered as lost.
+    LoseLine,
 }
 
 /// A console's receive queue.
@@ -124,7 +130,7 @@ impl Inbox {
     #[must_use]
     pub fn room(&self) -> usize {
         let used = self.received.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Acquire));
-        // One place is kept for FORGET_LINE.
+        // One place is kept for FORGET_LINE or LOSE_LINE.
         (INBOX_BYTES - 1).saturating_sub(used as usize)
     }
 
@@ -174,7 +180,7 @@ impl Inbox {
             _ => None,
         };
         let kept = match at {
-            Place::Losing => false,
+            Place::Losing | Place::Skipping => false,
             Place::InLine => self.room() > 0,
             // Whole lines wait until the reader has heard of those lost before them.
             Place::LineStart | Place::AfterReturn => self.room() > 0 && self.lost.load(Ordering::Acquire) == 0,
@@ -184,10 +190,14 @@ impl Inbox {
             (false, Place::InLine) => self.push(FORGET_LINE),
             _ => {}
         }
-        if !kept && ended.is_some() {
+        if !kept && ended.is_some() && at != Place::Skipping {
             self.lost.fetch_add(1, Ordering::Release);
         }
-        intake.place = ended.unwrap_or(if kept { Place::InLine } else { Place::Losing });
+        intake.place = ended.unwrap_or(match at {
+            Place::Skipping => Place::Skipping,
+            _ if kept => Place::InLine,
+            _ => Place::Losing,
+        });
         kept
     }
 
@@ -230,6 +240,22 @@ impl Inbox {
         *intake = Intake::new();
         self.opened_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
         self.set_open(true);
+    }
+
+    /// The same, where the one who has come is the one who was there before, and goes on with what he was
+    /// sending: of a line whose beginning is forgotten the rest is no line either. It is answered as lost.
+    pub fn open_again(&self, intake: &mut Intake) {
+        let place = intake.place;
+        *intake = Intake::new();
+        self.open(intake);
+        match place {
+            Place::InLine => {
+                self.push(LOSE_LINE);
+                intake.place = Place::Skipping;
+            }
+            Place::Losing | Place::Skipping => intake.place = place,
+            Place::LineStart | Place::AfterReturn => {}
+        }
     }
 
     /// Whether bytes wait that came before whoever came last.
@@ -286,7 +312,11 @@ impl Inbox {
         }
         let byte = self.bytes.get(taken as usize % INBOX_BYTES)?.load(Ordering::Relaxed);
         self.taken.store(taken.wrapping_add(1), Ordering::Release);
-        Some(if byte == FORGET_LINE { Received::ForgetLine } else { Received::Byte(byte) })
+        Some(match byte {
+            FORGET_LINE => Received::ForgetLine,
+            LOSE_LINE => Received::LoseLine,
+            _ => Received::Byte(byte),
+        })
     }
 
     /// Drops what was received before the last Ctrl-X of GRBL's dialect. For whoever takes its request.
@@ -344,6 +374,10 @@ mod tests {
         while let Some(received) = inbox.take() {
             match received {
                 Received::ForgetLine => line.clear(),
+                Received::LoseLine => {
+                    line.clear();
+                    lines.push("lost".into());
+                }
                 Received::Byte(b'\n' | b'\r') => lines.push(core::mem::take(line)),
                 Received::Byte(byte) => line.push(char::from(byte)),
             }
@@ -382,6 +416,28 @@ mod tests {
         inbox.drop_before_reset();
         read(&inbox, &mut String::new(), &mut lines);
         assert_eq!(lines, ["G0 X2", "G0 X3"], "a reset long ago drops nothing");
+    }
+
+    #[test]
+    fn who_comes_back_in_the_middle_of_a_line_has_lost_that_line_and_no_other() {
+        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        let send = |intake: &mut Intake, text: &[u8]| {
+            text.iter().for_each(|byte| {
+                let _kept = inbox.receive(intake, *byte);
+            });
+        };
+        let (mut line, mut lines) = (String::new(), Vec::new());
+        send(&mut intake, b"G1 X1\nG1 X");
+        inbox.set_open(false);
+        inbox.open_again(&mut intake);
+        send(&mut intake, b"200\nG1 X3\n");
+        read(&inbox, &mut line, &mut lines);
+        send(&mut intake, b"G1 X4\n");
+        inbox.set_open(false);
+        inbox.open_again(&mut intake);
+        send(&mut intake, b"G1 X5\n");
+        read(&inbox, &mut line, &mut lines);
+        assert_eq!(lines, ["G1 X1", "lost", "G1 X3", "G1 X4", "G1 X5"]);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! it gets no turn, and nobody else waits for it.
 
 mod inbox;
+mod listing;
 mod reply;
 mod session;
 
@@ -17,8 +18,9 @@ use units::Micros;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Consoles, SessionProfile};
 pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
+pub use listing::{Enumeration, Listing};
 pub use reply::Reply;
-pub use session::{Enumeration, Listing, Rights, Session};
+pub use session::{Rights, Session};
 
 /// Most sessions a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
 /// sessions.

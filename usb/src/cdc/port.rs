@@ -1,13 +1,14 @@
 //! A serial port.
 //!
-//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for a
-//! whole one; until then the endpoint answers NAK and the host waits. A packet for the host is taken from the
-//! line when the one before has gone.
+//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for it
+//! and for those that the controller may hold besides; until then the endpoint answers NAK and the host
+//! waits. So whatever the host was told has arrived still reaches the line when the host goes. A packet for
+//! the host is taken from the line when the one before has gone.
 //!
 //! Somebody is there from the moment a host sets DTR, or, of a host that never does, from its first byte on;
 //! until DTR falls, the bus is reset, or it falls silent: an unplugged cable is a silent bus on this board,
 //! which has no way to look at the bus voltage. After a silence without a reset (a computer that has slept)
-//! a host that had set DTR is there again.
+//! whoever was there is there again.
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -20,15 +21,16 @@ use usb_device::device::DEFAULT_ALTERNATE_SETTING;
 use usb_device::endpoint::EndpointAddress;
 
 use super::coding::{CODING_BYTES, LineCoding};
-use crate::PACKET_BYTES;
 use crate::standard;
+use crate::{PACKET_BYTES, ROOM_BYTES};
 
 /// What a port is connected to.
 pub trait Line {
     /// How many more bytes surely fit.
     fn room(&self) -> usize;
 
-    /// Takes bytes of the host, never more than there is room for.
+    /// Takes bytes of the host. While it is there, there was room for [`ROOM_BYTES`]; what has arrived when
+    /// it goes comes behind that, two packets at most.
     fn receive(&mut self, bytes: &[u8]);
 
     /// Fetches bytes for the host; how many there were.
@@ -36,6 +38,10 @@ pub trait Line {
 
     /// Somebody has come to the other end, or gone. Bytes for the one who has gone are dropped.
     fn set_open(&mut self, open: bool);
+
+    /// Whoever has gone is there again, and goes on with what he was sending, in the middle of a line
+    /// perhaps.
+    fn come_back(&mut self);
 }
 
 const CLASS_COMMUNICATIONS: u8 = 0x02;
@@ -70,7 +76,7 @@ const NOTIFICATION_PACKET: u16 = 16;
 const NOTIFICATION_INTERVAL: u8 = 32;
 
 /// Packets fetched of a host in one run, so that a run is bounded. The controller holds no more.
-const PACKETS_A_RUN: usize = 2;
+const PACKETS_A_RUN: usize = crate::PACKETS_HELD;
 
 /// Numbers of a port's endpoints, as Smoothieware v2 has them.
 #[derive(Clone, Copy)]
@@ -104,6 +110,8 @@ pub struct SerialPort<'a, B: UsbBus, L> {
     is_open: bool,
     is_configured: bool,
     is_suspended: bool,
+    /// Somebody was there when the bus fell silent.
+    may_come_back: bool,
     /// A packet that the endpoint has not taken yet.
     packet: heapless::Vec<u8, PACKET_BYTES>,
     /// The last packet was full: an empty one says that nothing follows, so that a host does not wait.
@@ -137,6 +145,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             is_open: false,
             is_configured: false,
             is_suspended: false,
+            may_come_back: false,
             packet: heapless::Vec::new(),
             owes_end: false,
             owes_notification: false,
@@ -166,9 +175,16 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
 
     /// The bus has fallen silent, or is back.
     pub fn set_suspended(&mut self, suspended: bool) {
-        if self.is_suspended != suspended {
-            self.is_suspended = suspended;
-            self.set_open(!suspended && self.has_dtr);
+        if self.is_suspended == suspended {
+            return;
+        }
+        self.is_suspended = suspended;
+        if suspended {
+            self.may_come_back = self.is_open;
+            self.leave();
+        } else if self.may_come_back && !self.is_open {
+            self.is_open = true;
+            self.line.come_back();
         }
     }
 
@@ -182,19 +198,39 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.line.set_open(open);
     }
 
-    fn receive(&mut self) {
-        for _ in 0..PACKETS_A_RUN {
-            if self.line.room() < PACKET_BYTES {
-                return;
-            }
-            let mut packet = [0; PACKET_BYTES];
-            let Ok(count) = self.from_host.read(&mut packet) else { return };
-            let bytes = packet.get(..count).unwrap_or_default();
-            if !bytes.is_empty() {
-                self.set_open(true);
-                self.line.receive(bytes);
+    /// The host goes.
+    fn leave(&mut self) {
+        self.receive_rest();
+        self.set_open(false);
+    }
+
+    /// What the host was told has arrived does arrive, before the controller forgets it.
+    fn receive_rest(&mut self) {
+        if self.is_configured {
+            for _ in 0..PACKETS_A_RUN {
+                self.receive_packet();
             }
         }
+    }
+
+    fn receive(&mut self) {
+        for _ in 0..PACKETS_A_RUN {
+            if self.line.room() < ROOM_BYTES || !self.receive_packet() {
+                return;
+            }
+        }
+    }
+
+    /// Fetches a packet of the host, if there is one.
+    fn receive_packet(&mut self) -> bool {
+        let mut packet = [0; PACKET_BYTES];
+        let Ok(count) = self.from_host.read(&mut packet) else { return false };
+        let bytes = packet.get(..count).unwrap_or_default();
+        if !bytes.is_empty() {
+            self.set_open(true);
+            self.line.receive(bytes);
+        }
+        true
     }
 
     fn send(&mut self) {
@@ -223,9 +259,9 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
 
     /// Everything as behind a reset of the bus; what the host has set stays.
     fn begin_anew(&mut self, configured: bool) {
+        self.leave();
         self.has_dtr = false;
         self.is_suspended = false;
-        self.set_open(false);
         self.is_configured = configured;
         self.owes_notification = configured;
     }
@@ -234,7 +270,11 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         // A host that never sets it, but sets RTS, has not gone.
         if self.has_dtr != dtr {
             self.has_dtr = dtr;
-            self.set_open(dtr);
+            if dtr {
+                self.set_open(true);
+            } else {
+                self.leave();
+            }
             self.owes_notification |= dtr;
         }
     }
@@ -275,6 +315,7 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     fn set_alt_setting(&mut self, interface: InterfaceNumber, alternative: u8) -> bool {
         let is_ours = alternative == DEFAULT_ALTERNATE_SETTING && (interface == self.control || interface == self.data);
         if is_ours && interface == self.data {
+            self.receive_rest();
             self.to_host.unstall();
             self.from_host.unstall();
         }
@@ -295,11 +336,11 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     fn control_out(&mut self, transfer: ControlOut<'_, '_, '_, B>) {
         let request = *transfer.request();
         if let Some(configured) = standard::configures(&request) {
+            self.begin_anew(configured);
             // USB 2.0 section 9.1.1.5: every endpoint begins anew.
             self.to_host.unstall();
             self.from_host.unstall();
             self.notify.unstall();
-            self.begin_anew(configured);
         }
         if !self.is_for_us(&request) {
             return;

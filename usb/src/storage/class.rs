@@ -406,6 +406,8 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
     }
 
     fn reset(&mut self) {
+        // What the controller has kept belongs to a command that nobody waits for any more.
+        self.from_host.unstall();
         self.begin_anew(false);
     }
 

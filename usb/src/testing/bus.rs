@@ -3,7 +3,8 @@
 //! What classes may rely on of any bus of ours is here too: a request drops whatever endpoint 0 had before;
 //! halting an endpoint drops what it holds, and it takes nothing until the halt ends; ending a halt, even of
 //! an endpoint that is not halted, drops what it holds and sets its data toggle back; a packet that is too
-//! long for whoever reads it is dropped.
+//! long for whoever reads it is dropped; a reset leaves what bulk endpoints have acknowledged, for whoever
+//! fetches it at once; what waits to be fetched does not wake a device on a silent bus.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -38,6 +39,7 @@ pub struct Wire {
     /// Endpoints whose packet the host has taken, one bit each.
     complete: u16,
     events: VecDeque<Event>,
+    is_silent: bool,
     /// The device has connected.
     pub is_enabled: bool,
 }
@@ -84,7 +86,11 @@ impl Wire {
     }
 
     fn drop_everything(&mut self) {
-        self.endpoints.values_mut().for_each(|endpoint| *endpoint = Endpoint::default());
+        for (address, endpoint) in &mut self.endpoints {
+            let packets =
+                if matches!(address, 0 | 0x80..) { VecDeque::new() } else { core::mem::take(&mut endpoint.packets) };
+            *endpoint = Endpoint { packets, ..Endpoint::default() };
+        }
         self.setup = None;
         self.complete = 0;
         self.address = 0;
@@ -92,6 +98,7 @@ impl Wire {
 
     /// A request: always taken.
     pub fn setup(&mut self, request: [u8; 8]) {
+        self.is_silent = false;
         for address in [0x00, 0x80] {
             *self.endpoint(address).unwrap() = Endpoint::default();
         }
@@ -101,6 +108,7 @@ impl Wire {
 
     /// The host asks for a packet; `toggle` is the one that it expects.
     pub fn token_in(&mut self, number: u8, toggle: bool) -> Handshake {
+        self.is_silent = false;
         let is_control = number == 0;
         let Some(endpoint) = self.endpoints.get_mut(&(0x80 | number)) else { panic!("no endpoint {number} in") };
         if endpoint.is_halted {
@@ -118,6 +126,7 @@ impl Wire {
 
     /// The host sends a packet with this toggle.
     pub fn token_out(&mut self, number: u8, packet: &[u8], toggle: bool) -> Handshake {
+        self.is_silent = false;
         let is_control = number == 0;
         let Some(endpoint) = self.endpoint(number) else { panic!("no endpoint {number} out") };
         if endpoint.is_halted {
@@ -212,11 +221,16 @@ impl UsbBus for Bus {
 
     fn poll(&self) -> PollResult {
         let mut wire = self.wire();
-        match wire.events.pop_front() {
-            Some(Event::Reset) => return PollResult::Reset,
-            Some(Event::Suspend) => return PollResult::Suspend,
-            Some(Event::Resume) => return PollResult::Resume,
-            None => {}
+        if let Some(event) = wire.events.pop_front() {
+            wire.is_silent = event == Event::Suspend;
+            return match event {
+                Event::Reset => PollResult::Reset,
+                Event::Suspend => PollResult::Suspend,
+                Event::Resume => PollResult::Resume,
+            };
+        }
+        if wire.is_silent {
+            return PollResult::None;
         }
         let has_packets = |(address, endpoint): (&u8, &Endpoint)| {
             (address & 0x80 == 0 && !endpoint.packets.is_empty()).then(|| 1_u16 << address)

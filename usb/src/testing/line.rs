@@ -16,6 +16,10 @@ pub struct State {
     pub to_send: VecDeque<u8>,
     /// Who came and went.
     pub visits: Vec<bool>,
+    /// How much had been received when somebody came or went.
+    pub received_at: Vec<usize>,
+    /// How often somebody came back.
+    pub come_back: usize,
 }
 
 /// A line.
@@ -25,7 +29,8 @@ pub struct Memory(Arc<Mutex<State>>);
 impl Default for Memory {
     fn default() -> Self {
         let (received, to_send, visits) = (Vec::new(), VecDeque::new(), Vec::new());
-        Self(Arc::new(Mutex::new(State { received, room: 1_000_000, to_send, visits })))
+        let received_at = Vec::new();
+        Self(Arc::new(Mutex::new(State { received, room: 1_000_000, to_send, visits, received_at, come_back: 0 })))
     }
 }
 
@@ -65,8 +70,15 @@ impl Line for Memory {
     fn set_open(&mut self, open: bool) {
         let mut state = self.state();
         state.visits.push(open);
+        let received = state.received.len();
+        state.received_at.push(received);
         if !open {
             state.to_send.clear();
         }
+    }
+
+    fn come_back(&mut self) {
+        self.state().come_back += 1;
+        self.set_open(true);
     }
 }

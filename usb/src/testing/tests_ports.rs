@@ -51,12 +51,12 @@ fn every_length_arrives_and_ends() {
 fn a_full_line_holds_the_host_back() {
     let mut board = Board::enumerated();
     set_lines(&mut board, 0, 1);
-    board.lines[0].state().room = 130;
+    board.lines[0].state().room = 258;
     let text: Vec<u8> = (0..640).map(|at| at as u8).collect();
     let (sent, failure) = board.host.bulk_out(1, &text).unwrap_err();
     assert_eq!(failure, Failure::Timeout);
-    assert_eq!(board.lines[0].state().received.len(), 128, "never more than there was room for");
-    assert_eq!(sent, 128 + 2 * 64, "two packets wait in the controller");
+    assert_eq!(board.lines[0].state().received.len(), 128, "room is left for what waits in the controller");
+    assert_eq!(sent, 128 + 2 * 64, "two packets wait there");
     // The rest of the device goes on.
     assert!(board.host.descriptor(1, 0, 18).is_ok());
     board.host.bulk_out(2, b"M112\n").unwrap();
@@ -117,6 +117,7 @@ fn a_silent_bus_is_an_unplugged_cable() {
     // The computer had slept.
     board.host.event(Event::Resume);
     assert!(board.lines[0].is_open() && board.lines[1].is_open());
+    assert_eq!(board.lines[0].state().come_back, 1, "in the middle of a line perhaps");
     // Plugged in again.
     board.host.event(Event::Suspend);
     board.host.enumerate();
@@ -125,6 +126,47 @@ fn a_silent_bus_is_an_unplugged_cable() {
     board.lines[0].say(b"Welcome\n");
     board.host.device_runs();
     assert_eq!(board.host.bulk_in(1, 64).unwrap(), b"Welcome\n");
+}
+
+/// Ways to go.
+#[derive(Clone, Copy, Debug)]
+enum Going {
+    Silence,
+    SilenceAndReset,
+    Reset,
+    Dtr,
+    Configuration(u16),
+}
+
+fn go(board: &mut Board, going: Going) {
+    match going {
+        Going::Silence => board.host.event(Event::Suspend),
+        Going::SilenceAndReset => {
+            board.host.event(Event::Suspend);
+            board.host.reset();
+        }
+        Going::Reset => board.host.reset(),
+        Going::Dtr => set_lines(board, 0, 0),
+        Going::Configuration(number) => board.host.out(Request::new(0, 9, number, 0, 0), &[]).unwrap(),
+    }
+}
+
+#[test]
+fn what_has_arrived_when_the_host_goes_reaches_the_line_first() {
+    use Going::{Configuration, Dtr, Reset, Silence, SilenceAndReset};
+    for going in [Silence, SilenceAndReset, Reset, Dtr, Configuration(0), Configuration(1)] {
+        let mut board = Board::enumerated();
+        set_lines(&mut board, 0, 1);
+        board.lines[0].state().room = 200;
+        let text: Vec<u8> = (0..640).map(|at| at as u8).collect();
+        let (sent, _) = board.host.bulk_out(1, &text).unwrap_err();
+        assert_eq!(board.lines[0].state().received.len() + 2 * 64, sent, "{going:?}: two packets wait");
+        go(&mut board, going);
+        board.host.device_runs();
+        let state = board.lines[0].state();
+        assert_eq!(state.received, text[..sent], "{going:?}");
+        assert_eq!((&state.visits[..], state.received_at.last()), (&[true, false][..], Some(&sent)), "{going:?}");
+    }
 }
 
 #[test]

@@ -123,6 +123,29 @@ fn a_sleeping_computer_is_greeted_when_it_wakes() {
 }
 
 #[test]
+fn a_computer_that_falls_asleep_in_the_middle_of_a_line_has_that_line_refused() {
+    let mut plugged = plug(Plan::new());
+    plugged.open(0);
+    plugged.say(0, "G91");
+    let port = plugged.ports[0];
+    port.write(&mut plugged.desk(), b"G1 X1 F6000\nG1 Y").unwrap();
+    let mut desk = plugged.desk();
+    desk.pass_ms(5).unwrap();
+    desk.suspend();
+    desk.pass_ms(200).unwrap();
+    desk.resume().unwrap();
+    port.write(&mut desk, b"10 X2\nG1 X4\n").unwrap();
+    // The first answer had left for the controller before the bus fell silent.
+    let mut heard = plugged.hear_until(0, "more\n");
+    if !heard.ends_with("ok\n") {
+        heard += &plugged.hear_until(0, "ok\n");
+    }
+    assert_eq!(heard, format!("ok\n{GREETING}error:line lost, wait for ok before sending more\nok\n"));
+    plugged.say(0, "M400");
+    assert!(plugged.say(0, "M114").contains("X:5.0000 Y:0.0000"), "the half line has moved nothing");
+}
+
+#[test]
 fn a_file_comes_while_the_machine_moves() {
     let mut plugged = plug(Plan::new());
     plugged.open(0);

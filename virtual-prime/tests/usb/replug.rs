@@ -144,6 +144,58 @@ fn no_step_and_no_byte_is_lost_with_the_cable() {
     replug(5, 130);
 }
 
+/// The machine has no room for more when the cable is pulled out: packets that the computer was told have
+/// arrived wait in the controller.
+#[test]
+fn what_waits_in_the_controller_when_the_cable_is_pulled_out_is_not_lost() {
+    // More than the queue of moves and the inbox hold together.
+    const MANY: usize = 900;
+    let mut plugged = plug(Plan::new());
+    plugged.velvet.ask("G28.3 X50 Y50 Z10", SECOND);
+    plugged.velvet.ask("G91", SECOND);
+    // Held, it takes no line more than it has.
+    let (mut dice, mut lines) = (Dice(0x2545_F491_4F6C_DD1D), 0);
+    for held in [true, false, true, false, false] {
+        let port = plugged.ports[0];
+        port.set_lines(&mut plugged.desk(), true, true).unwrap();
+        port.read_until(&mut plugged.desk(), b"ok\n").unwrap();
+        let text = "G1 Z0.01 F600\n".repeat(MANY).into_bytes();
+        let mut desk = plugged.desk();
+        let sent = desk.submit(port.output, Request::Out { data: text.clone(), zero: false }).unwrap();
+        let heard = port.listen(&mut desk, 4_096).unwrap();
+        desk.pass(60 * MS + dice.up_to(10 * MS)).unwrap();
+        if held {
+            plugged.velvet.send_through(b"!");
+            plugged.desk().pass(30 * MS).unwrap();
+        }
+        let mut desk = plugged.desk();
+        desk.unplug();
+        let taken = desk.ended(sent).expect("it ended with the cable").actual;
+        desk.ended(heard);
+        assert!(taken < text.len(), "the computer was held back");
+        lines += text[..taken].iter().filter(|byte| **byte == b'\n').count();
+        desk.pass(20 * MS).unwrap();
+        if held {
+            plugged.velvet.send_through(b"~");
+        }
+        desk = plugged.desk();
+        desk.plug();
+        desk.enumerate().unwrap();
+    }
+    plugged.velvet.ask("M400", 20 * SECOND);
+    // Lines of another console may be behind that.
+    let mut moved = 0;
+    while moved < plugged.velvet.world(|world| world.trace().total()) {
+        moved = plugged.velvet.world(|world| world.trace().total());
+        plugged.velvet.hear(100);
+    }
+    plugged.velvet.type_in("M114.1");
+    let place = plugged.velvet.hear(200);
+    let expected = format!("Z:{:.4}", 10.0 + lines as f64 * LINE_MM);
+    assert!(place.contains(&expected), "{expected} in {place}");
+    plugged.assert_clean();
+}
+
 /// As the issue has it; some minutes.
 #[test]
 #[ignore = "takes minutes: make usb-fuzz has it"]
