@@ -100,25 +100,36 @@ def acknowledged(bench):
         for name, text in zip("01", texts):
             with open(os.path.join(guest.share, f"lines{name}"), "wb") as file:
                 file.write(text)
-        wanted, bytes_sent, empty = [], 0, 0
+        wanted, cycles, bytes_sent, empty = [], [], 0, 0
         for cycle in range(CYCLES):
             plug(guest, board)
             # The greeting may come before the terminal is told not to echo it. Whatever is echoed is ahead of a question, and
             # so acknowledged before the count begins.
             guest.do("[ -c /tmp/acm0 ] || mknod /tmp/acm0 c 166 0; exec 5<>/tmp/acm0; stty raw -echo <&5; printf '\\necho ready\\n' >&5; "
                      "while read -r -t 60 l <&5; do case $l in ready*) exit 0;; esac; done; exit 1")
-            before = board.state()["usb_sent"][1]
+            begun = board.state()
+            before = begun["usb_sent"][1]
             guest.do(f"(cat /share/lines{cycle % 2} > /tmp/acm0) > /dev/null 2>&1 &")
             time.sleep(draw.uniform(0.0, 0.25))
+            out = board.state()
             guest.unplug()
             guest.wait("[ ! -c /dev/ttyACM0 ]")
-            sent = board.state()["usb_sent"][1] - before
+            gone = board.state()
+            sent = gone["usb_sent"][1] - before
             # The first line only says that the others are relative.
             lines = max(texts[cycle % 2][:sent].count(b"\n") - 1, 0)
             wanted += [("1", "-1")[cycle % 2]] * lines
+            cycles.append({"lines": lines, "bytes": sent, "begun_s": begun["s"], "out_s": out["s"], "bytes_then": out["usb_sent"][1] - before,
+                           "gone_s": gone["s"]})
             bytes_sent += sent
             empty += sent == 0
+        board.rest(PRINT_SECONDS, still=3.0)
+        Debug(board).say("M114.1")
+        time.sleep(1.0)
         end(bench, "acknowledged", board, guest)
+        # For whoever looks for a line.
+        with open(os.path.join(bench.out, "acknowledged", "cycles.json"), "w") as file:
+            json.dump(cycles, file, indent=0)
         with open(os.path.join(bench.out, "acknowledged", "steps.csv")) as file:
             steps = [row["direction"] for row in csv.DictReader(file)]
         # Strokes this way and that, so that a step too few tells when it was.
