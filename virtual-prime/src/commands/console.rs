@@ -48,8 +48,8 @@ pub struct Options {
     port: u16,
     #[command(flatten)]
     usb: UsbOptions,
-    /// TCP port that tells the machine's true state, a line of JSON for each line asked; 0 lets the system
-    /// choose.
+    /// TCP port that tells the machine's true state, a line of JSON for each line asked; `unplug` pulls the
+    /// USB cable out. 0 lets the system choose.
     #[arg(long)]
     state_port: Option<u16>,
     /// Directory for the files that `run` leaves: every step, the debug console, temperatures, a summary.
@@ -122,11 +122,15 @@ impl Sockets {
                 debug = said;
             }
         }
+        let asked = self.onlooker.as_mut().map(Onlooker::hear).unwrap_or_default();
         if let Some(usb) = &self.usb {
+            if asked.unplugs {
+                usb.unplug();
+            }
             usb.serve(vm);
         }
         if let Some(onlooker) = &mut self.onlooker {
-            onlooker.serve(&world.lock(), self.usb.as_ref().map(UsbSocket::sent));
+            onlooker.answer(asked, &world.lock(), self.usb.as_ref().map(UsbSocket::sent));
         }
         debug
     }

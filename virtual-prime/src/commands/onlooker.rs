@@ -1,5 +1,6 @@
 //! The machine as somebody sees who stands beside it: where its carriages are, how warm its heaters. A test
-//! of a sender asks here, so that nothing rests on what the firmware or the sender believes.
+//! of a sender asks here, so that nothing rests on what the firmware or the sender believes. Whoever stands
+//! there can also pull a cable out.
 
 use std::fmt::Write as _;
 use std::io::{self, Read, Write};
@@ -8,10 +9,27 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use sim::world::World;
 use units::Actuator;
 
-/// Serves the state on a TCP port: each line that comes, whatever it says, is answered by one line of JSON.
+/// What pulls the USB cable out.
+const UNPLUG: &[u8] = b"unplug";
+/// The longest line that is heard whole.
+const LINE_BYTES: usize = 64;
+
+/// Serves the state on a TCP port: each line that comes is answered by one line of JSON. `unplug` pulls the
+/// USB cable out first; whatever else it says only asks.
 pub struct Onlooker {
     listener: TcpListener,
     client: Option<TcpStream>,
+    /// The line so far.
+    line: Vec<u8>,
+}
+
+/// What was asked since the last call.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// Lines, each of which wants an answer.
+    lines: usize,
+    /// The USB cable is to be pulled out before they are answered.
+    pub unplugs: bool,
 }
 
 impl Onlooker {
@@ -22,7 +40,7 @@ impl Onlooker {
     pub fn open(port: u16) -> io::Result<Self> {
         let listener = TcpListener::bind(("127.0.0.1", port))?;
         listener.set_nonblocking(true)?;
-        Ok(Self { listener, client: None })
+        Ok(Self { listener, client: None, line: Vec::new() })
     }
 
     /// Where it listens.
@@ -33,23 +51,41 @@ impl Onlooker {
         self.listener.local_addr()
     }
 
-    /// Answers what was asked since the last call. The latest client to connect is the one that is heard.
-    /// `sent`: the bytes that the image has acknowledged at its USB socket, by OUT endpoint.
-    pub fn serve(&mut self, world: &World, sent: Option<[u64; 16]>) {
+    /// Hears what has come. The latest client to connect is the one that is heard.
+    pub fn hear(&mut self) -> Asked {
         if let Ok((client, _)) = self.listener.accept() {
             self.client = client.set_nonblocking(true).is_ok().then_some(client);
+            self.line.clear();
         }
-        let Some(client) = &mut self.client else { return };
+        let Some(client) = &mut self.client else { return Asked::default() };
         let mut bytes = [0; 256];
-        let asked = match client.read(&mut bytes) {
-            Ok(0) => Err(()),
-            Ok(count) => Ok(bytes[..count].iter().filter(|byte| **byte == b'\n').count()),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(0),
-            Err(_) => Err(()),
+        let count = match client.read(&mut bytes) {
+            Ok(count) if count > 0 => count,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
+            _ => {
+                self.client = None;
+                0
+            }
         };
-        let answered = asked
-            .is_ok_and(|asked| asked == 0 || client.write_all(state(world, sent).repeat(asked).as_bytes()).is_ok());
-        if !answered {
+        let mut asked = Asked::default();
+        for byte in &bytes[..count] {
+            if *byte == b'\n' {
+                asked.lines += 1;
+                asked.unplugs |= self.line.trim_ascii() == UNPLUG;
+                self.line.clear();
+            } else if self.line.len() < LINE_BYTES {
+                self.line.push(*byte);
+            }
+        }
+        asked
+    }
+
+    /// Answers it. `sent`: the bytes that the image has acknowledged at its USB socket, by OUT endpoint.
+    pub fn answer(&mut self, asked: Asked, world: &World, sent: Option<[u64; 16]>) {
+        if let Some(client) = &mut self.client
+            && asked.lines > 0
+            && client.write_all(state(world, sent).repeat(asked.lines).as_bytes()).is_err()
+        {
             self.client = None;
         }
     }
@@ -95,17 +131,21 @@ mod tests {
         let mut world = World::new(WorldConfig::default());
         world.place_carriage(0, Actuator::Alpha, 12.5);
         let mut asking = TcpStream::connect(onlooker.address().expect("an address")).expect("it listens");
-        asking.write_all(b"\n\n").expect("it is heard");
+        asking.write_all(b"\nunplug\nunplugged\n").expect("it is heard");
         let mut answers = io::BufReader::new(asking);
-        for _ in 0..2 {
+        let mut unplugged = 0;
+        for _ in 0..3 {
             let mut line = String::new();
             while line.is_empty() {
-                onlooker.serve(&world, None);
+                let asked = onlooker.hear();
+                unplugged += usize::from(asked.unplugs);
+                onlooker.answer(asked, &world, None);
                 answers.get_ref().set_nonblocking(true).expect("a socket");
                 let _not_yet = answers.read_line(&mut line);
             }
             assert!(line.starts_with("{\"s\":0.000000,\"tool\":[12.5000,") && line.ends_with("}}\n"), "{line}");
             assert!(line.contains("\"alpha\":12.5000"), "{line}");
         }
+        assert_eq!(unplugged, 1, "by the one line that says so");
     }
 }

@@ -67,6 +67,11 @@ impl UsbSocket {
         self.lock().sent()
     }
 
+    /// Has the cable pulled out at the next call of [`Self::serve`], whoever has it.
+    pub fn unplug(&self) {
+        self.lock().unplug();
+    }
+
     /// Goes on with whoever is connected, at this instant; nothing once the image has ended.
     pub fn serve(&self, vm: &mut Vm) {
         let remote = self.clone();

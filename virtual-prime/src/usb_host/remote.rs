@@ -84,6 +84,14 @@ impl Remote {
         std::mem::take(&mut self.notes)
     }
 
+    /// Has the cable pulled out at the next call of [`Self::serve`], which hears nothing more of whoever has
+    /// it. One who unplugs by himself takes his transfers back first, one message for each: it may see some
+    /// of them gone and the next ones not.
+    pub fn unplug(&mut self) {
+        self.usbredir.unplug(&mut self.notes);
+        self.usbip.unplug(&mut self.notes);
+    }
+
     /// Hears what has come and goes on with it, at this instant.
     pub fn serve(&mut self, now_ns: u64, controller: &mut Controller, device: &mut impl Function) {
         self.usbredir.hear(&mut self.notes);

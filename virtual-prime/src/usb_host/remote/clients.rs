@@ -48,6 +48,18 @@ impl Clients {
         std::mem::replace(&mut self.departed, false)
     }
 
+    /// Hangs up on the client that has the device, if there is one.
+    pub fn unplug(&mut self, notes: &mut Vec<String>) {
+        self.clients.retain(|client| {
+            let has_device = client.session.has_device();
+            if has_device {
+                self.departed = true;
+                notes.push(format!("usbip: {} is unplugged", client.connection.peer));
+            }
+            !has_device
+        });
+    }
+
     /// Takes what has come, answers those who have no device, and notices who comes or goes. `busy`: somebody
     /// else has the cable.
     pub fn hear(&mut self, hub: &Hub, now_ns: u64, busy: bool, notes: &mut Vec<String>) {

@@ -42,6 +42,14 @@ impl Peer {
         self.departed = true;
     }
 
+    /// Hangs up on the peer, if there is one.
+    pub fn unplug(&mut self, notes: &mut Vec<String>) {
+        if let Some((connection, _)) = &self.peer {
+            notes.push(format!("usbredir: {} is unplugged", connection.peer));
+            self.leave();
+        }
+    }
+
     /// Takes what has come, and notices whoever comes or goes.
     pub fn hear(&mut self, notes: &mut Vec<String>) {
         if let Some((connection, session)) = &mut self.peer {

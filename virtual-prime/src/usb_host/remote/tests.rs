@@ -60,7 +60,12 @@ impl Bench {
     /// Waits until it is closed.
     fn wait_for_close(&mut self, of: &mut TcpStream) {
         let (mut bytes, mut looks) = ([0; 1024], 0);
-        while !matches!(of.read(&mut bytes), Ok(0)) {
+        // With something unread, the system says that it was reset.
+        let closed = |read: io::Result<usize>| match read {
+            Ok(count) => count == 0,
+            Err(error) => error.kind() != io::ErrorKind::WouldBlock,
+        };
+        while !closed(of.read(&mut bytes)) {
             self.wait(&mut looks);
         }
     }
@@ -184,6 +189,30 @@ fn a_client_loses_its_connection_with_the_device() {
     bench.wait_for_close(&mut client);
     bench.wait_for_cable(false);
     assert!(bench.notes().contains("has to attach again"));
+}
+
+#[test]
+fn who_is_unplugged_is_heard_no_more() {
+    let mut bench = Bench::new();
+    let mut peer = bench.connect(0);
+    peer.write_all(&hello()).unwrap();
+    bench.hear(&mut peer, HELLO_BYTES + ANNOUNCEMENT_BYTES);
+    // SET_CONFIGURATION 1, which is on its way when the cable is pulled out.
+    peer.write_all(&[6, 0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 1]).unwrap();
+    bench.remote.unplug();
+    bench.pass_ms(1);
+    assert!(!bench.remote.is_plugged());
+    bench.wait_for_close(&mut peer);
+    assert_eq!(bench.device.configuration, 0);
+    assert!(bench.notes().contains("is unplugged"));
+    let mut client = bench.connect(1);
+    client.write_all(&import()).unwrap();
+    bench.hear(&mut client, 320);
+    bench.remote.unplug();
+    bench.pass_ms(1);
+    assert!(!bench.remote.is_plugged());
+    bench.wait_for_close(&mut client);
+    assert!(bench.notes().contains("is unplugged"));
 }
 
 #[test]
