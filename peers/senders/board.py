@@ -56,13 +56,17 @@ class Board:
             self.log.write(line)
             self.log.flush()
 
-    def state(self):
+    def state(self, first=""):
         """What the machine does: s, tool, carriages, edges, heaters."""
-        self.state_socket.sendall(b"\n")
+        self.state_socket.sendall(f"{first}\n".encode())
         line = self.state_lines.readline()
         if not line:
             raise Failed("the virtual board has ended: see its log")
         return json.loads(line)
+
+    def unplug(self):
+        """Pulls the USB cable out, which the computer only learns by it. The state then."""
+        return self.state("unplug")
 
     def until(self, what, condition, board_seconds=60.0):
         """Waits for a state of the machine, so many seconds of the board's clock."""
