@@ -89,10 +89,13 @@ pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipie
 fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let to = Recipient::Session(id);
     let now = machine.ports.now();
+    // Whoever comes behind this look sends nothing of the file.
+    let end = machine.ports.inbox(id).received();
+    let is_his = !machine.sessions.is_visited_anew(&machine.ports, id);
     let Machine { files, ports, sessions, .. } = machine;
     let directory = files.directory().clone();
-    let goes_on = files.transfers.go_on(&directory, id, now, ports, &mut Reply::new(sessions, to));
-    if goes_on {
+    let reply = &mut Reply::new(sessions, to);
+    if !is_his || files.transfers.go_on(&directory, (id, end), now, ports, reply) {
         if let Some(session) = machine.sessions.get_mut(id) {
             session.listing = Some(Listing::Transfer);
         }

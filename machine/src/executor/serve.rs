@@ -99,6 +99,10 @@ impl<P: Ports> Machine<'_, P> {
             (Visitor::Came, _) => return self.record(&Happened::SessionOpened { session }),
         };
         let sent_file = matches!(listing, Some(Listing::Transfer)) || files.takes_lines_of(id);
+        // The rest of a file is no lines to be carried out, and nothing in it acts.
+        if let Some(session) = sessions.get_mut(id).filter(|_| sent_file) {
+            session.forget_visit(ports.inbox(id));
+        }
         if let Some(listing) = listing {
             if matches!(listing, Listing::Transfer) {
                 ports.inbox(id).set_raw(false);
@@ -109,10 +113,6 @@ impl<P: Ports> Machine<'_, P> {
         ports.inbox(id).set_text(false);
         files.session_ended(id, ports);
         jobs.session_ended(id);
-        // The rest of a file is no lines to be carried out.
-        if let Some(session) = sessions.get_mut(id).filter(|_| sent_file) {
-            session.forget_lines(ports.inbox(id));
-        }
         self.record(&Happened::SessionClosed { session });
     }
 

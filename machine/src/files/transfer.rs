@@ -142,17 +142,18 @@ impl Transfers {
         if self.current.is_some() { Err(Failure::refused("another console sends a file")) } else { Ok(()) }
     }
 
-    /// Goes on with what this console sends. False when it has ended, and that has been said.
+    /// Goes on with what this console has sent until its count of bytes received was `end`. False when it has
+    /// ended, and that has been said.
     pub fn go_on(
         &mut self,
         directory: &str,
-        from: SessionId,
+        (from, end): (SessionId, u32),
         now: Micros,
         ports: &mut (impl Storage + Consoles),
         reply: &mut Reply<'_>,
     ) -> bool {
         let Some(transfer) = &mut self.current else { return false };
-        let ending = transfer.go_on(directory, from, now, ports, reply);
+        let ending = transfer.go_on(directory, (from, end), now, ports, reply);
         let Some(ending) = ending else { return true };
         let transfer = self.current.take();
         if let Some(transfer) = transfer {
@@ -173,13 +174,13 @@ impl Transfer {
     fn go_on(
         &mut self,
         directory: &str,
-        from: SessionId,
+        (from, end): (SessionId, u32),
         now: Micros,
         ports: &mut (impl Storage + Consoles),
         reply: &mut Reply<'_>,
     ) -> Option<Ending> {
         for _ in 0..MOST_BYTES {
-            let byte = match ports.inbox(from).take() {
+            let byte = match ports.inbox(from).take(end) {
                 Some(Received::Byte(byte)) => byte,
                 // The bytes that mark lines are some of the file's.
                 Some(Received::ForgetLine) => CTRL_X,

@@ -93,6 +93,8 @@ pub struct Inbox {
     visits: AtomicU32,
     /// Count of bytes received before somebody came last. Written by the transport.
     opened_at: AtomicU32,
+    /// `visits` after the one of whom nothing is wanted any more has gone. Written by the executor.
+    forgotten: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
     /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
@@ -121,6 +123,7 @@ impl Inbox {
             text: AtomicBool::new(false),
             visits: AtomicU32::new(0),
             opened_at: AtomicU32::new(0),
+            forgotten: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
         }
@@ -137,6 +140,11 @@ impl Inbox {
     /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
     /// For the one receive task, which keeps `intake`.
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
+        let visits = self.visits.load(Ordering::Relaxed);
+        if !visits.is_multiple_of(2) && visits == self.forgotten.load(Ordering::Acquire) {
+            *intake = Intake::new();
+            return false;
+        }
         if self.raw.load(Ordering::Relaxed) {
             return self.receive_raw(intake, byte);
         }
@@ -264,10 +272,21 @@ impl Inbox {
         (1..=INBOX_BYTES as u32).contains(&before)
     }
 
-    /// Drops everything that has come.
-    pub fn drop_all(&self) {
-        self.taken.store(self.received.load(Ordering::Acquire), Ordering::Release);
-        self.lost.store(0, Ordering::Release);
+    /// Drops what has come of whoever has gone when `visits` was that, and what may still come of him;
+    /// nothing of whoever has come since then. For the reader.
+    pub fn forget_visit(&self, visits: u32) {
+        self.forgotten.store(visits, Ordering::Release);
+        // First, so that nothing of the next one is among it.
+        let received = self.received();
+        let is_last = self.visits() == visits;
+        let end = if is_last { received } else { self.opened_at.load(Ordering::Relaxed) };
+        let taken = self.taken.load(Ordering::Relaxed);
+        if end.wrapping_sub(taken) as usize <= INBOX_BYTES {
+            self.taken.store(end, Ordering::Release);
+        }
+        if is_last {
+            self.lost.store(0, Ordering::Release);
+        }
     }
 
     /// Somebody is at the other end.
@@ -304,10 +323,16 @@ impl Inbox {
         }
     }
 
-    /// Takes what is next in the stream.
-    pub fn take(&self) -> Option<Received> {
+    /// Count of bytes ever received, wrapping.
+    #[must_use]
+    pub fn received(&self) -> u32 {
+        self.received.load(Ordering::Acquire)
+    }
+
+    /// Takes what is next in the stream, of what had been received when [`Self::received`] was `end`.
+    pub fn take(&self, end: u32) -> Option<Received> {
         let taken = self.taken.load(Ordering::Relaxed);
-        if taken == self.received.load(Ordering::Acquire) {
+        if taken == end {
             return None;
         }
         let byte = self.bytes.get(taken as usize % INBOX_BYTES)?.load(Ordering::Relaxed);
@@ -363,128 +388,4 @@ impl Inbox {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use std::string::String;
-    use std::vec::Vec;
-
-    /// Takes what is there; the lines that ended, and how many are said to be lost behind them.
-    fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
-        while let Some(received) = inbox.take() {
-            match received {
-                Received::ForgetLine => line.clear(),
-                Received::LoseLine => {
-                    line.clear();
-                    lines.push("lost".into());
-                }
-                Received::Byte(b'\n' | b'\r') => lines.push(core::mem::take(line)),
-                Received::Byte(byte) => line.push(char::from(byte)),
-            }
-        }
-        lines.extend((0..inbox.take_lost()).map(|_| "lost".into()));
-    }
-
-    #[test]
-    fn realtime_characters_leave_the_stream_even_when_it_is_full() {
-        let (inbox, mut intake) = (Inbox::new(), Intake::new());
-        while inbox.room() > 0 {
-            assert!(inbox.receive(&mut intake, b'a'));
-        }
-        assert!(!inbox.receive(&mut intake, b'b'), "a full inbox must refuse");
-        assert!(
-            inbox.receive(&mut intake, b'?') && inbox.receive(&mut intake, b'!') && inbox.receive(&mut intake, 0x18)
-        );
-        assert_eq!(inbox.take_request(), Some(Realtime::Abort));
-        assert_eq!(inbox.take_request(), Some(Realtime::Hold));
-        assert_eq!(inbox.take_request(), Some(Realtime::Status));
-        assert_eq!(inbox.take_request(), None);
-    }
-
-    #[test]
-    fn grbls_reset_drops_what_was_sent_before_it_and_nothing_behind() {
-        let (inbox, mut intake) = (Inbox::new(), Intake::new());
-        inbox.set_extended(true);
-        b"G1 X1\nG1 (X\x18G0 X2\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
-        assert_eq!(inbox.take_request(), Some(Realtime::Abort));
-        inbox.drop_before_reset();
-        let mut lines = Vec::new();
-        read(&inbox, &mut String::new(), &mut lines);
-        assert_eq!(lines, ["G0 X2"]);
-        inbox.drop_before_reset();
-        b"G0 X3\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
-        inbox.drop_before_reset();
-        read(&inbox, &mut String::new(), &mut lines);
-        assert_eq!(lines, ["G0 X2", "G0 X3"], "a reset long ago drops nothing");
-    }
-
-    #[test]
-    fn who_comes_back_in_the_middle_of_a_line_has_lost_that_line_and_no_other() {
-        let (inbox, mut intake) = (Inbox::new(), Intake::new());
-        let send = |intake: &mut Intake, text: &[u8]| {
-            text.iter().for_each(|byte| {
-                let _kept = inbox.receive(intake, *byte);
-            });
-        };
-        let (mut line, mut lines) = (String::new(), Vec::new());
-        send(&mut intake, b"G1 X1\nG1 X");
-        inbox.set_open(false);
-        inbox.open_again(&mut intake);
-        send(&mut intake, b"200\nG1 X3\n");
-        read(&inbox, &mut line, &mut lines);
-        send(&mut intake, b"G1 X4\n");
-        inbox.set_open(false);
-        inbox.open_again(&mut intake);
-        send(&mut intake, b"G1 X5\n");
-        read(&inbox, &mut line, &mut lines);
-        assert_eq!(lines, ["G1 X1", "lost", "G1 X3", "G1 X4", "G1 X5"]);
-    }
-
-    #[test]
-    fn at_most_eight_queries_wait() {
-        let inbox = Inbox::new();
-        for _ in 0..20 {
-            inbox.request(Realtime::Status);
-        }
-        let answered = core::iter::from_fn(|| inbox.take_request()).count();
-        assert_eq!(answered, 8);
-    }
-
-    #[test]
-    fn carriage_returns_and_line_feeds_end_one_line_together() {
-        let (inbox, mut intake) = (Inbox::new(), Intake::new());
-        b"a\r\nb\rc\n\nd\r\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
-        let mut lines = Vec::new();
-        read(&inbox, &mut String::new(), &mut lines);
-        assert_eq!(lines, ["a", "b", "c", "", "d"]);
-    }
-
-    proptest! {
-        /// However lines come and are read: each is read whole or counted as lost, in order.
-        #[test]
-        fn each_line_is_read_whole_or_counted(
-            rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
-        ) {
-            let (inbox, mut intake) = (Inbox::new(), Intake::new());
-            let (mut line, mut lines, mut sent) = (String::new(), Vec::new(), Vec::new());
-            for (burst, returns, length) in rounds {
-                for _ in 0..burst {
-                    let text = std::format!("{}:{}", sent.len(), "x".repeat(length));
-                    let end: &[u8] = if returns { b"\r\n" } else { b"\n" };
-                    for byte in text.bytes().chain(end.iter().copied()) {
-                        let _kept = inbox.receive(&mut intake, byte);
-                    }
-                    sent.push(text);
-                }
-                read(&inbox, &mut line, &mut lines);
-            }
-            prop_assert_eq!(lines.len(), sent.len());
-            for (read, sent) in lines.iter().zip(&sent) {
-                prop_assert!(read == sent || read == "lost", "{read} is not {sent}");
-            }
-            // Nothing is lost without need.
-            let lost = lines.iter().filter(|line| *line == "lost").count();
-            prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
-        }
-    }
-}
+mod tests;

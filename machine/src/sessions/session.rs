@@ -123,9 +123,9 @@ impl Session {
         inbox.has_from_before() || self.line.is_some()
     }
 
-    /// Forgets what he has sent that has not been begun.
-    pub fn forget_lines(&mut self, inbox: &Inbox) {
-        inbox.drop_all();
+    /// Forgets what he who has gone has sent, as far as it has not been begun.
+    pub fn forget_visit(&mut self, inbox: &Inbox) {
+        inbox.forget_visit(self.visits);
         self.clear_line();
     }
 
@@ -151,11 +151,13 @@ impl Session {
             return;
         }
         while self.line.is_none() && self.lost == 0 && !self.too_long {
-            // Whoever has come meanwhile is greeted first.
+            // Whoever has come meanwhile is greeted first. Nothing of one who comes behind this look is
+            // taken.
+            let received = inbox.received();
             if self.visits != inbox.visits() && inbox.is_open() && !inbox.has_from_before() {
                 return;
             }
-            let byte = match inbox.take() {
+            let byte = match inbox.take(received) {
                 Some(Received::Byte(byte)) => byte,
                 Some(Received::ForgetLine) => {
                     self.gathering.clear();

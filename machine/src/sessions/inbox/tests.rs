@@ -1,0 +1,151 @@
+use super::*;
+use proptest::prelude::*;
+use std::string::String;
+use std::vec::Vec;
+
+/// Takes what is there; the lines that ended, and how many are said to be lost behind them.
+fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
+    while let Some(received) = inbox.take(inbox.received()) {
+        match received {
+            Received::ForgetLine => line.clear(),
+            Received::LoseLine => {
+                line.clear();
+                lines.push("lost".into());
+            }
+            Received::Byte(b'\n' | b'\r') => lines.push(core::mem::take(line)),
+            Received::Byte(byte) => line.push(char::from(byte)),
+        }
+    }
+    lines.extend((0..inbox.take_lost()).map(|_| "lost".into()));
+}
+
+#[test]
+fn realtime_characters_leave_the_stream_even_when_it_is_full() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    while inbox.room() > 0 {
+        assert!(inbox.receive(&mut intake, b'a'));
+    }
+    assert!(!inbox.receive(&mut intake, b'b'), "a full inbox must refuse");
+    assert!(inbox.receive(&mut intake, b'?') && inbox.receive(&mut intake, b'!') && inbox.receive(&mut intake, 0x18));
+    assert_eq!(inbox.take_request(), Some(Realtime::Abort));
+    assert_eq!(inbox.take_request(), Some(Realtime::Hold));
+    assert_eq!(inbox.take_request(), Some(Realtime::Status));
+    assert_eq!(inbox.take_request(), None);
+}
+
+#[test]
+fn grbls_reset_drops_what_was_sent_before_it_and_nothing_behind() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    inbox.set_extended(true);
+    b"G1 X1\nG1 (X\x18G0 X2\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+    assert_eq!(inbox.take_request(), Some(Realtime::Abort));
+    inbox.drop_before_reset();
+    let mut lines = Vec::new();
+    read(&inbox, &mut String::new(), &mut lines);
+    assert_eq!(lines, ["G0 X2"]);
+    inbox.drop_before_reset();
+    b"G0 X3\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+    inbox.drop_before_reset();
+    read(&inbox, &mut String::new(), &mut lines);
+    assert_eq!(lines, ["G0 X2", "G0 X3"], "a reset long ago drops nothing");
+}
+
+#[test]
+fn who_comes_back_in_the_middle_of_a_line_has_lost_that_line_and_no_other() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let send = |intake: &mut Intake, text: &[u8]| {
+        text.iter().for_each(|byte| {
+            let _kept = inbox.receive(intake, *byte);
+        });
+    };
+    let (mut line, mut lines) = (String::new(), Vec::new());
+    send(&mut intake, b"G1 X1\nG1 X");
+    inbox.set_open(false);
+    inbox.open_again(&mut intake);
+    send(&mut intake, b"200\nG1 X3\n");
+    read(&inbox, &mut line, &mut lines);
+    send(&mut intake, b"G1 X4\n");
+    inbox.set_open(false);
+    inbox.open_again(&mut intake);
+    send(&mut intake, b"G1 X5\n");
+    read(&inbox, &mut line, &mut lines);
+    assert_eq!(lines, ["G1 X1", "lost", "G1 X3", "G1 X4", "G1 X5"]);
+}
+
+#[test]
+fn of_whoever_is_forgotten_nothing_more_is_taken() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let send = |intake: &mut Intake, text: &[u8]| {
+        text.iter().for_each(|byte| {
+            let _kept = inbox.receive(intake, *byte);
+        });
+    };
+    let (mut line, mut lines) = (String::new(), Vec::new());
+    // Somebody has gone; what he has sent comes behind that.
+    send(&mut intake, b"of a file\nand");
+    inbox.set_open(false);
+    let gone = inbox.visits();
+    inbox.forget_visit(gone);
+    send(&mut intake, b" more \x18!\n");
+    assert_eq!((inbox.take_request(), inbox.has_news()), (None, false));
+    inbox.open(&mut intake);
+    send(&mut intake, b"G28\n");
+    read(&inbox, &mut line, &mut lines);
+    // Another one has come when it is seen that the one before has gone.
+    send(&mut intake, b"of a file\n");
+    inbox.set_open(false);
+    let gone = inbox.visits();
+    inbox.open(&mut intake);
+    send(&mut intake, b"G29\n");
+    inbox.forget_visit(gone);
+    read(&inbox, &mut line, &mut lines);
+    assert_eq!(lines, ["G28", "G29"]);
+}
+
+#[test]
+fn at_most_eight_queries_wait() {
+    let inbox = Inbox::new();
+    for _ in 0..20 {
+        inbox.request(Realtime::Status);
+    }
+    let answered = core::iter::from_fn(|| inbox.take_request()).count();
+    assert_eq!(answered, 8);
+}
+
+#[test]
+fn carriage_returns_and_line_feeds_end_one_line_together() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    b"a\r\nb\rc\n\nd\r\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
+    let mut lines = Vec::new();
+    read(&inbox, &mut String::new(), &mut lines);
+    assert_eq!(lines, ["a", "b", "c", "", "d"]);
+}
+
+proptest! {
+    /// However lines come and are read: each is read whole or counted as lost, in order.
+    #[test]
+    fn each_line_is_read_whole_or_counted(
+        rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
+    ) {
+        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        let (mut line, mut lines, mut sent) = (String::new(), Vec::new(), Vec::new());
+        for (burst, returns, length) in rounds {
+            for _ in 0..burst {
+                let text = std::format!("{}:{}", sent.len(), "x".repeat(length));
+                let end: &[u8] = if returns { b"\r\n" } else { b"\n" };
+                for byte in text.bytes().chain(end.iter().copied()) {
+                    let _kept = inbox.receive(&mut intake, byte);
+                }
+                sent.push(text);
+            }
+            read(&inbox, &mut line, &mut lines);
+        }
+        prop_assert_eq!(lines.len(), sent.len());
+        for (read, sent) in lines.iter().zip(&sent) {
+            prop_assert!(read == sent || read == "lost", "{read} is not {sent}");
+        }
+        // Nothing is lost without need.
+        let lost = lines.iter().filter(|line| *line == "lost").count();
+        prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
+    }
+}
