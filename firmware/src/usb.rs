@@ -88,7 +88,7 @@ impl ConsoleLine {
 impl Line for ConsoleLine {
     fn room(&self) -> usize {
         let room = self.inbox().room();
-        if room < usb::ROOM_BYTES {
+        if room < usb::PACKET_BYTES {
             WAITS_FOR_ROOM.store(true, Ordering::Relaxed);
         }
         room
@@ -97,8 +97,7 @@ impl Line for ConsoleLine {
     fn receive(&mut self, bytes: &[u8]) {
         let inbox = self.inbox();
         for byte in bytes {
-            // There is room; but where somebody has come and gone while the lines of the one before filled
-            // it, he loses whole lines, which are counted.
+            // There is room.
             let _taken = inbox.receive(&mut self.intake, *byte);
         }
         dispatcher::wake();
@@ -153,7 +152,9 @@ pub fn connect(socket: UsbSocket, unique_id: [u32; 3], system: &SystemConfig) ->
         (&raw mut (*place).serial).write(SerialNumber::new(unique_id));
         let (bus, serial) = (&(*place).bus, &(*place).serial);
         let device = &raw mut (*place).device;
-        device.write(Composite::new(bus, serial, functions).map_err(|_| refused)?);
+        device.write(
+            Composite::new(bus, |bus, endpoint| bus.bus().held(endpoint), serial, functions).map_err(|_| refused)?,
+        );
         device
     };
     HANDED_OVER.store(device, Ordering::Release);
@@ -220,7 +221,7 @@ pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
 /// Has packets fetched that have waited for room, if there is some now. Called when the machine has taken
 /// bytes.
 pub fn look_for_room() {
-    let has_room = |console: Console| console.inbox().room() >= usb::ROOM_BYTES;
+    let has_room = |console: Console| console.inbox().room() >= usb::PACKET_BYTES;
     if WAITS_FOR_ROOM.load(Ordering::Relaxed) && (has_room(Console::Usb0) || has_room(Console::Usb1)) {
         WAITS_FOR_ROOM.store(false, Ordering::Relaxed);
         bsp_prime::usb::wake();

@@ -5,6 +5,7 @@ use usb_device::Result;
 use usb_device::UsbError;
 use usb_device::class_prelude::{UsbBus, UsbBusAllocator, UsbClass};
 use usb_device::device::{StringDescriptors, UsbDevice, UsbDeviceBuilder, UsbDeviceState, UsbRev, UsbVidPid};
+use usb_device::endpoint::EndpointAddress;
 
 use crate::cdc::{Endpoints, Line, SerialPort};
 use crate::dfu::{Detach, DfuRuntime};
@@ -21,6 +22,10 @@ const DOWNLOAD: &str = "Velvet firmware download";
 
 /// More than all functions and what stands before them.
 const MAX_CLASSES: usize = 8;
+
+/// How many packets of the host the controller holds at an endpoint, acknowledged and not fetched. Between
+/// two looks at the bus.
+pub type Held<B> = fn(&B, EndpointAddress) -> usize;
 
 /// What the functions are connected to; without, there is no such function.
 pub struct Functions<L, M, D> {
@@ -73,6 +78,7 @@ pub(crate) fn finish<B: UsbBus>(builder: UsbDeviceBuilder<'_, B>) -> UsbDevice<'
 /// The device.
 pub struct Composite<'a, B: UsbBus, L, M, D> {
     device: UsbDevice<'a, B>,
+    held: Held<B>,
     standard: Standard,
     microsoft: Option<MicrosoftOs>,
     first: SerialPort<'a, B, L>,
@@ -82,11 +88,16 @@ pub struct Composite<'a, B: UsbBus, L, M, D> {
 }
 
 impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
-    /// Connects to the bus. `serial`: [`SerialNumber::new`].
+    /// Connects to the bus. `serial`: [`SerialNumber::new`]. `held`: what the bus tells of itself.
     ///
     /// # Errors
     /// The bus does not have the endpoints.
-    pub fn new(bus: &'a UsbBusAllocator<B>, serial: &'a SerialNumber, functions: Functions<L, M, D>) -> Result<Self> {
+    pub fn new(
+        bus: &'a UsbBusAllocator<B>,
+        held: Held<B>,
+        serial: &'a SerialNumber,
+        functions: Functions<L, M, D>,
+    ) -> Result<Self> {
         let Functions { first, second, disk, detach } = functions;
         let first = SerialPort::new(bus, Endpoints::FIRST, FIRST_PORT, first)?;
         let second = second.map(|line| SerialPort::new(bus, Endpoints::SECOND, SECOND_PORT, line)).transpose()?;
@@ -106,7 +117,7 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         }
         let revision = if microsoft.is_some() { UsbRev::Usb210 } else { UsbRev::Usb200 };
         let device = finish(builder(bus, PRODUCT_NAME, serial, revision)?.composite_with_iads());
-        Ok(Self { device, standard, microsoft, first, second, disk, runtime })
+        Ok(Self { device, held, standard, microsoft, first, second, disk, runtime })
     }
 
     /// Handles one event of the bus, and moves what can be moved: whenever the controller interrupts, the
@@ -115,17 +126,15 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
     pub fn run(&mut self) -> bool {
         self.poll();
         let suspended = self.device.state() == UsbDeviceState::Suspend;
-        self.first.set_suspended(suspended);
-        self.first.run();
-        if let Some(second) = &mut self.second {
-            second.set_suspended(suspended);
-            second.run();
+        for port in [Some(&mut self.first), self.second.as_mut()].into_iter().flatten() {
+            port.set_suspended(suspended);
+            port.run((self.held)(self.device.bus(), port.from_host()));
         }
         self.disk.as_mut().is_some_and(MassStorage::run)
     }
 
     fn poll(&mut self) {
-        let Self { device, standard, microsoft, first, second, disk, runtime } = self;
+        let Self { device, standard, microsoft, first, second, disk, runtime, .. } = self;
         let mut classes: Vec<&mut dyn UsbClass<B>, MAX_CLASSES> = Vec::new();
         // There is room for all.
         let _fits = classes.push(standard);

@@ -26,6 +26,11 @@ impl<B> Guarded<B> {
     pub const fn new(bus: B) -> Self {
         Self { bus, is_setup: AtomicBool::new(false) }
     }
+
+    /// The bus itself.
+    pub const fn bus(&self) -> &B {
+        &self.bus
+    }
 }
 
 /// The length of the data stage from the host that a request announces.

@@ -21,7 +21,7 @@ mod storage;
 mod testing;
 
 pub use cdc::{Line, LineCoding, Parity, SerialPort, StopBits};
-pub use composite::{Composite, Functions, Presence};
+pub use composite::{Composite, Functions, Held, Presence};
 pub use dfu::{Detach, DfuRuntime, DownloadDevice, Firmware, Refused, TRANSFER_BYTES};
 pub use guarded::Guarded;
 pub use identity::{MANUFACTURER, PRODUCT, PRODUCT_NAME, SerialNumber, VENDOR};
@@ -33,7 +33,3 @@ pub const PACKET_BYTES: usize = 64;
 
 /// Packets of the host that an endpoint of the controller holds, acknowledged and not fetched.
 pub const PACKETS_HELD: usize = 2;
-
-/// A serial port fetches a packet while its line has room for that one and for as many as the controller may
-/// hold when the host goes.
-pub const ROOM_BYTES: usize = (1 + PACKETS_HELD) * PACKET_BYTES;

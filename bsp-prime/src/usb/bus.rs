@@ -69,6 +69,11 @@ impl OtgBus {
         Self { state: UnsafeCell::new(State::new()), is_in_use: AtomicBool::new(false) }
     }
 
+    /// Packets of the host that an endpoint holds, acknowledged and not fetched.
+    pub fn held(&self, endpoint: EndpointAddress) -> usize {
+        self.with(|state| state.held(endpoint.index())).unwrap_or(0)
+    }
+
     /// The state. `None` if somebody has it already: an interrupt that would use the device while it
     /// interrupts its one user, which does not happen.
     fn with<R>(&self, action: impl FnOnce(&mut State) -> R) -> Option<R> {

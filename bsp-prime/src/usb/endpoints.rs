@@ -165,8 +165,8 @@ impl State {
     }
 
     /// Sets every endpoint up as behind a reset of the bus (RM0399 chapter 60, "Endpoint initialization on
-    /// USB reset", "Endpoint activation"). Packets that the host was told have arrived wait on, but those of
-    /// endpoint 0: their function fetches or drops them when it hears of the reset.
+    /// USB reset", "Endpoint activation"). Packets that the host was told have arrived wait on for their
+    /// function, but those of endpoint 0.
     pub(super) fn configure(&mut self) {
         (self.is_setup_new, self.has_setup, self.complete) = (false, false, 0);
         write(registers::DAINTMSK, 0);
@@ -383,6 +383,11 @@ impl State {
         result
     }
 
+    /// Packets that wait at an endpoint to be fetched.
+    pub(super) fn held(&self, number: usize) -> usize {
+        self.waiting.get(number).map_or(0, |waiting| waiting.count.into())
+    }
+
     pub(super) fn halt(&mut self, address: EndpointAddress, halted: bool) {
         let number = address.index();
         if address.is_in() {
@@ -410,7 +415,10 @@ impl State {
         let at = registers::doepctl(number);
         if number > 0 {
             waiting.is_halted = halted;
-            waiting.count = 0;
+            // The end of a halt sets the toggle back, and takes nothing from what has arrived.
+            if halted {
+                waiting.count = 0;
+            }
         }
         match (halted, number) {
             (false, 0) => {}

@@ -1,14 +1,17 @@
 //! A serial port.
 //!
-//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for it
-//! and for those that the controller may hold besides; until then the endpoint answers NAK and the host
-//! waits. So whatever the host was told has arrived still reaches the line when the host goes. A packet for
-//! the host is taken from the line when the one before has gone.
+//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for
+//! it; until then the endpoint answers NAK and the host waits. A packet for the host is taken from the line
+//! when the one before has gone.
 //!
 //! Somebody is there from the moment a host sets DTR, or, of a host that never does, from its first byte on;
 //! until DTR falls, the bus is reset, or it falls silent: an unplugged cable is a silent bus on this board,
 //! which has no way to look at the bus voltage. After a silence without a reset (a computer that has slept)
 //! whoever was there is there again.
+//!
+//! Whatever a host was told has arrived reaches the line, as his, when there is room for it, though he has
+//! gone by then and others have come and gone behind him (`for line in ...; do echo $line > /dev/ttyACM0`
+//! does that): whoever comes is met when all that those before him have left in the controller is fetched.
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -22,15 +25,15 @@ use usb_device::endpoint::EndpointAddress;
 
 use super::coding::{CODING_BYTES, LineCoding};
 use crate::standard;
-use crate::{PACKET_BYTES, ROOM_BYTES};
+use crate::{PACKET_BYTES, PACKETS_HELD};
 
 /// What a port is connected to.
 pub trait Line {
     /// How many more bytes surely fit.
     fn room(&self) -> usize;
 
-    /// Takes bytes of the host. While it is there, there was room for [`ROOM_BYTES`]; what has arrived when
-    /// it goes comes behind that, two packets at most.
+    /// Takes bytes of the host, a packet at most, for which there was room. Those of somebody who has gone
+    /// may come when that has been said.
     fn receive(&mut self, bytes: &[u8]);
 
     /// Fetches bytes for the host; how many there were.
@@ -76,7 +79,18 @@ const NOTIFICATION_PACKET: u16 = 16;
 const NOTIFICATION_INTERVAL: u8 = 32;
 
 /// Packets fetched of a host in one run, so that a run is bounded. The controller holds no more.
-const PACKETS_A_RUN: usize = crate::PACKETS_HELD;
+const PACKETS_A_RUN: usize = PACKETS_HELD;
+/// Visits that may have ended behind different packets in the controller, or before the first.
+const ENDS: usize = PACKETS_HELD + 1;
+
+/// The end of a visit.
+#[derive(Clone, Copy)]
+struct End {
+    /// Packets in the controller that are still his, or of those before him.
+    packets: u8,
+    /// He has come back since then: whoever is met next is he.
+    is_undone: bool,
+}
 
 /// Numbers of a port's endpoints, as Smoothieware v2 has them.
 #[derive(Clone, Copy)]
@@ -112,6 +126,10 @@ pub struct SerialPort<'a, B: UsbBus, L> {
     is_suspended: bool,
     /// Somebody was there when the bus fell silent.
     may_come_back: bool,
+    /// Whoever was there goes, which is seen to in this run.
+    goes: bool,
+    /// Visits that have ended, and of which packets are still to be fetched, in order.
+    ends: heapless::Vec<End, ENDS>,
     /// A packet that the endpoint has not taken yet.
     packet: heapless::Vec<u8, PACKET_BYTES>,
     /// The last packet was full: an empty one says that nothing follows, so that a host does not wait.
@@ -146,6 +164,8 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             is_configured: false,
             is_suspended: false,
             may_come_back: false,
+            goes: false,
+            ends: heapless::Vec::new(),
             packet: heapless::Vec::new(),
             owes_end: false,
             owes_notification: false,
@@ -163,14 +183,27 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         &mut self.line
     }
 
-    /// Moves what can be moved, a few packets at most.
-    pub fn run(&mut self) {
-        if !self.is_configured || self.is_suspended {
-            return;
+    /// The endpoint at which packets of the host arrive.
+    #[must_use]
+    pub fn from_host(&self) -> EndpointAddress {
+        self.from_host.address()
+    }
+
+    /// Moves what can be moved, a few packets at most. `held`: packets of the host that the controller holds.
+    pub fn run(&mut self, held: usize) {
+        if core::mem::take(&mut self.goes) {
+            self.end_visit(held);
+            self.meet();
         }
         self.receive();
-        self.send();
-        self.tell_state();
+        if self.can_talk() {
+            self.send();
+            self.tell_state();
+        }
+    }
+
+    const fn can_talk(&self) -> bool {
+        self.is_configured && !self.is_suspended
     }
 
     /// The bus has fallen silent, or is back.
@@ -180,11 +213,21 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         }
         self.is_suspended = suspended;
         if suspended {
-            self.may_come_back = self.is_open;
-            self.leave();
-        } else if self.may_come_back && !self.is_open {
-            self.is_open = true;
-            self.line.come_back();
+            self.may_come_back = self.is_configured && self.has_somebody();
+            self.goes |= self.is_configured;
+        } else if core::mem::take(&mut self.may_come_back) {
+            match self.ends.last_mut() {
+                Some(end) => end.is_undone = true,
+                None => self.open(true),
+            }
+        }
+    }
+
+    /// Whether somebody is there, met or not.
+    fn has_somebody(&self) -> bool {
+        match self.ends.last() {
+            Some(end) => end.is_undone || self.has_dtr,
+            None => self.is_open,
         }
     }
 
@@ -198,24 +241,62 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.line.set_open(open);
     }
 
-    /// The host goes.
-    fn leave(&mut self) {
-        self.receive_rest();
-        self.set_open(false);
+    fn open(&mut self, is_back: bool) {
+        if is_back && !self.is_open {
+            self.is_open = true;
+            self.line.come_back();
+        }
+        self.set_open(true);
     }
 
-    /// What the host was told has arrived does arrive, before the controller forgets it.
-    fn receive_rest(&mut self) {
-        if self.is_configured {
-            for _ in 0..PACKETS_A_RUN {
-                self.receive_packet();
+    /// Whoever is there goes. What he has sent is his: it is fetched now as far as there is room, else later.
+    fn end_visit(&mut self, held: usize) {
+        let mut packets = held as u8;
+        if self.ends.is_empty() {
+            while packets > 0 && self.line.room() >= PACKET_BYTES && self.receive_packet() {
+                packets -= 1;
             }
+            if packets > 0 {
+                // He may not have been met: nothing of his had been fetched.
+                self.set_open(true);
+            }
+            self.set_open(false);
+        }
+        match self.ends.last_mut() {
+            // He has left nothing.
+            Some(end) if end.packets == packets => end.is_undone = false,
+            None if packets == 0 => {}
+            _ => {
+                // There are no more places behind packets than this has.
+                let _fits = self.ends.push(End { packets, is_undone: false });
+            }
+        }
+    }
+
+    /// Sees to visits that ended before the next packet.
+    fn turn_to_next(&mut self) {
+        while let Some(&End { packets: 0, is_undone }) = self.ends.first() {
+            self.ends.remove(0);
+            self.set_open(false);
+            if !self.ends.is_empty() || is_undone && self.can_talk() {
+                // One who has come back, or one who is gone as well and has left something.
+                self.open(is_undone);
+            }
+            self.meet();
+        }
+    }
+
+    /// Meets whoever has come, when all that was left by those before him is fetched.
+    fn meet(&mut self) {
+        if self.has_dtr && self.can_talk() && !self.goes && self.ends.is_empty() {
+            self.set_open(true);
         }
     }
 
     fn receive(&mut self) {
         for _ in 0..PACKETS_A_RUN {
-            if self.line.room() < ROOM_BYTES || !self.receive_packet() {
+            let is_wanted = self.can_talk() || !self.ends.is_empty();
+            if !is_wanted || self.line.room() < PACKET_BYTES || !self.receive_packet() {
                 return;
             }
         }
@@ -224,17 +305,28 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// Fetches a packet of the host, if there is one.
     fn receive_packet(&mut self) -> bool {
         let mut packet = [0; PACKET_BYTES];
-        let Ok(count) = self.from_host.read(&mut packet) else { return false };
-        let bytes = packet.get(..count).unwrap_or_default();
+        let read = self.from_host.read(&mut packet);
+        let bytes = packet.get(..*read.as_ref().unwrap_or(&0)).unwrap_or_default();
         if !bytes.is_empty() {
-            self.set_open(true);
+            if self.ends.is_empty() {
+                self.set_open(true);
+            }
             self.line.receive(bytes);
         }
-        true
+        // Without a packet there is none of theirs either: the host has halted the endpoint.
+        let left = |packets: u8| if read.is_ok() { packets.saturating_sub(1) } else { 0 };
+        self.ends.iter_mut().for_each(|end| end.packets = left(end.packets));
+        self.turn_to_next();
+        read.is_ok()
     }
 
     fn send(&mut self) {
         if !self.is_open {
+            return;
+        }
+        if !self.ends.is_empty() {
+            // For one who has gone.
+            while self.line.fetch(&mut [0; PACKET_BYTES]) > 0 {}
             return;
         }
         if self.packet.is_empty() {
@@ -259,7 +351,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
 
     /// Everything as behind a reset of the bus; what the host has set stays.
     fn begin_anew(&mut self, configured: bool) {
-        self.leave();
+        self.goes |= self.is_configured;
         self.has_dtr = false;
         self.is_suspended = false;
         self.is_configured = configured;
@@ -270,11 +362,8 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         // A host that never sets it, but sets RTS, has not gone.
         if self.has_dtr != dtr {
             self.has_dtr = dtr;
-            if dtr {
-                self.set_open(true);
-            } else {
-                self.leave();
-            }
+            self.goes |= !dtr;
+            self.meet();
             self.owes_notification |= dtr;
         }
     }
@@ -315,7 +404,6 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     fn set_alt_setting(&mut self, interface: InterfaceNumber, alternative: u8) -> bool {
         let is_ours = alternative == DEFAULT_ALTERNATE_SETTING && (interface == self.control || interface == self.data);
         if is_ours && interface == self.data {
-            self.receive_rest();
             self.to_host.unstall();
             self.from_host.unstall();
         }

@@ -18,7 +18,7 @@ use super::sense::Sense;
 use super::transfer::{Transfer, Way};
 use super::wrapper::{Outcome, Wrapper, status};
 use crate::identity::SerialNumber;
-use crate::{PACKET_BYTES, standard};
+use crate::{PACKET_BYTES, PACKETS_HELD, standard};
 
 const CLASS_MASS_STORAGE: u8 = 0x08;
 const SUBCLASS_SCSI: u8 = 0x06;
@@ -160,6 +160,14 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
             }
         }
         true
+    }
+
+    /// Drops what has arrived, and has the endpoint begin anew.
+    fn forget_received(&mut self) {
+        for _ in 0..PACKETS_HELD {
+            let _nobodys = self.from_host.read(&mut [0; PACKET_BYTES]);
+        }
+        self.from_host.unstall();
     }
 
     fn halt_both(&mut self) {
@@ -407,7 +415,7 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
 
     fn reset(&mut self) {
         // What the controller has kept belongs to a command that nobody waits for any more.
-        self.from_host.unstall();
+        self.forget_received();
         self.begin_anew(false);
     }
 
@@ -421,7 +429,7 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
         let is_ours = interface == self.interface && alternative == DEFAULT_ALTERNATE_SETTING;
         if is_ours {
             self.to_host.unstall();
-            self.from_host.unstall();
+            self.forget_received();
             self.begin_anew(true);
         }
         is_ours
@@ -439,7 +447,7 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
         let request = *transfer.request();
         if let Some(configured) = standard::configures(&request) {
             self.to_host.unstall();
-            self.from_host.unstall();
+            self.forget_received();
             self.begin_anew(configured);
         }
         if let Some(endpoint) = standard::clears_halt(&request)

@@ -2,9 +2,9 @@
 //!
 //! What classes may rely on of any bus of ours is here too: a request drops whatever endpoint 0 had before;
 //! halting an endpoint drops what it holds, and it takes nothing until the halt ends; ending a halt, even of
-//! an endpoint that is not halted, drops what it holds and sets its data toggle back; a packet that is too
-//! long for whoever reads it is dropped; a reset leaves what bulk endpoints have acknowledged, for whoever
-//! fetches it at once; what waits to be fetched does not wake a device on a silent bus.
+//! an endpoint that is not halted, sets its data toggle back, and drops what is to be sent; a packet that is
+//! too long for whoever reads it is dropped; a reset leaves what bulk endpoints have acknowledged; what waits
+//! to be fetched does not wake a device on a silent bus.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -68,6 +68,11 @@ pub enum Handshake {
 impl Bus {
     pub fn wire(&self) -> MutexGuard<'_, Wire> {
         self.0.lock().unwrap()
+    }
+
+    /// Packets that an endpoint holds.
+    pub fn held(&self, endpoint: EndpointAddress) -> usize {
+        self.wire().endpoint(endpoint.into()).map_or(0, |endpoint| endpoint.packets.len())
     }
 }
 
@@ -204,7 +209,9 @@ impl UsbBus for Bus {
     fn set_stalled(&self, address: EndpointAddress, stalled: bool) {
         if let Some(endpoint) = self.wire().endpoint(address.into()) {
             if address.index() != 0 {
-                endpoint.packets.clear();
+                if stalled || address.is_in() {
+                    endpoint.packets.clear();
+                }
                 endpoint.toggle &= stalled;
             }
             endpoint.is_halted = stalled;

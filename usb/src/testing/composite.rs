@@ -73,7 +73,8 @@ impl Board {
             disk: options.disk.then(|| card.clone()),
             detach: options.download.then(|| machine.clone()),
         };
-        let device = Composite::new(allocator, serial, functions).expect("the bus has the endpoints");
+        let device = Composite::new(allocator, |bus, endpoint| bus.bus().held(endpoint), serial, functions)
+            .expect("the bus has the endpoints");
         Self { host: Host::new(bus, device), lines, card, machine }
     }
 

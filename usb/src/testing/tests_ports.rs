@@ -55,8 +55,8 @@ fn a_full_line_holds_the_host_back() {
     let text: Vec<u8> = (0..640).map(|at| at as u8).collect();
     let (sent, failure) = board.host.bulk_out(1, &text).unwrap_err();
     assert_eq!(failure, Failure::Timeout);
-    assert_eq!(board.lines[0].state().received.len(), 128, "room is left for what waits in the controller");
-    assert_eq!(sent, 128 + 2 * 64, "two packets wait there");
+    assert_eq!(board.lines[0].state().received.len(), 256, "whole packets");
+    assert_eq!(sent, 256 + 2 * 64, "two packets wait in the controller");
     // The rest of the device goes on.
     assert!(board.host.descriptor(1, 0, 18).is_ok());
     board.host.bulk_out(2, b"M112\n").unwrap();
@@ -152,21 +152,72 @@ fn go(board: &mut Board, going: Going) {
 }
 
 #[test]
-fn what_has_arrived_when_the_host_goes_reaches_the_line_first() {
+fn what_has_arrived_when_the_host_goes_reaches_the_line() {
     use Going::{Configuration, Dtr, Reset, Silence, SilenceAndReset};
     for going in [Silence, SilenceAndReset, Reset, Dtr, Configuration(0), Configuration(1)] {
-        let mut board = Board::enumerated();
-        set_lines(&mut board, 0, 1);
-        board.lines[0].state().room = 200;
-        let text: Vec<u8> = (0..640).map(|at| at as u8).collect();
-        let (sent, _) = board.host.bulk_out(1, &text).unwrap_err();
-        assert_eq!(board.lines[0].state().received.len() + 2 * 64, sent, "{going:?}: two packets wait");
-        go(&mut board, going);
-        board.host.device_runs();
-        let state = board.lines[0].state();
-        assert_eq!(state.received, text[..sent], "{going:?}");
-        assert_eq!((&state.visits[..], state.received_at.last()), (&[true, false][..], Some(&sent)), "{going:?}");
+        // Of two packets that wait, the line has room for none, one or both when the host goes.
+        for room in [0, 64, 200] {
+            let mut board = Board::enumerated();
+            set_lines(&mut board, 0, 1);
+            board.lines[0].state().room = 200;
+            let text: Vec<u8> = (0..640).map(|at| at as u8).collect();
+            let (sent, _) = board.host.bulk_out(1, &text).unwrap_err();
+            assert_eq!(board.lines[0].state().received.len() + 2 * 64, sent, "{going:?}: two packets wait");
+            board.lines[0].state().room = room;
+            go(&mut board, going);
+            let taken = sent - 2 * 64 + room.min(2 * 64);
+            board.host.device_runs();
+            assert_eq!(board.lines[0].state().received, text[..taken], "{going:?}");
+            board.lines[0].say(b"ok\n");
+            board.lines[0].state().room = 1_000;
+            board.host.device_runs();
+            let state = board.lines[0].state();
+            assert_eq!(state.received, text[..sent], "{going:?}");
+            assert_eq!((&state.visits[..], state.received_at.last()), (&[true, false][..], Some(&taken)), "{going:?}");
+        }
     }
+}
+
+#[test]
+fn a_line_of_whoever_opens_and_closes_quickly_stays_a_line() {
+    let mut board = Board::enumerated();
+    board.lines[0].state().room = 0;
+    for visitor in [b"1\n", b"2\n"] {
+        set_lines(&mut board, 0, 1);
+        board.host.out_packet(1, visitor).unwrap();
+        board.host.device_runs();
+        set_lines(&mut board, 0, 0);
+    }
+    set_lines(&mut board, 0, 1);
+    assert_eq!(board.host.out_packet(1, b"3\n"), Err(Failure::Timeout), "he is held back");
+    board.lines[0].state().room = 64;
+    board.host.device_runs();
+    board.host.out_packet(1, b"3\n").unwrap();
+    board.lines[0].state().room = 1_000;
+    board.host.device_runs();
+    let state = board.lines[0].state();
+    assert_eq!(state.received, b"1\n2\n3\n");
+    assert_eq!(state.visits, [true, false, true, false, true]);
+    assert_eq!(state.received_at, [0, 0, 2, 4, 4], "each is met behind what the one before has sent");
+}
+
+#[test]
+fn whoever_sleeps_while_the_line_is_full_goes_on_with_his_line() {
+    let mut board = Board::enumerated();
+    set_lines(&mut board, 0, 1);
+    board.lines[0].state().room = 0;
+    board.host.out_packet(1, b"G1 X").unwrap();
+    board.host.device_runs();
+    board.host.event(Event::Suspend);
+    board.host.event(Event::Resume);
+    board.host.out_packet(1, b"200\n").unwrap();
+    set_lines(&mut board, 0, 0);
+    assert_eq!(board.lines[0].state().come_back, 0, "what he had sent is not fetched yet");
+    board.lines[0].state().room = 1_000;
+    board.host.device_runs();
+    let state = board.lines[0].state();
+    assert_eq!((state.received.as_slice(), state.come_back), (&b"G1 X200\n"[..], 1));
+    assert_eq!(state.received_at, [0, 0, 4, 8], "in the middle of it he is there again, not anew");
 }
 
 #[test]
@@ -268,5 +319,56 @@ proptest! {
         }
         prop_assert_eq!(&board.lines[0].state().received, &expected);
         prop_assert_eq!(heard, sent_back);
+    }
+
+    /// However people come and go, fall asleep and are slow: every byte that was acknowledged arrives, in
+    /// order, and never one of two people between two comings.
+    #[test]
+    fn nobodys_bytes_are_lost_or_another_ones(
+        steps in prop::collection::vec((0_usize..7, 0_usize..400), 1..60),
+    ) {
+        let mut board = Board::enumerated();
+        board.lines[0].state().room = 0;
+        let (mut who, mut sent) = (0_u8, Vec::new());
+        set_lines(&mut board, 0, 1);
+        for (what, amount) in steps {
+            match what {
+                0..=2 => {
+                    let packet = vec![who; 1 + amount % 64];
+                    if board.host.try_out(1, &packet).unwrap() {
+                        sent.extend(packet);
+                    }
+                }
+                3 => board.lines[0].state().room += amount,
+                4 => {
+                    board.host.event(Event::Suspend);
+                    board.host.device_runs();
+                    board.host.event(Event::Resume);
+                }
+                5 => {
+                    set_lines(&mut board, 0, 0);
+                    who += 1;
+                    set_lines(&mut board, 0, 1);
+                }
+                _ => {
+                    board.host.event(Event::Suspend);
+                    board.host.enumerate();
+                    who += 1;
+                    set_lines(&mut board, 0, 1);
+                }
+            }
+            board.host.device_runs();
+        }
+        board.lines[0].state().room = 1_000_000;
+        board.host.device_runs();
+        let state = board.lines[0].state();
+        prop_assert_eq!(&state.received, &sent);
+        let comings = state.visits.iter().zip(&state.received_at).filter(|(open, _)| **open).map(|(_, at)| *at);
+        let ends = comings.clone().skip(1).chain([sent.len()]);
+        for (from, to) in comings.zip(ends) {
+            let of_one = sent[from..to].windows(2).all(|pair| pair[0] == pair[1]);
+            prop_assert!(of_one, "from {} to {}: {:?}", from, to, &sent[from..to]);
+        }
+        prop_assert!(state.visits.last() == Some(&true), "whoever is there is met at last");
     }
 }
