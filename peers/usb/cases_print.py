@@ -19,6 +19,8 @@ CYCLES = 100
 STALL, BETWEEN = 0.040, 0.5
 # A print may take as long as this, seconds of the board's clock.
 PRINT_SECONDS = 36_000
+# Lines of a shell that opens the port for each: more than the machine has room for, each slower than the shell, mm/min.
+ECHOES, ECHO_FEED = 500, 20
 # Layers of the job from the card, which lasts longer than the cycles, and of the one that is streamed.
 CABLE_LAYERS, STREAM_LAYERS = 60, 20
 # Heating takes a while, seconds of the board's clock.
@@ -149,6 +151,25 @@ def acknowledged(bench):
         differ = [pair for pair in itertools.zip_longest(*strokes) if pair[0] != pair[1]]
         expect(not differ, f"{len(wanted)} lines were acknowledged, and {len(steps)} steps made; the first stroke that differs: {differ[:1]}")
         return f"{CYCLES} times in the middle of {bytes_sent} bytes ({empty} before the first): {len(wanted)} whole lines acknowledged, {len(steps)} steps made"
+    finally:
+        board.close()
+
+
+@case("print: a line at a time with echo, each opens and closes the port")
+def echoed(bench):
+    guest, board = bench.guest(), bench.board("echoed", files=True)
+    try:
+        plug(guest, board)
+        began = board.state()["s"]
+        guest.do(f"stty -F /dev/ttyACM0 raw -echo; echo G91 > /dev/ttyACM0; n=0; while [ $n -lt {ECHOES} ]; do "
+                 f"echo 'G1 Y0.0125 F{ECHO_FEED}' > /dev/ttyACM0; n=$((n+1)); done")
+        said = board.state()
+        board.rest(PRINT_SECONDS, still=3.0)
+        end(bench, "echoed", board, guest)
+        with open(os.path.join(bench.out, "echoed", "steps.csv")) as file:
+            steps = [row["direction"] for row in csv.DictReader(file)]
+        expect(steps == ["1"] * ECHOES, f"{ECHOES} lines of one step, and {len(steps)} steps made")
+        return f"{ECHOES} lines in {said['s'] - began:.1f} s, of which the machine had done {said['edges']} then; {len(steps)} steps made"
     finally:
         board.close()
 

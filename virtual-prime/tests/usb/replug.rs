@@ -1,7 +1,7 @@
 //! The cable is pulled out and put in again, at any moment, while a job from the card runs.
 
 use sim::trace::StepEdge;
-use units::Actuator;
+use units::{Actuator, Direction};
 use virtual_prime::usb_host::transfer::Request;
 
 use super::velvet::{GREETING, Plugged, plug};
@@ -193,6 +193,45 @@ fn what_waits_in_the_controller_when_the_cable_is_pulled_out_is_not_lost() {
     let place = plugged.velvet.hear(200);
     let expected = format!("Z:{:.4}", 10.0 + lines as f64 * LINE_MM);
     assert!(place.contains(&expected), "{expected} in {place}");
+    plugged.assert_clean();
+}
+
+/// Programs open the port, send and close it again at once, as a shell's `echo >` does, while the machine is
+/// as far behind as it can be.
+#[test]
+fn nothing_is_lost_of_those_who_open_and_close_quickly() {
+    let mut plugged = plug(Plan::new());
+    plugged.velvet.ask("G28.3 X50 Y50 Z10", SECOND);
+    plugged.velvet.ask("G91", SECOND);
+    let (mut dice, mut wanted) = (Dice(0x2545_F491_4F6C_DD1D), Vec::new());
+    let port = plugged.ports[0];
+    for visit in 0..30 {
+        // One step each; every other visitor's the other way.
+        let backward = visit % 2 == 1;
+        let line = if backward { "G1 Y-0.0125 F1200\n" } else { "G1 Y0.0125 F1200\n" };
+        let text = line.repeat(400).into_bytes();
+        let mut desk = plugged.desk();
+        port.set_lines(&mut desk, true, true).unwrap();
+        let sent = desk.submit(port.output, Request::Out { data: text.clone(), zero: false });
+        desk.pass(dice.up_to(8 * MS)).unwrap();
+        desk.cancel(sent.expect("the device is there"));
+        desk.pass(1).unwrap();
+        let taken = sent.and_then(|sent| desk.ended(sent)).expect("it has ended").actual;
+        port.set_lines(&mut desk, false, false).unwrap();
+        let lines = text[..taken].iter().filter(|byte| **byte == b'\n').count();
+        wanted.extend(std::iter::repeat_n(if backward { Direction::Backward } else { Direction::Forward }, lines));
+    }
+    let mut made = Vec::new();
+    loop {
+        plugged.velvet.hear(100);
+        let edges = plugged.velvet.world(|world| world.trace_mut().take());
+        if edges.is_empty() {
+            break;
+        }
+        made.extend(edges.into_iter().filter(|edge| edge.actuator == Actuator::Beta).map(|edge| edge.direction));
+    }
+    assert!(wanted.len() > 400, "more lines than the machine has room for: {}", wanted.len());
+    assert_eq!(made, wanted);
     plugged.assert_clean();
 }
 
