@@ -126,11 +126,12 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
     pub fn run(&mut self) -> bool {
         self.poll();
         let suspended = self.device.state() == UsbDeviceState::Suspend;
+        let mut has_more = false;
         for port in [Some(&mut self.first), self.second.as_mut()].into_iter().flatten() {
             port.set_suspended(suspended);
-            port.run((self.held)(self.device.bus(), port.from_host()));
+            has_more |= port.run((self.held)(self.device.bus(), port.from_host()));
         }
-        self.disk.as_mut().is_some_and(MassStorage::run)
+        self.disk.as_mut().is_some_and(MassStorage::run) || has_more
     }
 
     fn poll(&mut self) {

@@ -78,8 +78,6 @@ const NOTIFICATION_PACKET: u16 = 16;
 /// How often a host asks for one, ms.
 const NOTIFICATION_INTERVAL: u8 = 32;
 
-/// Packets fetched of a host in one run, so that a run is bounded. The controller holds no more.
-const PACKETS_A_RUN: usize = PACKETS_HELD;
 /// Visits that may have ended behind different packets in the controller, or before the first.
 const ENDS: usize = PACKETS_HELD + 1;
 
@@ -189,17 +187,20 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.from_host.address()
     }
 
-    /// Moves what can be moved, a few packets at most. `held`: packets of the host that the controller holds.
-    pub fn run(&mut self, held: usize) {
+    /// Moves what can be moved, a packet each way, so that a run is bounded; all that somebody has left when
+    /// he goes. `held`: packets of the host that the controller holds. True when there is room for one more
+    /// of them.
+    pub fn run(&mut self, held: usize) -> bool {
         if core::mem::take(&mut self.goes) {
             self.end_visit(held);
             self.meet();
         }
-        self.receive();
+        let has_more = self.receive() && held > 1 && self.line.room() >= PACKET_BYTES;
         if self.can_talk() {
             self.send();
             self.tell_state();
         }
+        has_more
     }
 
     const fn can_talk(&self) -> bool {
@@ -293,13 +294,10 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         }
     }
 
-    fn receive(&mut self) {
-        for _ in 0..PACKETS_A_RUN {
-            let is_wanted = self.can_talk() || !self.ends.is_empty();
-            if !is_wanted || self.line.room() < PACKET_BYTES || !self.receive_packet() {
-                return;
-            }
-        }
+    /// Fetches a packet, if one is wanted and there is room for it. Whether it has.
+    fn receive(&mut self) -> bool {
+        let is_wanted = self.can_talk() || !self.ends.is_empty();
+        is_wanted && self.line.room() >= PACKET_BYTES && self.receive_packet()
     }
 
     /// Fetches a packet of the host, if there is one.
