@@ -103,6 +103,16 @@ fn of_whoever_is_forgotten_nothing_more_is_taken() {
 }
 
 #[test]
+fn what_comes_behind_a_look_is_not_taken_by_it() {
+    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    inbox.receive(&mut intake, b'a');
+    let end = inbox.received();
+    inbox.receive(&mut intake, b'b');
+    assert_eq!((inbox.take(end), inbox.take(end)), (Some(Received::Byte(b'a')), None));
+    assert_eq!(inbox.take(inbox.received()), Some(Received::Byte(b'b')));
+}
+
+#[test]
 fn at_most_eight_queries_wait() {
     let inbox = Inbox::new();
     for _ in 0..20 {
