@@ -235,6 +235,30 @@ fn nothing_is_lost_of_those_who_open_and_close_quickly() {
     plugged.assert_clean();
 }
 
+/// What is left of the file is no lines to be carried out.
+#[test]
+fn whoever_goes_in_the_middle_of_a_file_moves_nothing() {
+    let mut plugged = plug(Plan::new());
+    plugged.velvet.ask("G91", SECOND);
+    plugged.open(0);
+    plugged.say(0, "M28 part.g");
+    let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
+    plugged.send(0, "G1 Y0.0125 F1200\n".repeat(4_000).as_bytes());
+    plugged.desk().pass(20 * MS + dice.up_to(20 * MS)).unwrap();
+    let mut desk = plugged.desk();
+    let sent = desk.tally().sent[1];
+    assert!((5_000..60_000).contains(&sent), "in the middle of it, and the machine is behind: {sent}");
+    desk.unplug();
+    desk.pass(200 * MS).unwrap();
+    desk.plug();
+    desk.enumerate().unwrap();
+    plugged.open(0);
+    assert!(plugged.say(0, "M105").contains("ok"));
+    plugged.velvet.ask("M400", SECOND);
+    assert_eq!(plugged.velvet.world(|world| world.trace().total()), 0);
+    plugged.assert_clean();
+}
+
 /// As the issue has it; some minutes.
 #[test]
 #[ignore = "takes minutes: make usb-fuzz has it"]
