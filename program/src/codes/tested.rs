@@ -60,15 +60,15 @@ impl Tests {
         Self { meanings, machines }
     }
 
-    /// The program of the language's pages that has this code, and the test on a whole machine that has it. What its
-    /// row named before stays.
+    /// The program of the language's pages that has this code, and the test on a whole machine that has it.
+    /// What its row named before stays.
     fn of(&self, name: &str, row: &str) -> (Option<&str>, Option<&str>) {
         (narrowest(&self.meanings, name, row), narrowest(&self.machines, name, row))
     }
 }
 
-/// Of the tests that type it, the one that its row names, or else the one that types least else: a new test somewhere
-/// leaves the page as it is.
+/// Of the tests that type it, the one that its row names, or else the one that types least else: a new test
+/// somewhere leaves the page as it is.
 fn narrowest<'t>(tests: &'t [Test], name: &str, row: &str) -> Option<&'t str> {
     let with = tests.iter().filter(|test| test.types.contains(name));
     let is_named = |test: &Test| row.contains(&format!("| {} |", escaped(&test.name)));
