@@ -45,10 +45,8 @@ impl Typed {
             return false;
         }
         inbox.set_open(true);
-        for byte in bytes.iter().take(count) {
-            // There is room: it was asked for.
-            let _taken = inbox.receive(&mut self.intake, *byte);
-        }
+        // There is room: it was asked for.
+        let _taken = inbox.receive_all(&mut self.intake, bytes.get(..count).unwrap_or_default());
         true
     }
 }

@@ -95,11 +95,8 @@ impl Line for ConsoleLine {
     }
 
     fn receive(&mut self, bytes: &[u8]) {
-        let inbox = self.inbox();
-        for byte in bytes {
-            // There is room.
-            let _taken = inbox.receive(&mut self.intake, *byte);
-        }
+        // There is room.
+        let _taken = self.inbox().receive_all(&mut self.intake, bytes);
         dispatcher::wake();
     }
 

@@ -26,6 +26,12 @@ const fn continues_letter(byte: u8) -> bool {
     matches!(byte, 0x80..=0xBF)
 }
 
+/// Part of a line wherever it stands behind the line's first word, and nothing begins or ends with it, no
+/// comment either.
+const fn is_plain(byte: u8) -> bool {
+    matches!(byte, b' '..=b'}') && !matches!(byte, b'?' | b'!' | b'*' | b'(' | b')' | b';')
+}
+
 /// Where in a line the receiver is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
@@ -63,7 +69,7 @@ pub enum Heard {
 }
 
 /// Listens to the bytes of one console. Small and without loops: it runs in the interrupt that receives them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Receiver {
     place: Place,
     /// The line has a number.
@@ -125,6 +131,25 @@ impl Receiver {
             }
             heard => heard,
         }
+    }
+
+    /// Takes as many bytes as can be told to be part of the line by themselves, as [`Self::hear`] would one
+    /// by one: most of a line, or none. How many it took.
+    pub fn hear_plain(&mut self, bytes: &[u8]) -> usize {
+        let is_in_rest = match self.place {
+            Place::Rest => true,
+            Place::Checksum => false,
+            _ => self.comment.is_some(),
+        };
+        if !is_in_rest {
+            return 0;
+        }
+        let plain = bytes.iter().take_while(|byte| is_plain(**byte));
+        let (count, xor) = plain.fold((0, self.xor), |(count, xor), byte| (count + 1, xor ^ byte));
+        if count > 0 {
+            *self = Self { xor, letter: 0, marked: false, ..*self };
+        }
+        count
     }
 
     /// The second byte of a letter that is a command, or one of the line.
@@ -397,6 +422,27 @@ mod tests {
     }
 
     proptest! {
+        /// Taken together, bytes are what they are one by one.
+        #[test]
+        fn plain_bytes_are_bytes_of_the_line(
+            text in "[GMNXm0-9 .(;)*?!~\\x18\n\u{C2}\u{85}Ä]{0,60}", looks in prop::collection::vec(0_usize..60, 1..8),
+            extended: bool,
+        ) {
+            let bytes = text.as_bytes();
+            for from in looks.into_iter().map(|look| look.min(bytes.len())) {
+                let mut receiver = Receiver::new();
+                for byte in &bytes[..from] {
+                    receiver.hear(*byte, extended);
+                }
+                let mut one_by_one = receiver;
+                let count = receiver.hear_plain(&bytes[from..]);
+                for byte in &bytes[from..from + count] {
+                    prop_assert_eq!(one_by_one.hear(*byte, extended), Heard::Byte);
+                }
+                prop_assert_eq!(receiver, one_by_one);
+            }
+        }
+
         /// Whatever comes, no byte of a line is lost but those that act.
         #[test]
         fn every_byte_stays_or_acts(bytes: Vec<u8>, extended: bool) {

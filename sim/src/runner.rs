@@ -202,7 +202,7 @@ impl Runner {
             return false;
         };
         // Every byte is offered: what is lost is for the machine to tell.
-        bytes.iter().filter(|byte| !inbox.receive(intake, **byte)).count() == 0
+        inbox.receive_all(intake, bytes)
     }
 
     /// Somebody comes to the other end of a session, or goes.

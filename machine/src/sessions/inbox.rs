@@ -46,7 +46,7 @@ enum Place {
 }
 
 /// What the receive task of an inbox keeps between two bytes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Intake {
     place: Place,
     receiver: Receiver,
@@ -137,11 +137,44 @@ impl Inbox {
         (INBOX_BYTES - 1).saturating_sub(used as usize)
     }
 
+    /// Receives bytes as [`Self::receive`] does one by one, and most of a line at once. False when any had to
+    /// be dropped.
+    pub fn receive_all(&self, intake: &mut Intake, bytes: &[u8]) -> bool {
+        let (mut left, mut all) = (bytes, true);
+        while let Some((first, behind)) = left.split_first() {
+            let plain = self.receive_plain(intake, left);
+            left = if plain > 0 {
+                left.get(plain..).unwrap_or_default()
+            } else {
+                all &= self.receive(intake, *first);
+                behind
+            };
+        }
+        all
+    }
+
+    /// Queues as many bytes as go on with a line that is kept, and do nothing else.
+    fn receive_plain(&self, intake: &mut Intake, bytes: &[u8]) -> usize {
+        let is_of_its_own_kind = self.raw.load(Ordering::Relaxed) || self.text.load(Ordering::Relaxed);
+        if intake.place != Place::InLine || is_of_its_own_kind || self.is_forgotten() {
+            return 0;
+        }
+        let fit = bytes.get(..bytes.len().min(self.room())).unwrap_or_default();
+        let plain = intake.receiver.hear_plain(fit);
+        self.push_all(fit.get(..plain).unwrap_or_default());
+        plain
+    }
+
+    /// Nothing is wanted of whoever has sent what comes now.
+    fn is_forgotten(&self) -> bool {
+        let visits = self.visits.load(Ordering::Relaxed);
+        !visits.is_multiple_of(2) && visits == self.forgotten.load(Ordering::Acquire)
+    }
+
     /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
     /// For the one receive task, which keeps `intake`.
     pub fn receive(&self, intake: &mut Intake, byte: u8) -> bool {
-        let visits = self.visits.load(Ordering::Relaxed);
-        if !visits.is_multiple_of(2) && visits == self.forgotten.load(Ordering::Acquire) {
+        if self.is_forgotten() {
             *intake = Intake::new();
             return false;
         }
@@ -305,11 +338,18 @@ impl Inbox {
     }
 
     fn push(&self, byte: u8) {
-        let received = self.received.load(Ordering::Relaxed);
-        if let Some(slot) = self.bytes.get(received as usize % INBOX_BYTES) {
-            slot.store(byte, Ordering::Relaxed);
+        self.push_all(&[byte]);
+    }
+
+    fn push_all(&self, bytes: &[u8]) {
+        let mut received = self.received.load(Ordering::Relaxed);
+        for byte in bytes {
+            if let Some(slot) = self.bytes.get(received as usize % INBOX_BYTES) {
+                slot.store(*byte, Ordering::Relaxed);
+            }
+            received = received.wrapping_add(1);
         }
-        self.received.store(received.wrapping_add(1), Ordering::Release);
+        self.received.store(received, Ordering::Release);
     }
 
     /// Leaves a realtime request, as its character would.

@@ -131,7 +131,44 @@ fn carriage_returns_and_line_feeds_end_one_line_together() {
     assert_eq!(lines, ["a", "b", "c", "", "d"]);
 }
 
+/// What an inbox is asked to be between two packets.
+fn change(inbox: &Inbox, intake: &mut Intake, what: u8) {
+    match what {
+        0 => inbox.set_raw(true),
+        1 => inbox.set_raw(false),
+        2 => inbox.set_text(true),
+        3 => inbox.set_text(false),
+        4 => inbox.set_extended(true),
+        5 => {
+            inbox.set_open(false);
+            inbox.forget_visit(inbox.visits());
+        }
+        6 => inbox.open(intake),
+        7 => while inbox.take(inbox.received()).is_some() {},
+        _ => drop(inbox.take_lost()),
+    }
+}
+
 proptest! {
+    /// Received together, bytes leave what they leave one by one.
+    #[test]
+    fn a_packet_is_its_bytes(
+        packets in prop::collection::vec(("[GMX0-9 .(;*?!\\x18\n\r\u{C2}\u{85}]{0,16}", 0_u8..14, 1_usize..40), 1..40),
+    ) {
+        let (one_by_one, together) = (Inbox::new(), Inbox::new());
+        let (mut intake, mut whole) = (Intake::new(), Intake::new());
+        for (text, what, times) in packets {
+            change(&one_by_one, &mut intake, what);
+            change(&together, &mut whole, what);
+            for _ in 0..times {
+                let kept = text.bytes().filter(|byte| one_by_one.receive(&mut intake, *byte)).count();
+                prop_assert_eq!(together.receive_all(&mut whole, text.as_bytes()), kept == text.len());
+            }
+            prop_assert_eq!(whole, intake);
+            prop_assert_eq!(std::format!("{:?}", together), std::format!("{:?}", one_by_one));
+        }
+    }
+
     /// However lines come and are read: each is read whole or counted as lost, in order.
     #[test]
     fn each_line_is_read_whole_or_counted(
