@@ -235,8 +235,8 @@ fn nothing_is_lost_of_those_who_open_and_close_quickly() {
     plugged.assert_clean();
 }
 
-/// What is left of the file is no lines to be carried out: neither what the machine has, nor what waits in the
-/// controller because the card does not keep up.
+/// What is left of the file is no lines to be carried out: neither what the machine has, nor what waits in
+/// the controller because the card does not keep up.
 #[test]
 fn whoever_goes_in_the_middle_of_a_file_moves_nothing() {
     let mut plugged = plug(Plan::new());
