@@ -12,6 +12,7 @@ mod hold;
 mod jobs;
 mod machines;
 mod measure;
+pub mod page;
 mod table;
 
 use std::collections::BTreeMap;
@@ -37,7 +38,8 @@ const SIZE: &str = "flash_of_";
 /// Of these, more is better.
 pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms"];
 
-/// Measures, prints, compares with the committed ledger, and writes `bench/ledger.json` and the history page.
+/// Measures, prints, compares with the committed ledger, and writes `bench/ledger.json`, the figures of
+/// `docs/performance.md` and the history page.
 pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Result<()> {
     let scratch = root.join("out/bench");
     let ledger = measure(root, &Bench { elf, virtual_prime, velvet, scratch: scratch.clone() })?;
@@ -45,6 +47,7 @@ pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Resu
     let before = committed(root).or_else(|| read(&path));
     table::print(&ledger, before.as_ref());
     fs::write(&path, serde_json::to_string_pretty(&ledger)? + "\n").with_context(|| path.display().to_string())?;
+    page::write(root, &ledger)?;
     let page = scratch.join("history.html");
     history::write(root, &ledger, &page)?;
     println!("history: {}", page.strip_prefix(root).unwrap_or(&page).display());

@@ -6,13 +6,98 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use super::board::{Bench, Job, Measured};
+use super::jobs;
+use super::machines::Machines;
+
+/// The hold comes in the middle of its stroke.
+const HOLD_AFTER: u64 = 120_000;
+/// Where in the step feed's period the hold comes: how soon it is felt depends on it, and any change of how
+/// long the image takes to start moves it.
+const DELAYS_US: [u64; 5] = [0, 100, 200, 300, 400];
+const APART_US: u64 = 100;
+const PERIOD_US: u64 = 500;
+/// How often the moment is looked for more closely, by halves.
+const HALVES: usize = 4;
+/// The jobs that are held, and their keys in the ledger.
+const HELD: [(&str, &str); 2] = [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")];
 /// The motion before the byte that is taken as steady.
 const STEADY_NS: u64 = 20_000_000;
 /// So many steps in a row must be late: then it is no jitter.
 const IN_A_ROW: usize = 100;
 
+/// The worst there is, by the ledger's key.
+pub fn latencies_us(bench: &Bench<'_>, machines: &Machines) -> Result<Vec<(&'static str, f64)>> {
+    let names = HELD.map(|(name, _)| name);
+    let coarse =
+        bench.run(names.iter().flat_map(|name| DELAYS_US.map(|delay_us| job(machines, name, delay_us))).collect())?;
+    let mut worst = Vec::new();
+    for name in names {
+        let latencies: Vec<(u64, f64)> =
+            DELAYS_US.into_iter().map(|at| Ok((at, of_run(coarse.of(&held(name, at))?)?))).collect::<Result<_>>()?;
+        worst.push(Worst::of(&latencies));
+    }
+    for _ in 0..HALVES {
+        let jobs = names.iter().zip(&worst).map(|(name, worst)| job(machines, name, worst.between())).collect();
+        let results = bench.run(jobs)?;
+        for (name, worst) in names.iter().zip(&mut worst) {
+            worst.narrow(of_run(results.of(&held(name, worst.between()))?)?);
+        }
+    }
+    Ok(HELD.iter().zip(worst).map(|((_, key), worst)| (*key, worst.latency_us)).collect())
+}
+
+/// The worst moment so far. The later the byte comes, the sooner it is felt, until it misses a run of the
+/// step feed and waits for the next: the worst moment of all is the first of those that miss it.
+struct Worst {
+    latency_us: f64,
+    /// It misses that run.
+    missed_us: u64,
+    /// The last that is known not to.
+    in_time_us: u64,
+}
+
+impl Worst {
+    /// The worst of moments [`APART_US`] from each other, all round the period.
+    fn of(latencies: &[(u64, f64)]) -> Self {
+        let &(at, latency_us) = latencies.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(&(0, 0.0));
+        let missed_us = at + PERIOD_US;
+        Self { latency_us, missed_us, in_time_us: missed_us - APART_US }
+    }
+
+    const fn between(&self) -> u64 {
+        self.in_time_us.midpoint(self.missed_us)
+    }
+
+    /// What the moment between the two gave.
+    fn narrow(&mut self, latency_us: f64) {
+        if latency_us > self.latency_us {
+            (self.latency_us, self.missed_us) = (latency_us, self.between());
+        } else {
+            self.in_time_us = self.between();
+        }
+    }
+}
+
+fn held(job: &str, delay_us: u64) -> String {
+    format!("{job}-{delay_us}")
+}
+
+fn job(machines: &Machines, name: &str, delay_us: u64) -> Job {
+    let (config, gcode) = if name == "hold" {
+        (machines.fast.clone(), jobs::stroke())
+    } else {
+        (machines.looking_far_ahead(), jobs::line_of_filament())
+    };
+    Job::new(held(name, delay_us), &config, gcode).held_after(HOLD_AFTER, delay_us)
+}
+
+fn of_run(run: &Measured) -> Result<f64> {
+    latency_us(&run.out.join("steps.csv"), "alpha", run.number(&["held_ns"])? as u64)
+}
+
 /// Microseconds from `held_ns` to the first slower step of the motor in a run's `steps.csv`.
-pub fn latency_us(steps: &Path, motor: &str, held_ns: u64) -> Result<f64> {
+fn latency_us(steps: &Path, motor: &str, held_ns: u64) -> Result<f64> {
     let text = fs::read_to_string(steps).with_context(|| steps.display().to_string())?;
     let times: Vec<u64> = text
         .lines()
@@ -43,6 +128,18 @@ fn first_slower(times: &[u64], held_ns: u64) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_worst_moment_is_found_between_two_runs_of_the_feed() {
+        // A run at 130 us: what comes up to then is felt 400 us behind it.
+        let latency_us = |at: u64| ((130 + 2 * PERIOD_US - at) % PERIOD_US + 400) as f64;
+        let mut worst = Worst::of(&DELAYS_US.map(|at| (at, latency_us(at))));
+        assert_eq!(worst.latency_us, 830.0);
+        for _ in 0..HALVES {
+            worst.narrow(latency_us(worst.between()));
+        }
+        assert!((893.0..900.0).contains(&worst.latency_us), "{}", worst.latency_us);
+    }
 
     #[test]
     fn jitter_is_no_hold_and_braking_is() {

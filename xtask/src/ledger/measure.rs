@@ -30,12 +30,6 @@ type Program = fn(usize) -> String;
 /// Jobs of so many lines, or turns, of a program: their names are those of the ledger's rows.
 const LANGUAGE: [(&str, Program); 3] =
     [("expression", jobs::lines_with_expressions), ("called_line", jobs::lines_called), ("turn", jobs::turns)];
-/// The hold comes in the middle of its stroke.
-const HOLD_AFTER: u64 = 120_000;
-/// Where in the step feed's period of 500 us the hold comes: how soon it is felt depends on it, and any
-/// change of how long the image takes to start moves it.
-const HOLD_DELAYS_US: [u64; 5] = [0, 100, 200, 300, 400];
-
 /// Runs every job.
 pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let read = |file: &str| {
@@ -55,8 +49,8 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     watch(results.of("watched")?, &mut ledger)?;
     usb(results.of("computer")?, &mut ledger)?;
-    for (job, key) in [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")] {
-        ledger.insert(key.into(), round(slowest_hold_us(&results, job)?));
+    for (key, latency_us) in hold::latencies_us(bench, &machines)? {
+        ledger.insert(key.into(), round(latency_us));
     }
     let (max, rms) = bench.step_error(results.of("hard")?)?;
     ledger.insert("step_error_max_ns".into(), max);
@@ -92,11 +86,6 @@ fn list(machines: &Machines) -> Vec<Job> {
     for kind in KINDS.iter().filter(|kind| LEVELLED.contains(&kind.word)) {
         list.push(Job::new(format!("{}-levelled", kind.word), &machines.levelled(kind), kind.levelled_job()));
     }
-    for delay_us in HOLD_DELAYS_US {
-        let hold = |name, config, gcode| Job::new(held(name, delay_us), config, gcode).held_after(HOLD_AFTER, delay_us);
-        list.push(hold("hold", fast, jobs::stroke()));
-        list.push(hold("hold-shaped", &machines.looking_far_ahead(), jobs::line_of_filament()));
-    }
     list.push(Job::new("hard", &machines.shaped_printer(), jobs::hard()));
     for kind in &KINDS {
         for shaped in [false, true] {
@@ -108,19 +97,6 @@ fn list(machines: &Machines) -> Vec<Job> {
 
 fn name(kind: &Kind, shaped: bool) -> String {
     format!("{}-{}", kind.word, if shaped { "shaped" } else { "plain" })
-}
-
-fn held(job: &str, delay_us: u64) -> String {
-    format!("{job}-{delay_us}")
-}
-
-/// The longest any of a job's holds took to be felt, microseconds.
-fn slowest_hold_us(results: &Results, job: &str) -> Result<f64> {
-    HOLD_DELAYS_US.iter().try_fold(0.0_f64, |slowest, &delay_us| {
-        let run = results.of(&held(job, delay_us))?;
-        let held_ns = run.number(&["held_ns"])? as u64;
-        Ok(slowest.max(hold::latency_us(&run.out.join("steps.csv"), "alpha", held_ns)?))
-    })
 }
 
 /// The slow watch: four drivers on the board are asked once a second, the supplies are looked at ten times.
