@@ -58,6 +58,7 @@ seal: target/toolchain.mk
 	@$(FW_CARGO) build -q --locked -p boot --release --target $(TRIPLE) $(FW_FLAGS)
 	@$(CARGO) run -q --locked -p xtask -- seal "$(ELF)" $(BOOT_STAGE)
 
+## make velvet                   the program for the desk, target/native/velvet: check, send, flash, sign, verify...
 velvet: target/toolchain.mk
 	@$(CARGO) build -q --locked -p host --profile native
 

@@ -43,7 +43,7 @@ impl UsbSocket {
         let [usbredir, usbip] = remote.addresses().map_err(|error| error.to_string())?;
         eprintln!("USB by usbredir on tcp {usbredir}. For QEMU:");
         eprintln!(
-            "    -device qemu-xhci -chardev socket,id=usb,host={},port={},reconnect=1,nodelay=on -device usb-redir,chardev=usb",
+            "    -device qemu-xhci -chardev socket,id=usb,host={},port={},nodelay=on -device usb-redir,chardev=usb",
             usbredir.ip(),
             usbredir.port()
         );
