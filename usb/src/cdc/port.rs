@@ -119,6 +119,9 @@ pub struct SerialPort<'a, B: UsbBus, L> {
     line: L,
     coding: LineCoding,
     has_dtr: bool,
+    /// Whoever was there let DTR fall. What comes behind that may still be his: a computer that gives up on
+    /// what it has not sent takes it back when it has let DTR fall.
+    dtr_fell: bool,
     is_open: bool,
     is_configured: bool,
     is_suspended: bool,
@@ -158,6 +161,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             line,
             coding: LineCoding::default(),
             has_dtr: false,
+            dtr_fell: false,
             is_open: false,
             is_configured: false,
             is_suspended: false,
@@ -307,7 +311,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         let bytes = packet.get(..*read.as_ref().unwrap_or(&0)).unwrap_or_default();
         if !bytes.is_empty() {
             if self.ends.is_empty() {
-                self.set_open(true);
+                self.open(self.dtr_fell);
             }
             self.line.receive(bytes);
         }
@@ -350,7 +354,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// Everything as behind a reset of the bus; what the host has set stays.
     fn begin_anew(&mut self, configured: bool) {
         self.goes |= self.is_configured;
-        self.has_dtr = false;
+        (self.has_dtr, self.dtr_fell) = (false, false);
         self.is_suspended = false;
         self.is_configured = configured;
         self.owes_notification = configured;
@@ -360,7 +364,9 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         // A host that never sets it, but sets RTS, has not gone.
         if self.has_dtr != dtr {
             self.has_dtr = dtr;
-            self.goes |= !dtr;
+            self.dtr_fell = !dtr;
+            // Whoever was there without it is not the one who sets it now.
+            self.goes |= !dtr || self.is_open;
             self.meet();
             self.owes_notification |= dtr;
         }

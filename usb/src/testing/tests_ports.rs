@@ -107,6 +107,25 @@ fn a_host_without_dtr_is_there_from_its_first_byte_on() {
     assert_eq!(board.lines[0].state().visits, [true, false]);
 }
 
+/// A computer that gives up on what it has not sent lets DTR fall first: until it has taken that back, more
+/// may come.
+#[test]
+fn what_comes_behind_a_fallen_dtr_is_no_line_of_its_own_and_nobody_the_next_one_is_taken_for() {
+    let mut board = Board::enumerated();
+    set_lines(&mut board, 0, 3);
+    board.host.bulk_out(1, b"G1 X2").unwrap();
+    set_lines(&mut board, 0, 0);
+    board.host.bulk_out(1, b"00\n").unwrap();
+    assert_eq!(board.lines[0].state().come_back, 1, "in the middle of a line");
+    assert_eq!(board.lines[0].state().received, b"G1 X200\n");
+    set_lines(&mut board, 0, 3);
+    assert_eq!(board.lines[0].state().visits, [true, false, true, false, true], "the next one is another one");
+    // Plugged in anew, who never sets it goes on with nobody's line.
+    board.host.enumerate();
+    board.host.bulk_out(1, b"M115\n").unwrap();
+    assert_eq!(board.lines[0].state().come_back, 1);
+}
+
 #[test]
 fn a_silent_bus_is_an_unplugged_cable() {
     let mut board = Board::enumerated();
