@@ -3,18 +3,21 @@
 use gcode::{Code, Line};
 
 use super::Files;
+use super::paths::Path;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Reply, SessionId};
 
 /// A file being uploaded. Until its M29 nothing that its session sends is carried out, whatever became of the
 /// file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) struct Upload {
     /// Whom it comes from.
     from: SessionId,
     /// None when it could not be opened, or was lost to a halt.
     file: Option<FileHandle>,
+    /// None when it could not be opened.
+    path: Option<Path>,
 }
 
 /// Why a file that was uploaded is not there.
@@ -56,14 +59,15 @@ impl Files {
                 error.text()
             )),
         }
-        self.upload = Some(Upload { from: session, file: file.ok() });
+        let path = file.is_ok().then_some(path);
+        self.upload = Some(Upload { from: session, file: file.ok(), path });
         Ok(Answer::Ok)
     }
 
     /// Whether what this session sends belongs to a file.
     #[must_use]
     pub fn uploads_from(&self, session: SessionId) -> bool {
-        self.upload.is_some_and(|upload| upload.from == session)
+        self.upload.as_ref().is_some_and(|upload| upload.from == session)
     }
 
     /// The file is lost. Its sender does not know, and goes on sending what must not be carried out.
@@ -71,6 +75,14 @@ impl Files {
         if let Some(file) = self.upload.as_mut().and_then(|upload| upload.file.take()) {
             // The upload is lost anyway; a failing close changes nothing.
             let _ = storage.close(file);
+        }
+    }
+
+    /// Half a file does not stay, to be played some day.
+    fn discard_upload(&mut self, storage: &mut impl Storage) {
+        if let Some(path) = self.upload.take().and_then(|upload| upload.path) {
+            // What cannot be removed now has no better moment.
+            let _ = storage.remove(&path);
         }
     }
 
@@ -82,7 +94,7 @@ impl Files {
         }
         if self.uploads_from(session) {
             self.spoil_upload(storage);
-            self.upload = None;
+            self.discard_upload(storage);
         }
     }
 
@@ -92,10 +104,13 @@ impl Files {
         if !ends_upload(decoded) {
             return None;
         }
-        let Upload { file, .. } = self.upload.take()?;
-        Some(match file.map(|file| storage.close(file)) {
-            Some(closed) => closed.map_err(NotSaved::Card),
-            None => Err(NotSaved::Nothing),
+        let closed = self.upload.as_mut()?.file.take().map(|file| storage.close(file));
+        Some(if let Some(closed) = closed {
+            self.upload = None;
+            closed.map_err(NotSaved::Card)
+        } else {
+            self.discard_upload(storage);
+            Err(NotSaved::Nothing)
         })
     }
 
@@ -112,8 +127,8 @@ impl Files {
 
     /// A line of the session that uploads: stored as it is.
     pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) {
-        let Some(Upload { file, .. }) = self.upload else { return };
-        let Some(file) = file else { return reply.say(format_args!("ok\n")) };
+        let Some(Upload { file, .. }) = &self.upload else { return };
+        let Some(file) = *file else { return reply.say(format_args!("ok\n")) };
         match storage.write(file, line).and_then(|()| storage.write(file, b"\n")) {
             Ok(()) => reply.say(format_args!("ok\n")),
             Err(error) => reply.say(format_args!("Error:error writing to file: {}\n", error.text())),
@@ -173,6 +188,7 @@ mod tests {
         assert!(files.uploads_from(ME), "its sender goes on");
         assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), "error:nothing was saved\nok\n");
         assert_eq!(card.open_files(), 0);
+        assert_eq!(card.remove("/sd/up.g"), Err(StorageError::NotFound), "half a file does not stay");
     }
 
     #[test]
