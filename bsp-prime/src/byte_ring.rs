@@ -95,6 +95,11 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         Some(byte)
     }
 
+    /// Reader: drops what waits.
+    pub fn clear(&self) {
+        self.read.store(self.written.load(Ordering::Acquire), Ordering::Release);
+    }
+
     /// Reader: moves waiting bytes into `into` and says how many.
     pub fn pop_into(&self, into: &mut [u8]) -> usize {
         let mut count = 0;

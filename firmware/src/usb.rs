@@ -27,8 +27,10 @@ const TO_HOST_BYTES: usize = 4096;
 #[unsafe(link_section = ".d2ram")]
 static TO_HOST: [ByteRing<TO_HOST_BYTES>; 2] = [const { ByteRing::new() }; 2];
 
-/// A port has found no room in its inbox: it is to be told when there is.
-static WAITS_FOR_ROOM: AtomicBool = AtomicBool::new(false);
+/// The consoles at the socket, and whether the port of each has found no room in its inbox: it is to be told
+/// when there is.
+static WAIT_FOR_ROOM: [(Console, AtomicBool); 2] =
+    [(Console::Usb0, AtomicBool::new(false)), (Console::Usb1, AtomicBool::new(false))];
 
 /// The device on its way from idle to its interrupt.
 static HANDED_OVER: AtomicPtr<Device> = AtomicPtr::new(ptr::null_mut());
@@ -81,15 +83,17 @@ impl ConsoleLine {
 
     /// What waits is for nobody, or for the one before.
     fn drop_unsent(&self) {
-        while self.to_host.pop().is_some() {}
+        self.to_host.clear();
     }
 }
 
 impl Line for ConsoleLine {
     fn room(&self) -> usize {
         let room = self.inbox().room();
-        if room < usb::PACKET_BYTES {
-            WAITS_FOR_ROOM.store(true, Ordering::Relaxed);
+        if room < usb::PACKET_BYTES
+            && let Some((_, waits)) = WAIT_FOR_ROOM.iter().find(|(console, _)| *console == self.console)
+        {
+            waits.store(true, Ordering::Relaxed);
         }
         room
     }
@@ -218,10 +222,11 @@ pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
 /// Has packets fetched that have waited for room, if there is some now. Called when the machine has taken
 /// bytes.
 pub fn look_for_room() {
-    let has_room = |console: Console| console.inbox().room() >= usb::PACKET_BYTES;
-    if WAITS_FOR_ROOM.load(Ordering::Relaxed) && (has_room(Console::Usb0) || has_room(Console::Usb1)) {
-        WAITS_FOR_ROOM.store(false, Ordering::Relaxed);
-        bsp_prime::usb::wake();
+    for (console, waits) in &WAIT_FOR_ROOM {
+        if waits.load(Ordering::Relaxed) && console.inbox().room() >= usb::PACKET_BYTES {
+            waits.store(false, Ordering::Relaxed);
+            bsp_prime::usb::wake();
+        }
     }
 }
 
