@@ -112,10 +112,10 @@ fn bare(pin: Pin) -> Pin {
     Pin { inverted: false, open_drain: false, pull: Pull::Default, ..pin }
 }
 
-/// Until its time has passed, or Ctrl-Y.
+/// Until its time has passed, Ctrl-Y, or whoever asked has gone.
 async fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
     let ends = hands.now().plus(time);
-    while hands.now() < ends && !hands.stop_requested() {
+    while hands.now() < ends && !hands.is_let_go() {
         hands.pause().await?;
     }
     Ok(())

@@ -174,7 +174,7 @@ async fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f
 
 async fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     let mut moves = false;
-    while !hands.stop_requested() {
+    while !hands.is_let_go() {
         // Two pieces wait beside the one under way: enough to keep the speed, little enough to stop soon.
         if hands.motion(|motion| motion.queue_level().0) >= 2 {
             hands.pause().await?;

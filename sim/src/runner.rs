@@ -217,6 +217,15 @@ impl Runner {
         }
     }
 
+    /// Whoever has gone from the other end of a session is there again, in the middle of a line perhaps.
+    pub fn come_back(&self, session: SessionId) {
+        let place = usize::from(session.0);
+        let mut intakes = self.shared.intakes.borrow_mut();
+        if let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) {
+            inbox.open_again(intake);
+        }
+    }
+
     /// From now on a session takes at most so many bytes that nobody has read.
     pub fn set_room(&self, session: SessionId, bytes: usize) {
         if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(session.0)) {

@@ -1,6 +1,7 @@
 //! A bench to run scenarios on: a machine in virtual time with a card, a console and faults to order.
 
 mod outside;
+mod visitors;
 
 use std::fs;
 use std::path::PathBuf;
@@ -247,30 +248,12 @@ impl Bench {
         }
     }
 
-    /// Somebody comes to the other end of a session in memory, or goes.
-    pub fn set_open(&mut self, session: SessionId, open: bool) {
-        self.runner.set_open(session, open);
-    }
-
-    /// From now on a session takes at most so many bytes that nobody has read.
-    pub fn set_room(&mut self, session: SessionId, bytes: usize) {
-        self.runner.set_room(session, bytes);
-    }
-
     /// Types without waiting; realtime characters act at once.
     ///
     /// # Panics
     /// When the machine holds its senders back.
     pub fn type_in(&mut self, text: &str) {
         assert!(self.try_type(text), "the inbox is full");
-    }
-
-    /// Types on any session without waiting.
-    ///
-    /// # Panics
-    /// When its inbox is full.
-    pub fn type_on(&mut self, session: SessionId, text: &str) {
-        assert!(self.runner.type_on(session, text), "the inbox is full");
     }
 
     /// Sends bytes that are no text on the debug console.

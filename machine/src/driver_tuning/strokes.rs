@@ -83,7 +83,7 @@ pub(super) async fn there_and_back<P: Ports>(
     let mut readings = Readings::default();
     for _ in 0..2 {
         one_way(hands, way, rate, is_crawl, &mut readings).await?;
-        if hands.stop_requested() {
+        if hands.is_let_go() {
             return Err(Failure::refused("it was stopped: nothing was changed"));
         }
     }

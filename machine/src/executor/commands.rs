@@ -329,6 +329,7 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
     if to.session().is_none() {
         return Err(Failure::refused("only a console can send a file"));
     }
+    long_answers::sender_is_there(machine, to)?;
     let now = machine.ports.now();
     let Machine { files, ports, sessions, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
@@ -345,6 +346,7 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
 /// `dl file bytes`: for programs, which look at how the answer begins. Only on a transport that holds its
 /// sender back.
 fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    long_answers::sender_is_there(machine, to)?;
     let now = machine.ports.now();
     let kind = to.session().map(|id| machine.ports.profile(id).kind);
     let Machine { files, ports, sessions, .. } = machine;

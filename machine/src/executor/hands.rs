@@ -170,6 +170,11 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.sessions.take_stop(self.to)
     }
 
+    /// Whoever asked for this wants it to end, or has gone: what is held by hand ends.
+    pub fn is_let_go(&mut self) -> bool {
+        self.stop_requested() || self.machine.sessions.has_left(self.to)
+    }
+
     /// It was asked for by a session or a button, which can stop it.
     pub const fn can_be_stopped(&self) -> bool {
         self.to.session().is_some() || self.machine.sessions.button_stop.is_some()

@@ -78,6 +78,19 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     settle(machine, id);
 }
 
+/// Nobody's bytes are a file when whoever was to send it has gone: what he has sent behind it is dropped.
+pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    if !machine.sessions.has_left(to) {
+        return Ok(());
+    }
+    let Machine { sessions, ports, .. } = machine;
+    if let Some((id, session)) = to.session().and_then(|id| Some((id, sessions.get_mut(id)?))) {
+        session.forget_visit(ports.inbox(id));
+        session.broke_off_file = true;
+    }
+    Err(Failure::refused("whoever was to send the file has gone"))
+}
+
 /// A console takes what it sends for a file from now on.
 pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if let Recipient::Session(id) = to {

@@ -92,16 +92,17 @@ impl<P: Ports> Machine<'_, P> {
     /// Whoever comes next has asked for nothing of what the one before asked for.
     fn follow_visitor(&mut self, id: SessionId) {
         let Self { sessions, ports, files, jobs, .. } = self;
-        let session = id.0;
-        let listing = match sessions.follow_visitor(ports, id) {
-            (Visitor::Left, listing) => listing,
-            (Visitor::Waits, _) => return,
-            (Visitor::Came, _) => return self.record(&Happened::SessionOpened { session }),
+        let (visitor, listing) = sessions.follow_visitor(ports, id);
+        let has_left = match visitor {
+            Visitor::Left => true,
+            Visitor::Waits => return,
+            Visitor::Came => false,
         };
         let sent_file = matches!(listing, Some(Listing::Transfer)) || files.takes_lines_of(id);
         // The rest of a file is no lines to be carried out, and nothing in it acts.
-        if let Some(session) = sessions.get_mut(id).filter(|_| sent_file) {
+        if let Some(session) = sessions.get_mut(id).filter(|_| has_left && sent_file) {
             session.forget_visit(ports.inbox(id));
+            session.broke_off_file = true;
         }
         if let Some(listing) = listing {
             if matches!(listing, Listing::Transfer) {
@@ -113,7 +114,8 @@ impl<P: Ports> Machine<'_, P> {
         ports.inbox(id).set_text(false);
         files.session_ended(id, ports);
         jobs.session_ended(id);
-        self.record(&Happened::SessionClosed { session });
+        let session = id.0;
+        self.record(&if has_left { Happened::SessionClosed { session } } else { Happened::SessionOpened { session } });
     }
 
     /// Seldom: kept out of what every line passes through.

@@ -93,7 +93,11 @@ pub struct Inbox {
     visits: AtomicU32,
     /// Count of bytes received before somebody came last. Written by the transport.
     opened_at: AtomicU32,
-    /// `visits` after the one of whom nothing is wanted any more has gone. Written by the executor.
+    /// Whoever came last is who was there before, and goes on with what he was sending. Written by the
+    /// transport.
+    is_back: AtomicBool,
+    /// `visits` while nothing is wanted of whoever sends, and one more; 0 before that. Written by the
+    /// executor.
     forgotten: AtomicU32,
     /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
@@ -123,6 +127,7 @@ impl Inbox {
             text: AtomicBool::new(false),
             visits: AtomicU32::new(0),
             opened_at: AtomicU32::new(0),
+            is_back: AtomicBool::new(false),
             forgotten: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
@@ -167,8 +172,8 @@ impl Inbox {
 
     /// Nothing is wanted of whoever has sent what comes now.
     fn is_forgotten(&self) -> bool {
-        let visits = self.visits.load(Ordering::Relaxed);
-        !visits.is_multiple_of(2) && visits == self.forgotten.load(Ordering::Acquire)
+        let forgotten = self.forgotten.load(Ordering::Acquire);
+        forgotten != 0 && forgotten == self.visits.load(Ordering::Relaxed).wrapping_add(1)
     }
 
     /// Receives one byte: leaves the request that it makes, else queues it. False when it had to be dropped.
@@ -275,6 +280,7 @@ impl Inbox {
     /// Somebody has come to the other end, where there may have been somebody before: what that one has sent
     /// whole is carried out first, half a line of his is forgotten. For the transport, whose `intake` it is.
     pub fn open(&self, intake: &mut Intake) {
+        self.is_back.store(false, Ordering::Relaxed);
         if intake.place == Place::InLine {
             self.push(FORGET_LINE);
         }
@@ -289,6 +295,7 @@ impl Inbox {
         let place = intake.place;
         *intake = Intake::new();
         self.open(intake);
+        self.is_back.store(true, Ordering::Relaxed);
         match place {
             Place::InLine => {
                 self.push(LOSE_LINE);
@@ -305,10 +312,15 @@ impl Inbox {
         (1..=INBOX_BYTES as u32).contains(&before)
     }
 
-    /// Drops what has come of whoever has gone when `visits` was that, and what may still come of him;
-    /// nothing of whoever has come since then. For the reader.
+    /// Whether whoever came last is who was there before.
+    pub fn is_back(&self) -> bool {
+        self.is_back.load(Ordering::Relaxed)
+    }
+
+    /// Drops what has come while `visits` was that, or before, and what may still come meanwhile: of whoever
+    /// has gone then, or is there; nothing of whoever has come since then. For the reader.
     pub fn forget_visit(&self, visits: u32) {
-        self.forgotten.store(visits, Ordering::Release);
+        self.forgotten.store(visits.wrapping_add(1), Ordering::Release);
         // First, so that nothing of the next one is among it.
         let received = self.received();
         let is_last = self.visits() == visits;

@@ -49,6 +49,10 @@ pub struct Session {
     pub listing: Option<Listing>,
     /// Ctrl-Y was received.
     pub stop_requested: bool,
+    /// `visits` when whoever was here before had gone.
+    left_at: u32,
+    /// A file that he was sending ended with that.
+    pub broke_off_file: bool,
     /// Its line is being carried out.
     busy: bool,
     /// Its line is a move that found the look-ahead queue full.
@@ -82,6 +86,8 @@ impl Session {
             rights: Rights::Operate,
             listing: None,
             stop_requested: false,
+            left_at: 0,
+            broke_off_file: false,
             busy: false,
             waits_for_room: false,
             looked_at: false,
@@ -102,7 +108,7 @@ impl Session {
         self.framing = Framing::new();
         self.decoder = Decoder::new();
         self.rights = profile.rights;
-        self.stop_requested = false;
+        (self.stop_requested, self.broke_off_file) = (false, false);
         self.waits_for_room = false;
         (self.lost, self.too_long) = (0, false);
         self.is_patient = profile.kind == ConsoleKind::Usb;
@@ -113,20 +119,25 @@ impl Session {
     pub(super) fn leave(&mut self, visits: u32) {
         self.output.bytes.clear();
         self.framing = Framing::new();
-        // Whatever he started by hand ends with him.
-        self.stop_requested = true;
+        // Others may have come and gone since then, before anybody looked.
+        self.left_at = if self.has_somebody() { self.visits.wrapping_add(1) } else { visits };
         self.visits = visits;
     }
 
-    /// Whether lines of whoever was here before are still to be begun.
+    /// Whether lines of whoever was here before are still to be carried out.
     pub(super) fn has_from_before(&self, inbox: &Inbox) -> bool {
-        inbox.has_from_before() || self.line.is_some()
+        inbox.has_from_before() || self.line.is_some() || self.busy
     }
 
     /// Forgets what he who has gone has sent, as far as it has not been begun.
     pub fn forget_visit(&mut self, inbox: &Inbox) {
-        inbox.forget_visit(self.visits);
+        inbox.forget_visit(self.left_at);
         self.clear_line();
+    }
+
+    /// Somebody is at the other end, as last seen.
+    pub(super) const fn has_somebody(&self) -> bool {
+        self.visits.is_multiple_of(2)
     }
 
     pub(super) const fn visits(&self) -> u32 {
