@@ -265,6 +265,28 @@ fn whoever_goes_in_the_middle_of_a_file_moves_nothing() {
     plugged.assert_clean();
 }
 
+/// A computer that sleeps while it sends a file, and goes on when it wakes.
+#[test]
+fn whoever_sleeps_in_the_middle_of_a_file_moves_nothing() {
+    let mut plugged = plug(Plan::new());
+    plugged.velvet.ask("G91", SECOND);
+    plugged.open(0);
+    plugged.say(0, "M28 part.g");
+    let lines = "G1 Y0.0125 F1200\n".repeat(200);
+    plugged.send(0, lines.as_bytes());
+    let mut desk = plugged.desk();
+    desk.pass(5 * MS).unwrap();
+    desk.suspend();
+    desk.pass(50 * MS).unwrap();
+    desk.resume().unwrap();
+    plugged.hear_until(0, "Error: the file that was being sent is not kept");
+    plugged.send(0, lines.as_bytes());
+    plugged.desk().pass(100 * MS).unwrap();
+    plugged.velvet.ask("M400", SECOND);
+    assert_eq!(plugged.velvet.world(|world| world.trace().total()), 0);
+    plugged.assert_clean();
+}
+
 /// As the issue has it; some minutes.
 #[test]
 #[ignore = "takes minutes: make usb-fuzz has it"]

@@ -73,12 +73,21 @@ pub fn write(root: &Path, ledger: &Ledger) -> Result<()> {
     fs::write(&path, with(&page, ledger)?).context(PAGE)
 }
 
-/// Whether the page has the figures of the ledger that is committed with it.
+/// Writes the figures of the ledger that lies there.
+pub fn write_committed(root: &Path) -> Result<()> {
+    write(root, &of(root)?)
+}
+
+/// Whether the page has the figures of the ledger that lies there.
 pub fn check(root: &Path) -> Result<()> {
     let page = fs::read_to_string(root.join(PAGE)).context(PAGE)?;
-    let ledger = super::read(&root.join("bench/ledger.json")).context("bench/ledger.json")?;
-    ensure!(with(&page, &ledger)? == page, "{PAGE} has other figures than bench/ledger.json: `make bench` writes both");
+    let is_true = with(&page, &of(root)?)? == page;
+    ensure!(is_true, "{PAGE} has other figures than bench/ledger.json: cargo run -p xtask -- figures");
     Ok(())
+}
+
+fn of(root: &Path) -> Result<Ledger> {
+    super::read(&root.join("bench/ledger.json")).context("bench/ledger.json")
 }
 
 /// The page with these figures.
