@@ -116,6 +116,8 @@ impl Flash for BoardFlash {
         // hardware programs it.
         unsafe {
             bank.cr.modify(|_, w| w.psize().bits(PARALLELISM).pg().set_bit());
+            // Flash is normal memory, the register a device: nothing else has the one before the other.
+            cortex_m::asm::dsb();
             let to = (START + at) as *mut u32;
             for (index, bytes) in word.chunks_exact(4).enumerate() {
                 let value = bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
