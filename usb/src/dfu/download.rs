@@ -322,9 +322,9 @@ impl<'a, B: UsbBus, F: Firmware> DownloadDevice<'a, B, F> {
         self.download.is_left
     }
 
-    /// Whether a host has firmware under way, or reads it: it is not the time to leave.
+    /// Whether a host that is there has firmware under way, or reads it: it is not the time to leave.
     pub fn is_in_use(&self) -> bool {
-        !matches!(self.download.state, State::Idle | State::Error | State::ManifestWaitReset)
+        self.is_addressed() && !matches!(self.download.state, State::Idle | State::Error | State::ManifestWaitReset)
     }
 
     /// Whether a host is there: it has given the device an address, and the bus lives.
