@@ -1,5 +1,5 @@
 //! The flash while it is worked on: the watchdog is fed with every word written, of which an image has only
-//! so many, and the LEDs count.
+//! so many, and with every file that is looked at, of which there are few; and the LEDs count.
 
 use bsp_prime::flash::BoardFlash;
 use bsp_prime::pins::Output;
@@ -53,6 +53,10 @@ impl Flash for Patience {
             self.show(self.written / STEP);
         }
         self.flash.program(at, word)
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.feed();
     }
 
     fn erase(&mut self, sector: Sector) -> Result<(), Failed> {

@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use bsp_prime::flash::BoardFlash;
 use bsp_prime::{boot_request, time};
-use machine::ports::{Arrival, FailedBy, Firmware, Flaw, Running};
+use machine::ports::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running};
 use units::Micros;
 use update::{
     Bytes, Ended, Entry, FileCheck, Image, Known, Log, MANIFEST_BYTES, Manifest, Origin, PRIME, Policy, Refusal, TRIALS,
@@ -33,13 +33,6 @@ pub fn ask_for_download() -> bool {
     true
 }
 
-/// A file that is looked at.
-struct Look {
-    check: FileCheck<'static>,
-    /// What the last one held that could be installed.
-    found: Option<Known>,
-}
-
 #[unsafe(link_section = ".d2ram")]
 static mut PLACE: MaybeUninit<Updates> = MaybeUninit::uninit();
 
@@ -51,7 +44,7 @@ pub struct Updates {
     image: Option<Known>,
     /// How it came to run, as it was at the start.
     running: Running,
-    look: Look,
+    look: FileCheck<'static>,
     has_run: bool,
 }
 
@@ -60,11 +53,11 @@ pub fn start(mut flash: BoardFlash) -> &'static mut Updates {
     let log = Log::read(&mut flash, &PRIME);
     let image = manifest(&mut flash).as_ref().map(Known::of);
     let arrival = image.map_or(Arrival::Probe, |image| arrival(log.state.arrival(image)));
-    let refused = log.state.refused.map(|why| match why {
+    let refused = log.state.refused.map(|(why, _)| match why {
         Refusal::NoFile => "flashme.bin was not there any more",
         Refusal::Flawed => "flashme.bin was another file by then, or could not be read",
     });
-    let look = Look { check: FileCheck::new(&PRIME), found: None };
+    let look = FileCheck::new(&PRIME);
     let place = &raw mut PLACE;
     // SAFETY: there is one flash, so this comes here once, and this is the only reference there ever is; the
     // board is up, so the memory is there.
@@ -146,30 +139,31 @@ impl Updates {
 
     /// A file begins.
     pub fn begin_look(&mut self) {
-        self.look = Look { check: FileCheck::new(&PRIME), found: None };
+        self.look = FileCheck::new(&PRIME);
     }
 
     /// The next bytes of it.
     pub fn look(&mut self, piece: &[u8]) {
-        self.look.check.take(piece);
+        self.look.take(piece);
     }
 
     /// What it holds.
     pub fn end_look(&mut self) -> Result<Firmware, Flaw> {
-        let check = core::mem::replace(&mut self.look.check, FileCheck::new(&PRIME));
+        let check = core::mem::replace(&mut self.look, FileCheck::new(&PRIME));
         let manifest = check.finish(&self.log.state.policy).map_err(words)?;
         let found = Known::of(&manifest);
-        self.look.found = Some(found);
         Ok(Firmware {
+            id: FirmwareId { length: found.length, digest: found.digest },
             version: heapless::String::try_from(manifest.version()).unwrap_or_default(),
             runs: self.image == Some(found),
             has_failed: self.log.state.failed.is_some_and(|(_, failed)| failed == found),
+            was_refused: self.log.state.refused.is_some_and(|(_, refused)| refused == found),
         })
     }
 
-    /// The one that was looked at last is asked for.
-    pub fn ask_for_install(&mut self) -> bool {
-        let Some(image) = self.look.found.take() else { return false };
+    /// This one is asked for.
+    pub fn ask_for_install(&mut self, image: FirmwareId) -> bool {
+        let image = Known { length: image.length, digest: image.digest };
         self.log.append(&mut self.flash, Entry::Requested(Origin::File, image)).is_ok()
     }
 

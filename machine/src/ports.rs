@@ -42,7 +42,7 @@ pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
 };
-pub use updates::{Arrival, FailedBy, Firmware, Flaw, Running, Updates};
+pub use updates::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running, Updates};
 pub use usb::{Disk, NotLent, Usb};
 pub use workspace::Workspace;
 

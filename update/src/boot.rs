@@ -96,6 +96,10 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
     /// Installs what was asked for, or what was begun. What was begun and is nowhere any more is left to
     /// `recover`.
     fn finish(&mut self, log: &mut Log<'_>, pending: Pending) -> Result<(), Failed> {
+        // All of it was written, but for the word in the log that says so.
+        if pending.has_begun && self.check(log).is_ok_and(|there| Known::of(&there) == pending.image) {
+            return log.append(self.flash, Entry::Installed(pending.origin, pending.image));
+        }
         let names: &[&str] = match pending.origin {
             Origin::File => &[REQUESTED_FILE],
             Origin::Previous => &PREVIOUS_FILES,
@@ -158,6 +162,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
 
     /// What a file's image is; `None` where there is no such file.
     fn look(&mut self, log: &Log<'_>, name: &str) -> Option<Result<Manifest, Flaw>> {
+        self.flash.feed_watchdog();
         let mut file = self.card.open(name)?;
         Some(check_file(&mut file, self.layout, &log.state.policy))
     }
@@ -169,6 +174,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
         origin: Origin,
         manifest: &Manifest,
     ) -> Result<(), NotInstalled> {
+        self.flash.feed_watchdog();
         let mut file = self.card.open(name).ok_or(Flaw::Unreadable)?;
         let image = Known::of(manifest);
         log.append(self.flash, Entry::Began(origin, image))?;

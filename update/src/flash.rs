@@ -60,6 +60,9 @@ pub trait Flash {
     /// # Errors
     /// The flash reports a failure.
     fn erase(&mut self, sector: Sector) -> Result<(), Failed>;
+
+    /// A file is looked at next, which may take a second or two: a watchdog that runs is fed.
+    fn feed_watchdog(&mut self) {}
 }
 
 /// What is where in flash.

@@ -117,10 +117,10 @@ pub struct State {
     pub trial: Option<u8>,
     /// The installed one is there because the one before it failed, and has not confirmed itself yet.
     pub fell_back: bool,
-    /// What failed last, until something else is installed.
+    /// What failed last, until that is installed again.
     pub failed: Option<(Ended, Known)>,
     /// The last request, if it was refused.
-    pub refused: Option<Refusal>,
+    pub refused: Option<(Refusal, Known)>,
     half: Option<(bool, [u8; 16])>,
 }
 
@@ -182,12 +182,12 @@ impl State {
                 installed: Some((origin, image)),
                 trial: matches!(origin, Origin::File | Origin::Usb).then_some(0),
                 fell_back: self.fell_back && origin == Origin::Previous,
-                failed: self.failed.filter(|_| origin == Origin::Previous),
+                failed: self.failed.filter(|(_, failed)| *failed != image),
                 ..self
             },
             Entry::Tried => Self { trial: self.trial.map(|starts| starts.saturating_add(1)), ..self },
             Entry::Confirmed(_) => Self { trial: None, fell_back: false, ..self },
-            Entry::Refused(why, _) => Self { pending: None, refused: Some(why), ..self },
+            Entry::Refused(why, image) => Self { pending: None, refused: Some((why, image)), ..self },
             // Still on trial: the power may fail before the previous one is begun with.
             Entry::Failed(ended, image) => Self { fell_back: true, failed: Some((ended, image)), ..self },
             Entry::Key(Half::First, is_locked, bytes) => Self { half: Some((is_locked, bytes)), ..self },

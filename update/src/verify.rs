@@ -68,8 +68,11 @@ pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) ->
 /// # Errors
 /// Why it may not.
 pub fn check_file(file: &mut impl Bytes, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
-    // Before all of it is read: what it is not.
-    locate(file, layout)?;
+    // Before all of it is read, which takes long where it is large: what it is not.
+    let (at, manifest) = locate(file, layout)?;
+    if file.length() > (at + manifest.length).saturating_add(TRAILER) {
+        return Err(Flaw::Trailer);
+    }
     let mut check = FileCheck::new(layout);
     let end = file.length();
     each_chunk(file, 0, end, |chunk| check.take(chunk))?;

@@ -2,7 +2,7 @@
 
 use bsp_prime::boot_request;
 use bsp_prime::sd::CardService;
-use machine::ports::{Firmware, Flaw, Running, Updates};
+use machine::ports::{Firmware, FirmwareId, Flaw, Running, Updates};
 use rtic::Mutex;
 
 use super::BoardPorts;
@@ -40,8 +40,8 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Updates for BoardPorts<
         self.updates.end_look()
     }
 
-    fn ask_for_install(&mut self) -> bool {
-        self.updates.ask_for_install()
+    fn ask_for_install(&mut self, image: FirmwareId) -> bool {
+        self.updates.ask_for_install(image)
     }
 
     fn ask_for_download(&mut self) -> bool {

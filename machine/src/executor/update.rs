@@ -174,6 +174,9 @@ async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
             "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
         )),
+        // Asked for again, it would be refused again, and so on.
+        Ok(firmware) if firmware.was_refused => machine
+            .announce(format_args!("WARNING: {FILE} is not asked for again; the command flash does it all the same\n")),
         Ok(firmware) => {
             if let Err(Failure::Refused(why)) = install(machine, &firmware, to).await {
                 machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n"));
@@ -189,7 +192,7 @@ async fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to
         .map_err(|error| Failure::Refused(message(format_args!("{}", about_file(PREVIOUS, error.text())))))?;
     // Somebody may have begun something meanwhile.
     is_at_rest(machine)?;
-    if !machine.ports.ask_for_install() {
+    if !machine.ports.ask_for_install(firmware.id) {
         return Err(Failure::refused("the log of updates in flash takes no entry: install it with a debug probe"));
     }
     machine.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
@@ -243,7 +246,11 @@ async fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) ->
     if length == 0 {
         return Ok(());
     }
-    if let Ok(Ok(Firmware { runs: true, .. })) = look_at(machine, PREVIOUS, to).await {
+    // One that is on trial is not what to come back to, where there is something that has proved itself.
+    let is_on_trial = matches!(machine.ports.running().arrival, Arrival::Trial { .. });
+    if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to).await
+        && (previous.runs || is_on_trial && !previous.has_failed)
+    {
         return Ok(());
     }
     machine.say(to, format_args!("keeping the firmware that runs as firmware.previous\n"));

@@ -44,15 +44,28 @@ pub struct Running {
     pub refused: Option<&'static str>,
 }
 
+/// Which image of firmware it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FirmwareId {
+    /// Its bytes.
+    pub length: u32,
+    /// The first half of its digest.
+    pub digest: [u8; 16],
+}
+
 /// What a file holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Firmware {
+    /// Which image it is.
+    pub id: FirmwareId,
     /// Its version.
     pub version: heapless::String<40, u8>,
     /// It is what runs.
     pub runs: bool,
     /// It was tried, and the previous one put back.
     pub has_failed: bool,
+    /// It was asked for last, and could not be installed.
+    pub was_refused: bool,
 }
 
 /// Updates. A board that cannot be updated leaves all of it out.
@@ -101,9 +114,9 @@ pub trait Updates {
         Err(why)
     }
 
-    /// Has the next start install the firmware that was looked at last. False where that cannot be written
+    /// Has the next start install this image from `flashme.bin`. False where that cannot be written
     /// down.
-    fn ask_for_install(&mut self) -> bool {
+    fn ask_for_install(&mut self, _image: FirmwareId) -> bool {
         false
     }
 

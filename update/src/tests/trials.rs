@@ -57,6 +57,37 @@ fn a_confirmed_image_stays() {
     assert_eq!(state(&mut chip).trial, None);
 }
 
+/// The power failed between the last word of the image and the word in the log that says so.
+#[test]
+fn an_image_that_is_all_there_is_on_trial_though_the_log_does_not_say_so() {
+    let (old, new) = (image(1, 2048), image(2, 2048));
+    for origin in [Origin::Usb, Origin::File] {
+        let mut chip = Chip::with(&new);
+        let this = known(&mut chip);
+        append(&mut chip, Entry::Installed(Origin::File, known(&mut Chip::with(&old))));
+        append(&mut chip, Entry::Began(origin, this));
+        let mut card = Files::with(&[("firmware.previous", &old)]);
+        for starts in 1..=3 {
+            assert_eq!(digest_of(start(&mut chip, &mut card)), new[64..96]);
+            assert_eq!(state(&mut chip).trial, Some(starts));
+        }
+        assert_eq!(digest_of(start(&mut chip, &mut card)), old[64..96]);
+    }
+}
+
+#[test]
+fn what_has_failed_is_known_until_it_is_installed_again() {
+    let [failed, other] = [2, 3].map(|seed| known(&mut Chip::with(&image(seed, 2048))));
+    let mut chip = Chip::new();
+    append(&mut chip, Entry::Failed(Ended::Watchdog, failed));
+    for origin in [Origin::Previous, Origin::Usb, Origin::Probe, Origin::File] {
+        append(&mut chip, Entry::Installed(origin, other));
+        assert_eq!(state(&mut chip).failed, Some((Ended::Watchdog, failed)));
+    }
+    append(&mut chip, Entry::Installed(Origin::File, failed));
+    assert_eq!(state(&mut chip).failed, None);
+}
+
 /// There is nothing better than the image that does not confirm itself.
 #[test]
 fn without_a_previous_image_the_trial_goes_on() {
@@ -85,7 +116,7 @@ fn what_cannot_be_installed_is_refused_and_changes_nothing() {
         let mut card = Files::default();
         card.files.extend(file.map(|bytes| ("flashme.bin".to_string(), bytes.clone())));
         assert_eq!(digest_of(start(&mut chip, &mut card)), old[64..96]);
-        assert_eq!(state(&mut chip).refused, Some(why));
+        assert_eq!(state(&mut chip).refused.map(|(why, _)| why), Some(why));
         assert_eq!(state(&mut chip).pending, None);
         assert_eq!(chip.operations, 2, "the request and its refusal");
     }

@@ -137,8 +137,12 @@ fn the_file_is_installed_at_boot() {
         Plan::new().set("[system] flash_on_boot = true").bytes("flashme.bin", b"hello".repeat(100)).start();
     velvet.hear(SECOND);
     assert!(velvet.said().contains("was not installed: this is no Velvet firmware"), "{}", velvet.said());
-    let mut velvet =
-        Plan::new().set("[system] flash_on_boot = true").bytes("flashme.bin", application(2, SHORT, None)).start();
+    // Another one from an update before this is on the card.
+    let mut velvet = Plan::new()
+        .set("[system] flash_on_boot = true")
+        .bytes("flashme.bin", application(2, SHORT, None))
+        .bytes("firmware.previous", application(3, SHORT, None))
+        .start();
     while !velvet.said().contains("flashme.bin holds small: it is installed") {
         assert!(velvet.now_ms() < COPY_MS, "{}", velvet.said());
         velvet.hear(100);
@@ -146,6 +150,36 @@ fn the_file_is_installed_at_boot() {
     velvet.hear(5 * SECOND);
     assert_eq!(mark(&mut velvet), 0x5EED_0002);
     assert_eq!(on_card(&mut velvet, "firmware.previous").as_deref(), Some(running().as_slice()));
+}
+
+/// What the boot stage could not install is not asked for at every start again.
+#[test]
+fn a_file_that_was_refused_is_not_asked_for_again() {
+    let mut velvet = Plan::new()
+        .set("[system] flash_on_boot = true")
+        .bytes("flashme.bin", application(2, SHORT, None))
+        .bytes("firmware.previous", running())
+        .start();
+    velvet.hear_until("flashme.bin holds small: it is installed", COPY_MS);
+    let take = |stopped: &mut virtual_prime::vm::Stopped<'_>| {
+        let content = stopped.session.board_mut().mcu.sdmmc.card_mut().expect("a card").content().to_vec();
+        stopped.session.board_mut().insert_card(None);
+        content
+    };
+    let content = velvet.bench.vm.with(take).expect("the run goes on");
+    velvet.hear_until("flashme.bin was not there any more", 4 * SECOND);
+    velvet.hear(SECOND);
+    let put = move |stopped: &mut virtual_prime::vm::Stopped<'_>| {
+        stopped.session.board_mut().insert_card(Some(content));
+    };
+    velvet.bench.vm.with(put).expect("the run goes on");
+    velvet.hear(4 * SECOND);
+    velvet.type_in("reset");
+    velvet.hear_until("flashme.bin is not asked for again", 6 * SECOND);
+    velvet.type_in("flash");
+    velvet.hear_until("it is installed in a second", COPY_MS);
+    velvet.hear(5 * SECOND);
+    assert_eq!(mark(&mut velvet), 0x5EED_0002);
 }
 
 /// A lock that would shut the firmware out that runs is not closed; behind one, only what the owner has
