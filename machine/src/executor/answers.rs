@@ -28,6 +28,11 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
         _ => {}
     }
     let carried_out = outcome.is_ok();
+    // Whoever is there now has asked for nothing, and counts his own answers.
+    let is_for_him = source.origin != Origin::Session || !machine.sessions.has_left(source.to);
+    if !is_for_him && matches!(outcome, Ok(_) | Err(Failure::Refused(_))) {
+        return done(machine, carried_out, source);
+    }
     say_answer(machine, outcome, last, source.to);
     done(machine, carried_out, source);
 }

@@ -214,10 +214,10 @@ impl Sessions {
         session.is_some_and(|session| core::mem::take(&mut session.stop_requested))
     }
 
-    /// Whether whoever asked has gone since then; a button never has.
+    /// Whether whoever sent the line that is carried out has gone since then; a button never has.
     #[must_use]
     pub fn has_left(&self, who: Recipient) -> bool {
-        who.session().and_then(|id| self.get(id)).is_some_and(|session| !session.has_somebody())
+        who.session().and_then(|id| self.get(id)).is_some_and(Session::asker_has_left)
     }
 
     /// Whether those who are meant have taken most of what was said to them; who takes nothing for long is

@@ -55,6 +55,8 @@ pub struct Session {
     pub broke_off_file: bool,
     /// Its line is being carried out.
     busy: bool,
+    /// `visits` when that was begun.
+    line_visits: u32,
     /// Its line is a move that found the look-ahead queue full.
     waits_for_room: bool,
     /// Whether its line is a question has been looked at.
@@ -89,6 +91,7 @@ impl Session {
             left_at: 0,
             broke_off_file: false,
             busy: false,
+            line_visits: 0,
             waits_for_room: false,
             looked_at: false,
             lost: 0,
@@ -124,15 +127,20 @@ impl Session {
         self.visits = visits;
     }
 
-    /// Whether lines of whoever was here before are still to be carried out.
+    /// Whether lines of whoever was here before are still to be begun.
     pub(super) fn has_from_before(&self, inbox: &Inbox) -> bool {
-        inbox.has_from_before() || self.line.is_some() || self.busy
+        inbox.has_from_before() || self.line.is_some()
     }
 
     /// Forgets what he who has gone has sent, as far as it has not been begun.
     pub fn forget_visit(&mut self, inbox: &Inbox) {
         inbox.forget_visit(self.left_at);
         self.clear_line();
+    }
+
+    /// Whoever sent the line that is carried out has gone; somebody else may have come.
+    pub(super) const fn asker_has_left(&self) -> bool {
+        !self.line_visits.is_multiple_of(2) || self.line_visits != self.visits
     }
 
     /// Somebody is at the other end, as last seen.
@@ -232,6 +240,7 @@ impl Session {
     pub fn take_line(&mut self) -> Option<LineBytes> {
         let line = self.line.take();
         self.busy |= line.is_some();
+        self.line_visits = self.visits;
         self.framing.owe();
         self.waits_for_room = false;
         line
