@@ -115,11 +115,12 @@ impl Ahead {
         self.position(number).map(|nth| self.slot(nth))
     }
 
-    /// Whether a block is on its way.
+    /// Whether a block is on its way. One that waits for a place is not, while every place has a block before it:
+    /// who wants it first takes none of those.
     pub fn brings(&self, number: u32) -> bool {
         let within = |run: &Run| number.checked_sub(run.first).is_some_and(|offset| offset < run.count);
         let comes = !self.is_stale && (self.at_hand()..self.count).any(|nth| self.number(nth) == number);
-        comes || !self.has_failed && self.runs.iter().take(self.waiting).any(within)
+        comes || !self.has_failed && self.room() > 0 && self.runs.iter().take(self.waiting).any(within)
     }
 
     /// The next blocks to read, at most so many, in consecutive slots; and the first slot.

@@ -49,7 +49,12 @@ impl<H: Host> Service<H> {
                     Progress::Failed(_) => self.gone(SdError::NotResponding(13)),
                 },
                 Active::Move(moving, purpose, since_us) => {
-                    let State::Ready(card) = self.state else { return self.rest() };
+                    let State::Ready(card) = self.state else {
+                        // What was read ahead never comes.
+                        self.ahead.finish(false);
+                        self.ahead.forget();
+                        return self.rest();
+                    };
                     let (moved, purpose, since_us) =
                         (moving.advance(&card, &mut self.host, now_us), *purpose, *since_us);
                     let (what, attempt, is_damaged) = (moving.what, moving.attempt, moving.is_damaged);

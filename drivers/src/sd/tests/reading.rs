@@ -126,3 +126,28 @@ fn an_empty_slot_is_told_within_milliseconds() {
     run(&mut service, 5_000);
     assert_eq!(service.state(), State::Absent(SdError::NoCard));
 }
+
+/// Every place has a block before the one that is wanted, which so never comes by itself.
+#[test]
+fn a_followed_reader_that_leaps_gets_its_block() {
+    let mut service = identified();
+    assert!(service.follow(stretch(0, 1_000)));
+    run(&mut service, 20_000);
+    assert_eq!(read(&mut service, 500), Ok(500_u32 as u8 ^ 0x5A));
+    assert!(service.is_at_hand(0), "and loses nothing for it");
+}
+
+/// As M21 does while a file is played.
+#[test]
+fn after_another_identification_blocks_are_read_ahead_again() {
+    for us in 0..300 {
+        let mut service = identified();
+        assert!(service.follow(stretch(0, 100)));
+        run(&mut service, us);
+        service.identify();
+        run(&mut service, 3_000_000);
+        assert!(service.follow(stretch(200, 8)));
+        run(&mut service, 20_000);
+        assert!(service.is_at_hand(207), "after {us} us");
+    }
+}
