@@ -211,6 +211,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     }
 
     fn written(&mut self, file: FileHandle) -> Result<&mut Written, StorageError> {
+        self.manager.device(|lens| lens.volume.as_ref().map(drop).ok_or(lens.absent))?;
         let open = self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         match &mut open.content {
             Content::Written(written) => Ok(written),
@@ -265,6 +266,11 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         }
         self.raw_volume = Some(opened?);
         Ok(())
+    }
+
+    fn forget_card(&mut self) {
+        self.listed = None;
+        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::NoCard));
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {

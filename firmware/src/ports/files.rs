@@ -16,6 +16,10 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<
         REPORTS.report(Reporter::Dispatcher);
     }
 
+    fn forget_card(&mut self) {
+        self.storage.forget_card();
+    }
+
     fn mount(&mut self) -> Result<(), StorageError> {
         self.storage.mount()
     }

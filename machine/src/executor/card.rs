@@ -59,6 +59,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     if matches!(event, CardEvent::Removed { .. }) {
         // A computer that had it has it no longer.
         machine.ports.revoke_card();
+        machine.ports.forget_card();
     }
     match event {
         CardEvent::Inserted => match machine.ports.mount() {

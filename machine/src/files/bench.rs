@@ -18,6 +18,8 @@ pub(crate) struct Card {
     open: Vec<Option<(String, usize)>>,
     /// Reading fails from now on.
     pub fails: bool,
+    /// Nothing more fits.
+    pub is_full: bool,
 }
 
 impl Card {
@@ -75,6 +77,9 @@ impl Storage for Card {
     }
 
     fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        if self.is_full {
+            return Err(StorageError::Full);
+        }
         let (path, at) = self.place(file)?.clone();
         let content = self.files.entry(path).or_default();
         let overwritten = content.len().min(at + bytes.len());

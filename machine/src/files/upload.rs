@@ -18,6 +18,8 @@ pub(super) struct Upload {
     file: Option<FileHandle>,
     /// None when it could not be opened.
     path: Option<Path>,
+    /// What a line of it met that is lost.
+    failed: Option<StorageError>,
 }
 
 /// Why a file that was uploaded is not there.
@@ -60,7 +62,7 @@ impl Files {
             )),
         }
         let path = file.is_ok().then_some(path);
-        self.upload = Some(Upload { from: session, file: file.ok(), path });
+        self.upload = Some(Upload { from: session, file: file.ok(), path, failed: None });
         Ok(Answer::Ok)
     }
 
@@ -78,9 +80,12 @@ impl Files {
         }
     }
 
-    /// Half a file does not stay, to be played some day.
+    /// Half a file does not stay, to be played some day. By its name it is known while it is open: behind that, or
+    /// on another card, another file may have it.
     fn discard_upload(&mut self, storage: &mut impl Storage) {
-        if let Some(path) = self.upload.take().and_then(|upload| upload.path) {
+        if let Some(Upload { file: Some(file), path: Some(path), .. }) = self.upload.take()
+            && storage.close(file).is_ok()
+        {
             // What cannot be removed now has no better moment.
             let _ = storage.remove(&path);
         }
@@ -93,7 +98,6 @@ impl Files {
             let _ = editing.close(storage, Err(StorageError::NotResponding));
         }
         if self.uploads_from(session) {
-            self.spoil_upload(storage);
             self.discard_upload(storage);
         }
     }
@@ -104,13 +108,14 @@ impl Files {
         if !ends_upload(decoded) {
             return None;
         }
-        let closed = self.upload.as_mut()?.file.take().map(|file| storage.close(file));
-        Some(if let Some(closed) = closed {
-            self.upload = None;
-            closed.map_err(NotSaved::Card)
-        } else {
+        if let Some(error) = self.upload.as_ref()?.failed {
             self.discard_upload(storage);
-            Err(NotSaved::Nothing)
+            return Some(Err(NotSaved::Card(error)));
+        }
+        let closed = self.upload.take()?.file.map(|file| storage.close(file));
+        Some(match closed {
+            Some(closed) => closed.map_err(NotSaved::Card),
+            None => Err(NotSaved::Nothing),
         })
     }
 
@@ -127,11 +132,15 @@ impl Files {
 
     /// A line of the session that uploads: stored as it is.
     pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) {
-        let Some(Upload { file, .. }) = &self.upload else { return };
+        let Some(Upload { file, failed, .. }) = &mut self.upload else { return };
         let Some(file) = *file else { return reply.say(format_args!("ok\n")) };
-        match storage.write(file, line).and_then(|()| storage.write(file, b"\n")) {
-            Ok(()) => reply.say(format_args!("ok\n")),
-            Err(error) => reply.say(format_args!("Error:error writing to file: {}\n", error.text())),
+        // Nothing goes behind a line that is lost.
+        if failed.is_none() {
+            *failed = storage.write(file, line).and_then(|()| storage.write(file, b"\n")).err();
+        }
+        match failed {
+            None => reply.say(format_args!("ok\n")),
+            Some(error) => reply.say(format_args!("Error:error writing to file: {}\n", error.text())),
         }
     }
 }
@@ -188,7 +197,21 @@ mod tests {
         assert!(files.uploads_from(ME), "its sender goes on");
         assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), "error:nothing was saved\nok\n");
         assert_eq!(card.open_files(), 0);
-        assert_eq!(card.remove("/sd/up.g"), Err(StorageError::NotFound), "half a file does not stay");
+    }
+
+    #[test]
+    fn a_file_that_has_lost_a_line_is_none() {
+        let (mut files, mut card, mut desk) = (Files::default(), Card::default(), Desk::new());
+        begin(&mut files, &mut card, &mut desk, "up.g");
+        assert_eq!(send(&mut files, &mut card, &mut desk, "G1 X1"), "ok\n");
+        card.is_full = true;
+        let said = send(&mut files, &mut card, &mut desk, "G1 X2");
+        assert!(said.starts_with("Error:error writing to file: "), "{said}");
+        card.is_full = false;
+        assert_eq!(send(&mut files, &mut card, &mut desk, "G1 X3"), said, "nothing goes behind what is lost");
+        assert_eq!(send(&mut files, &mut card, &mut desk, "M29"), said + "ok\n");
+        assert_eq!(card.remove("/sd/up.g"), Err(StorageError::NotFound));
+        assert!(!files.uploads_from(ME) && card.open_files() == 0);
     }
 
     #[test]

@@ -187,6 +187,7 @@ fn find_again(job: &mut Job, storage: &mut impl Storage) -> Result<(), Failure> 
             "is not the file that was played: put its card back, or abort",
         )));
     }
+    storage.read_ahead(file);
     job.is_lost = false;
     Ok(())
 }

@@ -242,6 +242,9 @@ pub trait Storage {
     /// Finds the card and its file system. Called at boot; may be called again after a card change.
     fn mount(&mut self) -> Result<(), StorageError>;
 
+    /// The card is gone: what was open on it is nowhere, and nothing of it goes to the next card.
+    fn forget_card(&mut self) {}
+
     /// Opens a file.
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError>;
 

@@ -207,3 +207,22 @@ fn a_damaged_file_is_told_when_it_is_opened() {
     card.set_volume_block(1, good);
     assert_eq!(load(&mut storage, "/sd/job"), Ok(content(1, 3_000)));
 }
+
+/// Another card may be in the slot by the time that the files of the one before are closed.
+#[test]
+fn nothing_of_a_card_that_is_gone_goes_to_the_next_one() {
+    let card = fat16();
+    let mut storage = mounted(&card);
+    let file = storage.open("/sd/half.g", OpenMode::Write).unwrap();
+    storage.write(file, &[b'x'; 700]).unwrap();
+    storage.forget_card();
+    assert_eq!(storage.write(file, b"more"), Err(StorageError::NoCard));
+    assert_eq!(storage.open("/sd/new.g", OpenMode::Write), Err(StorageError::NoCard));
+    storage.mount().unwrap();
+    assert_eq!(storage.write(file, b"more"), Err(StorageError::NotFound));
+    assert_eq!(load(&mut storage, "/sd/half.g"), Ok(Vec::new()), "its size was not written any more");
+    save(&mut storage, "/sd/new.g", b"new").unwrap();
+    assert_eq!(load(&mut storage, "/sd/new.g"), Ok(b"new".to_vec()));
+    // A cluster that the entry did not know of yet is lost, as with a power cut.
+    assert!(read(&card).lost <= 1);
+}
