@@ -115,8 +115,8 @@ impl Ahead {
         self.position(number).map(|nth| self.slot(nth))
     }
 
-    /// Whether a block is on its way. One that waits for a place is not, while every place has a block before it:
-    /// who wants it first takes none of those.
+    /// Whether a block is on its way. One that waits for a place is not, while every place has a block before
+    /// it: who wants it first takes none of those.
     pub fn brings(&self, number: u32) -> bool {
         let within = |run: &Run| number.checked_sub(run.first).is_some_and(|offset| offset < run.count);
         let comes = !self.is_stale && (self.at_hand()..self.count).any(|nth| self.number(nth) == number);

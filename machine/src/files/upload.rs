@@ -80,8 +80,8 @@ impl Files {
         }
     }
 
-    /// Half a file does not stay, to be played some day. By its name it is known while it is open: behind that, or
-    /// on another card, another file may have it.
+    /// Half a file does not stay, to be played some day. By its name it is known while it is open: behind
+    /// that, or on another card, another file may have it.
     fn discard_upload(&mut self, storage: &mut impl Storage) {
         if let Some(Upload { file: Some(file), path: Some(path), .. }) = self.upload.take()
             && storage.close(file).is_ok()
