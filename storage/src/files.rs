@@ -270,7 +270,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
 
     fn forget_card(&mut self) {
         self.listed = None;
-        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::NoCard));
+        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::NotResponding));
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {

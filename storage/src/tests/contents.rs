@@ -216,8 +216,8 @@ fn nothing_of_a_card_that_is_gone_goes_to_the_next_one() {
     let file = storage.open("/sd/half.g", OpenMode::Write).unwrap();
     storage.write(file, &[b'x'; 700]).unwrap();
     storage.forget_card();
-    assert_eq!(storage.write(file, b"more"), Err(StorageError::NoCard));
-    assert_eq!(storage.open("/sd/new.g", OpenMode::Write), Err(StorageError::NoCard));
+    assert_eq!(storage.write(file, b"more"), Err(StorageError::NotResponding));
+    assert_eq!(storage.open("/sd/new.g", OpenMode::Write), Err(StorageError::NotResponding));
     storage.mount().unwrap();
     assert_eq!(storage.write(file, b"more"), Err(StorageError::NotFound));
     assert_eq!(load(&mut storage, "/sd/half.g"), Ok(Vec::new()), "its size was not written any more");
