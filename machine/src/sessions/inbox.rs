@@ -160,8 +160,8 @@ impl Inbox {
 
     /// Queues as many bytes as go on with a line that is kept, and do nothing else.
     fn receive_plain(&self, intake: &mut Intake, bytes: &[u8]) -> usize {
-        let is_of_its_own_kind = self.raw.load(Ordering::Relaxed) || self.text.load(Ordering::Relaxed);
-        if intake.place != Place::InLine || is_of_its_own_kind || self.is_forgotten() {
+        let is_file_or_text = self.raw.load(Ordering::Relaxed) || self.text.load(Ordering::Relaxed);
+        if intake.place != Place::InLine || is_file_or_text || self.is_forgotten() {
             return 0;
         }
         let fit = bytes.get(..bytes.len().min(self.room())).unwrap_or_default();

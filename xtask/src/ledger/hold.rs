@@ -15,12 +15,14 @@ const HOLD_AFTER: u64 = 120_000;
 /// Where in the step feed's period the hold comes: how soon it is felt depends on it, and any change of how
 /// long the image takes to start moves it.
 const DELAYS_US: [u64; 5] = [0, 100, 200, 300, 400];
+/// How far they are apart, and how long that period is.
 const APART_US: u64 = 100;
 const PERIOD_US: u64 = 500;
 /// How often the moment is looked for more closely, by halves.
 const HALVES: usize = 4;
 /// The jobs that are held, and their keys in the ledger.
 const HELD: [(&str, &str); 2] = [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")];
+
 /// The motion before the byte that is taken as steady.
 const STEADY_NS: u64 = 20_000_000;
 /// So many steps in a row must be late: then it is no jitter.
