@@ -50,6 +50,8 @@ pub enum Next {
 /// Brings flash in order and says what to start. `ended`: how the last run did.
 pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout, ended: Ended) -> Next {
     let mut log = Log::read(flash, layout);
+    // Before anything is installed: that may erase the only copy.
+    let _ = log.restore_policy(flash);
     let mut boot = Boot { flash, card, layout };
     // What the flash does not take is tried again at the next start; what may run by then, runs.
     if let Some(pending) = log.state.pending {

@@ -80,7 +80,12 @@ pub struct Layout {
     pub log: Sector,
 }
 
-/// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1792 KiB for the image, 128 KiB for the log.
+/// Bytes at the end of the image's last sector that no image may have: a copy of the owner's policy, for as long
+/// as it takes to empty the log. An install that comes so far erases it; the policy is in the log by then.
+pub const POLICY_BYTES: u32 = 1024;
+
+/// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1791 KiB for the image, 1 KiB for a copy of the policy,
+/// 128 KiB for the log.
 pub const PRIME: Layout =
     Layout { address: 0x0800_0000, sector_bytes: 0x2_0000, first: Sector(1), sectors: 14, log: Sector(15) };
 
@@ -100,7 +105,13 @@ impl Layout {
     /// The longest image.
     #[must_use]
     pub const fn image_bytes(&self) -> u32 {
-        self.sectors * self.sector_bytes
+        self.sectors * self.sector_bytes - POLICY_BYTES
+    }
+
+    /// Where the copy of the policy begins, from the beginning of the flash.
+    #[must_use]
+    pub const fn policy_at(&self) -> u32 {
+        self.image() + self.image_bytes()
     }
 
     /// Where the log begins, from the beginning of the flash.

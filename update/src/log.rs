@@ -10,12 +10,15 @@
 //! | 8 | the first 16 bytes of its digest, or 16 of a key |
 //! | 28 | CRC-32 (ISO 3309) of the bytes before |
 
-use crate::flash::{ERASED, Failed, Flash, Layout, WORD, Word};
+use crate::flash::{ERASED, Failed, Flash, Layout, POLICY_BYTES, WORD, Word};
 use crate::manifest::Manifest;
 use crate::policy::Policy;
 
 /// Words that the boot stage needs at most for one update; with fewer left it empties the log first.
 const NEEDED: u32 = 32;
+
+/// The same while an image is on trial: emptying the log waits for the end of that as long as it can.
+const NEEDED_ON_TRIAL: u32 = 8;
 
 /// Where an image comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,6 +124,8 @@ pub struct State {
     pub failed: Option<(Ended, Known)>,
     /// The last request, if it was refused.
     pub refused: Option<(Refusal, Known)>,
+    /// Whether the policy is one of these entries, or only what it was before them.
+    says_policy: bool,
     half: Option<(bool, [u8; 16])>,
 }
 
@@ -169,6 +174,12 @@ impl State {
         self.trial.filter(|_| self.installed.is_some_and(|(_, installed)| installed == image))
     }
 
+    /// Whether the log says the policy itself, and not only its copy.
+    #[cfg(test)]
+    pub fn says_policy(&self) -> bool {
+        self.says_policy
+    }
+
     fn after(self, entry: Entry) -> Self {
         match entry {
             Entry::Requested(origin, image) => {
@@ -196,12 +207,53 @@ impl State {
                     let mut key = [0; 32];
                     key[..16].copy_from_slice(&first);
                     key[16..].copy_from_slice(&bytes);
-                    Self { policy: Policy { key: Some(key), is_locked }, half: None, ..self }
+                    Self { policy: Policy { key: Some(key), is_locked }, says_policy: true, half: None, ..self }
                 }
                 _ => self,
             },
-            Entry::NoKey => Self { policy: Policy::default(), half: None, ..self },
+            Entry::NoKey => Self { policy: Policy::default(), says_policy: true, half: None, ..self },
         }
+    }
+}
+
+/// Flash words that are written one behind the other.
+#[derive(Clone, Copy)]
+struct Words {
+    /// Where the first one is, from the beginning of the flash.
+    at: u32,
+    /// How many there are.
+    count: u32,
+    /// How many are written.
+    used: u32,
+}
+
+impl Words {
+    /// Reads the entries. Torn ones and such that nobody knows are passed over; the next one goes behind the
+    /// last word that is not erased.
+    fn read(&mut self, flash: &mut impl Flash, before: State) -> State {
+        let mut state = before;
+        for place in 0..self.count {
+            match flash.read(self.at + place * WORD as u32) {
+                Ok(ERASED) => {}
+                Ok(word) => {
+                    self.used = place + 1;
+                    state = Entry::of(&word).map_or(state, |entry| state.after(entry));
+                }
+                Err(_) => self.used = place + 1,
+            }
+        }
+        state
+    }
+
+    fn append(&mut self, flash: &mut impl Flash, entry: Entry) -> Result<(), Failed> {
+        while self.used < self.count {
+            let at = self.at + self.used * WORD as u32;
+            self.used += 1;
+            if flash.program(at, &entry.word()).is_ok() {
+                return Ok(());
+            }
+        }
+        Err(Failed)
     }
 }
 
@@ -210,28 +262,21 @@ pub struct Log<'l> {
     layout: &'l Layout,
     /// The state after the last entry.
     pub state: State,
-    /// Words that are written.
-    used: u32,
+    words: Words,
+    /// Where the policy is written before the log is erased: see [`Layout::policy_at`].
+    copies: Words,
+    /// The policy that is there.
+    copied: Policy,
 }
 
 impl<'l> Log<'l> {
-    /// Reads it. Torn entries and such that nobody knows are passed over; the next entry goes behind the last
-    /// word that is not erased.
+    /// Reads it. The policy is the one of the copy as long as the log says nothing of any.
     pub fn read(flash: &mut impl Flash, layout: &'l Layout) -> Self {
-        let mut log = Self { layout, state: State::default(), used: 0 };
-        for place in 0..log.words() {
-            match flash.read(log.at(place)) {
-                Ok(ERASED) => {}
-                Ok(word) => {
-                    log.used = place + 1;
-                    if let Some(entry) = Entry::of(&word) {
-                        log.state = log.state.after(entry);
-                    }
-                }
-                Err(_) => log.used = place + 1,
-            }
-        }
-        log
+        let mut copies = Words { at: layout.policy_at(), count: POLICY_BYTES / WORD as u32, used: 0 };
+        let copied = copies.read(flash, State::default()).policy;
+        let mut words = Words { at: layout.log_at(), count: layout.sector_bytes / WORD as u32, used: 0 };
+        let state = words.read(flash, State { policy: copied, ..State::default() });
+        Self { layout, state, words, copies, copied }
     }
 
     /// Writes an entry.
@@ -239,31 +284,32 @@ impl<'l> Log<'l> {
     /// # Errors
     /// The flash does not take it, or the log is full.
     pub fn append(&mut self, flash: &mut impl Flash, entry: Entry) -> Result<(), Failed> {
-        while self.used < self.words() {
-            let at = self.at(self.used);
-            self.used += 1;
-            if flash.program(at, &entry.word()).is_ok() {
-                self.state = self.state.after(entry);
-                return Ok(());
-            }
-        }
-        Err(Failed)
+        self.words.append(flash, entry)?;
+        self.state = self.state.after(entry);
+        Ok(())
     }
 
-    /// Makes room: erases the log and writes what still matters. Only while nothing is pending; a power
-    /// failure in between costs the policy, which the application writes again at its next start, and how
-    /// this image came here, a trial among it.
+    /// Makes room: erases the log and writes what still matters. Only while nothing is pending, and not in a
+    /// trial unless it is high time. A power failure in between costs how this image came here, and that
+    /// another one has failed; never the policy, of which there is a copy by then.
     ///
     /// # Errors
     /// The flash does not take it.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), Failed> {
-        if self.used + NEEDED <= self.words() || self.state.pending.is_some() {
+        let is_on_trial = self.state.trial.is_some_and(|starts| starts < crate::TRIALS);
+        let needed = if is_on_trial { NEEDED_ON_TRIAL } else { NEEDED };
+        if self.words.used + needed <= self.words.count || self.state.pending.is_some() {
             return Ok(());
         }
         let old = self.state;
+        if self.copied != old.policy
+            && entries_of(&old.policy).try_for_each(|entry| self.copies.append(flash, entry)).is_ok()
+        {
+            self.copied = old.policy;
+        }
         flash.erase(self.layout.log)?;
-        *self = Self { layout: self.layout, state: State::default(), used: 0 };
-        self.set_policy(flash, &old.policy)?;
+        (self.state, self.words.used) = (State { policy: self.copied, ..State::default() }, 0);
+        self.write_policy(flash, &old.policy)?;
         if let Some((ended, image)) = old.failed {
             self.append(flash, Entry::Failed(ended, image))?;
         }
@@ -293,26 +339,37 @@ impl<'l> Log<'l> {
     /// # Errors
     /// The flash does not take it.
     pub fn set_policy(&mut self, flash: &mut impl Flash, policy: &Policy) -> Result<(), Failed> {
-        if self.state.policy == *policy {
-            return Ok(());
+        if self.state.policy == *policy { Ok(()) } else { self.write_policy(flash, policy) }
+    }
+
+    /// Writes the policy that only the copy says, before an install erases that.
+    ///
+    /// # Errors
+    /// The flash does not take it.
+    pub fn restore_policy(&mut self, flash: &mut impl Flash) -> Result<(), Failed> {
+        let policy = self.state.policy;
+        let is_there = self.state.says_policy || policy == Policy::default();
+        if is_there { Ok(()) } else { self.write_policy(flash, &policy) }
+    }
+
+    fn write_policy(&mut self, flash: &mut impl Flash, policy: &Policy) -> Result<(), Failed> {
+        entries_of(policy).try_for_each(|entry| self.append(flash, entry))
+    }
+}
+
+/// What says that this is the policy.
+fn entries_of(policy: &Policy) -> impl Iterator<Item = Entry> + use<> {
+    let entries = match policy.key {
+        None => [Some(Entry::NoKey), None],
+        Some(key) => {
+            let (mut first, mut second) = ([0; 16], [0; 16]);
+            first.copy_from_slice(&key[..16]);
+            second.copy_from_slice(&key[16..]);
+            [(Half::First, first), (Half::Second, second)]
+                .map(|(half, bytes)| Some(Entry::Key(half, policy.is_locked, bytes)))
         }
-        let Some(key) = policy.key else {
-            return self.append(flash, Entry::NoKey);
-        };
-        let (mut first, mut second) = ([0; 16], [0; 16]);
-        first.copy_from_slice(&key[..16]);
-        second.copy_from_slice(&key[16..]);
-        self.append(flash, Entry::Key(Half::First, policy.is_locked, first))?;
-        self.append(flash, Entry::Key(Half::Second, policy.is_locked, second))
-    }
-
-    fn words(&self) -> u32 {
-        self.layout.sector_bytes / WORD as u32
-    }
-
-    fn at(&self, place: u32) -> u32 {
-        self.layout.log_at() + place * WORD as u32
-    }
+    };
+    entries.into_iter().flatten()
 }
 
 impl Entry {

@@ -93,7 +93,7 @@ fn section(bytes: &[u8], name: &str) -> Result<Range<usize>> {
 fn flash_image(bytes: &[u8]) -> Result<Vec<u8>> {
     let file: ElfFile32<Endianness> = ElfFile32::parse(bytes).context("not a 32-bit ELF file")?;
     let endian = file.endian();
-    let flash_bytes = (PRIME.image() + PRIME.image_bytes() + PRIME.sector_bytes) as usize;
+    let flash_bytes = (PRIME.log_at() + PRIME.sector_bytes) as usize;
     let mut image = Vec::new();
     for header in file.elf_program_headers() {
         if header.p_type(endian) != elf::PT_LOAD || header.p_filesz(endian) == 0 {

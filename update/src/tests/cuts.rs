@@ -1,8 +1,8 @@
 //! The power fails at every erase and every programmed word of every path: the next start has a working
 //! image.
 
-use super::model::{Chip, Cut, Files, SMALL, for_the_whole_flash, image, start, with_trailer};
-use crate::flash::Flash;
+use super::model::{Chip, Cut, Files, SMALL, for_the_whole_flash, image, owner, sign, start, with_trailer};
+use crate::flash::Flash as _;
 use crate::log::{Entry, Known, Log, Origin};
 use crate::verify::{Image, check_flash};
 use crate::{Manifest, Next, Policy, Receiving};
@@ -67,7 +67,7 @@ fn an_install_that_was_asked_for_is_finished() {
 
 #[test]
 fn an_install_over_a_longer_image_is_finished() {
-    let (old, new) = (image(1, 9984), image(2, 1088));
+    let (old, new) = (image(1, 9184), image(2, 1088));
     let mut chip = Chip::with(&old);
     entry(&mut chip, Entry::Requested(Origin::File, known(&new)));
     always_runs(&chip, &Files::with(&[("flashme.bin", &new)]), &[&new]);
@@ -161,6 +161,79 @@ fn making_room_in_the_log_may_be_cut_off() {
     assert_eq!(state.installed, Some((Origin::File, known(&new))));
     assert_eq!(state.trial, None);
     always_runs(&chip, &Files::default(), &[&new]);
+}
+
+/// Nor does an install afterwards that erases the copy.
+#[test]
+fn the_policy_outlives_making_room_in_the_log_wherever_that_is_cut_off() {
+    let [old, new] = [image(1, 2048), image(2, 9184)].map(|image| sign(image, &owner()));
+    let locked = Policy { key: Some(owner().verifying_key().to_bytes()), is_locked: true };
+    let mut full = Chip::with(&old);
+    Log::read(&mut full, &SMALL).set_policy(&mut full, &locked).expect("room");
+    (0..40).for_each(|_| entry(&mut full, Entry::Confirmed(known(&old))));
+    full.operations = 0;
+    let policy = |chip: &mut Chip| Log::read(chip, &SMALL).state.policy;
+    let mut operations = 1;
+    let mut was_only_the_copy = 0;
+    loop {
+        let mut is_whole = false;
+        for kind in [Cut::Before, Cut::Within, Cut::After] {
+            let mut chip = full.clone();
+            chip.cut = Some((operations, kind));
+            is_whole = start(&mut chip, &mut Files::default()).is_some();
+            chip.cut = None;
+            assert_eq!(policy(&mut chip), locked, "{kind:?} at {operations}");
+            was_only_the_copy += usize::from(!Log::read(&mut chip, &SMALL).state.says_policy());
+            start(&mut chip, &mut Files::default()).expect("power");
+            entry(&mut chip, Entry::Requested(Origin::File, known(&new)));
+            start(&mut chip, &mut Files::with(&[("flashme.bin", &new)])).expect("power");
+            assert_eq!(policy(&mut chip), locked, "after an install, {kind:?} at {operations}");
+            assert!(chip.image(new.len()) == new, "it is installed, {kind:?} at {operations}");
+        }
+        if is_whole {
+            break;
+        }
+        operations += 1;
+    }
+    assert!(was_only_the_copy > 3, "the copy was all there was");
+}
+
+/// With a copy of the one before it, which is not the policy any more.
+#[test]
+fn a_policy_that_was_given_up_does_not_come_back_by_its_copy() {
+    let new = image(2, 2048);
+    let mut chip = Chip::with(&new);
+    for policy in [Policy { key: Some([0x5a; 32]), is_locked: false }, Policy::default()] {
+        Log::read(&mut chip, &SMALL).set_policy(&mut chip, &policy).expect("room");
+        (0..40).for_each(|_| entry(&mut chip, Entry::Confirmed(known(&new))));
+        start(&mut chip, &mut Files::default()).expect("power");
+        assert_eq!(Log::read(&mut chip, &SMALL).state.policy, policy);
+        chip.erase(SMALL.log).expect("an erase");
+        assert_eq!(Log::read(&mut chip, &SMALL).state.policy, policy, "by the copy");
+    }
+}
+
+/// But a log that fills up in a trial without end is emptied all the same.
+#[test]
+fn making_room_waits_for_the_end_of_a_trial() {
+    let [old, new] = [image(1, 2048), image(2, 2048)];
+    let mut chip = Chip::with(&new);
+    (0..31).for_each(|_| entry(&mut chip, Entry::Confirmed(known(&old))));
+    entry(&mut chip, Entry::Installed(Origin::File, known(&new)));
+    chip.operations = 0;
+    let mut card = Files::with(&[("firmware.previous", &old)]);
+    (1..=3).for_each(|starts| {
+        start(&mut chip, &mut card).expect("power");
+        assert_eq!(Log::read(&mut chip, &SMALL).state.trial, Some(starts));
+        assert_eq!(chip.operations, usize::from(starts), "no erase");
+    });
+    let mut lonely = chip.clone();
+    for _ in 0..100 {
+        start(&mut lonely, &mut Files::default()).expect("power");
+    }
+    entry(&mut lonely, Entry::Confirmed(known(&new)));
+    start(&mut chip, &mut card).expect("power");
+    runs(&mut chip, &[&old]);
 }
 
 #[test]
