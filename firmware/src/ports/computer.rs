@@ -45,15 +45,19 @@ where
         if !self.is_kept().map_err(NotLent::Storage)? {
             return Ok(false);
         }
-        self.storage.unmount().map_err(NotLent::Storage)?;
         let reason = |error: SdError| NotLent::Storage(<Slot<K> as Card>::reason(&error));
-        let is_lent = self.service(CardService::lend).map_err(reason)?;
-        if is_lent {
-            self.silent_since = None;
-            disk::lent();
-            bsp_prime::usb::wake();
+        if !self.service(CardService::lend).map_err(reason)? {
+            return Ok(false);
         }
-        Ok(is_lent)
+        // Last, so that a card that is not lent after all is still the machine's.
+        if let Err(error) = self.storage.unmount() {
+            self.service(CardService::take_back);
+            return Err(NotLent::Storage(error));
+        }
+        self.silent_since = None;
+        disk::lent();
+        bsp_prime::usb::wake();
+        Ok(true)
     }
 
     fn disk(&mut self) -> Disk {
