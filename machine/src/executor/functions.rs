@@ -35,6 +35,10 @@ pub(super) async fn run<P: Ports>(
     if card::is_used_by(function) {
         card::at_rest(machine).await;
     }
+    if function == Function::Mount {
+        // Looking for the card forgets what waits to be written. That some of it failed has been said.
+        let _ = card::kept(machine).await;
+    }
     if let Some(outcome) = say_or_set(machine, function, &words, to) {
         return outcome;
     }

@@ -4,7 +4,7 @@ use program::Words;
 
 use super::{Machine, card, foresee, recording};
 use crate::failure::{Answer, Failure, Outcome};
-use crate::files::listings;
+use crate::files::{Progress, listings};
 use crate::grbl::hal;
 use crate::ports::Ports;
 use crate::sessions::{Listing, Recipient, Reply, SessionId};
@@ -108,13 +108,17 @@ fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Machine { files, ports, sessions, .. } = machine;
     let directory = files.directory().clone();
     let reply = &mut Reply::new(sessions, to);
-    if !is_his || files.transfers.go_on(&directory, (id, end), now, ports, reply) {
-        if let Some(session) = machine.sessions.get_mut(id) {
+    let progress =
+        if is_his { files.transfers.go_on(&directory, (id, end), now, ports, reply) } else { Progress::Receiving };
+    if progress != Progress::Receiving {
+        ports.inbox(id).set_raw(false);
+    }
+    if progress != Progress::Ended {
+        if let Some(session) = sessions.get_mut(id) {
             session.listing = Some(Listing::Transfer);
         }
         return;
     }
-    machine.ports.inbox(id).set_raw(false);
     machine.say(to, format_args!("ok\n"));
     settle(machine, id);
 }

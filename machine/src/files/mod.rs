@@ -25,7 +25,7 @@ use heapless::Vec;
 use crate::ports::{Storage, StorageError};
 use crate::sessions::SessionId;
 pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
-pub(crate) use transfer::Transfers;
+pub(crate) use transfer::{Progress, Transfers};
 pub use upload::NotSaved;
 use upload::Upload;
 

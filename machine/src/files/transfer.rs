@@ -58,6 +58,19 @@ struct Transfer {
     silent: bool,
     /// Files received, or bytes of `upload`.
     count: u32,
+    /// All has come, and is on its way to the card.
+    is_complete: bool,
+}
+
+/// How far a transfer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// More is to come: what the console sends is the file's.
+    Receiving,
+    /// All has come, and is on its way to the card. What the console sends is lines again.
+    Saving,
+    /// It has ended, and that has been said.
+    Ended,
 }
 
 /// How a transfer ended, as Smoothieware numbers what went wrong.
@@ -88,7 +101,7 @@ impl Transfers {
             reply.say(format_args!("start ymodem transfer\n"));
         }
         let way = Way::YModem(Receiver::new(now.plus(BEFORE)));
-        self.current = Some(Transfer { way, file: None, silent, count: 0 });
+        self.current = Some(Transfer { way, file: None, silent, count: 0, is_complete: false });
         Ok(())
     }
 
@@ -111,7 +124,7 @@ impl Transfers {
         let file = file.map_err(|error| Failure::Refused(crate::failure::about_file(&path, error.text())))?;
         reply.say(format_args!("uploading to file: {name}, send control-D or control-Z to finish\n"));
         let way = Way::Plain(heapless::Vec::new());
-        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0 });
+        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0, is_complete: false });
         Ok(())
     }
 
@@ -134,7 +147,7 @@ impl Transfers {
         reply.say(format_args!("READY - {size}\n"));
         let waiting = heapless::Vec::new();
         let way = Way::Counted(Counted { left: size, waiting, until: now.plus(BETWEEN), failed: None });
-        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0 });
+        self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0, is_complete: false });
         Ok(())
     }
 
@@ -142,8 +155,7 @@ impl Transfers {
         if self.current.is_some() { Err(Failure::refused("another console sends a file")) } else { Ok(()) }
     }
 
-    /// Goes on with what this console has sent until its count of bytes received was `end`. False when it has
-    /// ended, and that has been said.
+    /// Goes on with what this console has sent until its count of bytes received was `end`.
     pub fn go_on(
         &mut self,
         directory: &str,
@@ -151,15 +163,23 @@ impl Transfers {
         now: Micros,
         ports: &mut (impl Storage + Consoles),
         reply: &mut Reply<'_>,
-    ) -> bool {
-        let Some(transfer) = &mut self.current else { return false };
-        let ending = transfer.go_on(directory, (from, end), now, ports, reply);
-        let Some(ending) = ending else { return true };
-        let transfer = self.current.take();
-        if let Some(transfer) = transfer {
+    ) -> Progress {
+        let Some(transfer) = &mut self.current else { return Progress::Ended };
+        let ending = if transfer.is_complete {
+            is_saved(ports)
+        } else {
+            match transfer.go_on(directory, (from, end), now, ports, reply) {
+                Some(Ending::Whole) => transfer.complete(ports),
+                other => other,
+            }
+        };
+        let Some(ending) = ending else {
+            return if transfer.is_complete { Progress::Saving } else { Progress::Receiving };
+        };
+        if let Some(transfer) = self.current.take() {
             transfer.end(&ending, ports, reply);
         }
-        false
+        Progress::Ended
     }
 
     /// Whoever sent it has gone: the file is not whole, and does not stay.
@@ -296,52 +316,56 @@ impl Transfer {
         (*left == 0).then(|| failed.map_or(Ending::Whole, Ending::Failed))
     }
 
-    fn end(mut self, ending: &Ending, storage: &mut impl Storage, reply: &mut Reply<'_>) {
-        let (silent, count, is_ymodem) = (self.silent, self.count, matches!(self.way, Way::YModem(_)));
-        let is_counted = matches!(self.way, Way::Counted(_));
-        let closed = match (ending, self.file.take()) {
-            (Ending::Whole, Some((file, _))) => storage.close(file),
-            (_, Some(open)) => {
-                self.file = Some(open);
-                self.discard(storage);
-                Ok(())
-            }
-            _ => Ok(()),
-        };
-        if is_counted {
-            return match (ending, closed) {
-                (Ending::Whole, Ok(())) => reply.say(format_args!("SUCCESS\n")),
-                (Ending::Whole, Err(error)) => reply.say(format_args!("FAIL - {}\n", error.text())),
-                (Ending::Failed(error), _) => reply.say(format_args!("FAIL - {}\n", error.text())),
-                (Ending::Lost, _) => reply.say(format_args!("FAIL - bytes were lost\n")),
-                _ => reply.say(format_args!("FAIL - nothing came for {} s\n", BETWEEN.seconds())),
-            };
-        }
-        match (ending, closed) {
-            (Ending::Whole, Ok(())) if !is_ymodem => reply.say(format_args!("uploaded {count} bytes\n")),
-            (Ending::Whole, Ok(())) if !silent => reply.say(format_args!("downloaded {count} file(s) ok\n")),
-            (Ending::Whole, Ok(())) => {}
-            (Ending::Broken(number), _) if is_ymodem => {
-                reply.say(format_args!("download failed with error {number}\n"));
-            }
-            (Ending::Broken(_) | Ending::Silent, _) => reply.say(format_args!("upload cancelled\n")),
-            (Ending::Lost, _) => reply.say(format_args!("upload failed: bytes were lost, send more slowly\n")),
-            (Ending::Failed(error), _) => {
-                reply.say(format_args!("download failed with error -5: {}\n", error.text()));
-            }
-            (Ending::Whole, Err(error)) => {
-                reply.say(format_args!("download failed with error -5: {}\n", error.text()));
-            }
+    /// All has come.
+    fn complete(&mut self, storage: &mut impl Storage) -> Option<Ending> {
+        self.is_complete = true;
+        match self.file.take().map_or(Ok(()), |(file, _)| storage.close(file)) {
+            Ok(()) => is_saved(storage),
+            Err(error) => Some(Ending::Failed(error)),
         }
     }
 
-    /// What has come so far is no whole file.
+    fn end(self, ending: &Ending, storage: &mut impl Storage, reply: &mut Reply<'_>) {
+        let (silent, count) = (self.silent, self.count);
+        let (is_ymodem, is_counted) = (matches!(self.way, Way::YModem(_)), matches!(self.way, Way::Counted(_)));
+        self.discard(storage);
+        if is_counted {
+            return match ending {
+                Ending::Whole => reply.say(format_args!("SUCCESS\n")),
+                Ending::Failed(error) => reply.say(format_args!("FAIL - {}\n", error.text())),
+                Ending::Lost => reply.say(format_args!("FAIL - bytes were lost\n")),
+                Ending::Broken(_) | Ending::Silent => {
+                    reply.say(format_args!("FAIL - nothing came for {} s\n", BETWEEN.seconds()));
+                }
+            };
+        }
+        match ending {
+            Ending::Whole if !is_ymodem => reply.say(format_args!("uploaded {count} bytes\n")),
+            Ending::Whole if !silent => reply.say(format_args!("downloaded {count} file(s) ok\n")),
+            Ending::Whole => {}
+            Ending::Broken(number) if is_ymodem => reply.say(format_args!("download failed with error {number}\n")),
+            Ending::Broken(_) | Ending::Silent => reply.say(format_args!("upload cancelled\n")),
+            Ending::Lost => reply.say(format_args!("upload failed: bytes were lost, send more slowly\n")),
+            Ending::Failed(error) => reply.say(format_args!("download failed with error -5: {}\n", error.text())),
+        }
+    }
+
+    /// A file that is still open is not whole.
     fn discard(self, storage: &mut impl Storage) {
         if let Some((file, path)) = self.file {
             // A card that does not answer keeps it.
             let _ = storage.close(file);
             let _ = storage.remove(&path);
         }
+    }
+}
+
+/// Whether all that was written is on the card, or why it is not.
+fn is_saved(storage: &mut impl Storage) -> Option<Ending> {
+    match storage.is_kept() {
+        Ok(true) => Some(Ending::Whole),
+        Ok(false) => None,
+        Err(error) => Some(Ending::Failed(error)),
     }
 }
 

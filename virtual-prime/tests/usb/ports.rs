@@ -1,6 +1,7 @@
 //! The machine's consoles at the USB socket.
 
 use virtual_prime::factory::UNIQUE_ID;
+use virtual_prime::sd_image;
 use virtual_prime::usb_host::cdc::LineCoding;
 use virtual_prime::usb_host::transfer::{Outcome, Request};
 
@@ -168,5 +169,31 @@ fn a_file_comes_while_the_machine_moves() {
     let rate = bytes.len() as u64 / took_ms.max(1);
     println!("{rate} kB/s to the card");
     assert!(rate >= 200, "{rate} kB/s");
+    plugged.assert_clean();
+}
+
+/// Whoever pulls the card out or the plug on SUCCESS has the file.
+#[test]
+fn what_has_been_sent_is_on_the_card_when_that_is_said() {
+    let mut plugged = plug(Plan::new());
+    plugged.open(0);
+    for every in [2, 3] {
+        plugged.velvet.bench.vm.with(move |stopped| {
+            let card = stopped.session.board_mut().mcu.sdmmc.card_mut().expect("a card in the slot");
+            card.trouble().slow_writes = (250 * MS, every);
+        });
+        let bytes: Vec<u8> = (0..3_000_u32).map(|at| (at * 31 >> 3) as u8).collect();
+        let port = plugged.ports[0];
+        port.write(&mut plugged.desk(), format!("dl a{every}.bin {}\n", bytes.len()).as_bytes()).unwrap();
+        plugged.hear_until(0, "READY");
+        plugged.send(0, &bytes);
+        assert!(plugged.hear_until(0, "ok\n").contains("SUCCESS"));
+        let content = plugged.velvet.bench.vm.with(|stopped| {
+            let card = stopped.session.board().mcu.sdmmc.card();
+            card.map(|card| card.content().to_vec())
+        });
+        let content = content.flatten().expect("a card in the slot");
+        assert_eq!(sd_image::read(&content, &format!("a{every}.bin")), Ok(bytes), "every {every}");
+    }
     plugged.assert_clean();
 }
