@@ -80,12 +80,12 @@ pub struct Layout {
     pub log: Sector,
 }
 
-/// Bytes at the end of the image's last sector that no image may have: a copy of the owner's policy, for as long
-/// as it takes to empty the log. An install that comes so far erases it; the policy is in the log by then.
+/// Bytes at the end of the image's last sector that no image may have: a copy of the owner's policy, for as
+/// long as it takes to empty the log. An install that comes so far erases it; the policy is in the log by then.
 pub const POLICY_BYTES: u32 = 1024;
 
-/// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1791 KiB for the image, 1 KiB for a copy of the policy,
-/// 128 KiB for the log.
+/// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1791 KiB for the image, 1 KiB for a copy of the
+/// policy, 128 KiB for the log.
 pub const PRIME: Layout =
     Layout { address: 0x0800_0000, sector_bytes: 0x2_0000, first: Sector(1), sectors: 14, log: Sector(15) };
 
