@@ -81,7 +81,7 @@ pub struct Layout {
 }
 
 /// Bytes at the end of the image's last sector that no image may have: a copy of the owner's policy, for as
-/// long as it takes to empty the log. An install that comes so far erases it; the policy is in the log by then.
+/// long as it takes to empty the log. An install that comes so far erases it: the log has the policy by then.
 pub const POLICY_BYTES: u32 = 1024;
 
 /// The STM32H745 with 2 MiB: 128 KiB for the boot stage, 1791 KiB for the image, 1 KiB for a copy of the

@@ -1,10 +1,10 @@
 //! The power fails at every operation of every path, in every way, and a board that knows nothing but flash
 //! and card is switched on: an image that may run, runs.
 
-use update::{Ended, Entry, Origin, PRIME, WORD};
+use update::{Ended, Entry, Log, Origin, PRIME, Policy, WORD};
 use virtual_prime::flash_journal::{FlashContent, SECTOR, Torn};
 
-use super::small::{Came, Small, after, application, card, flash, known, log};
+use super::small::{Before, Came, Small, after, application, card, flash, known, log, state};
 use super::{Row, Share, tests};
 
 pub const ROWS: &[Row] = &[
@@ -47,7 +47,7 @@ pub const ROWS: &[Row] = &[
     Row {
         name: "the_log_is_cut",
         what: "while the full log of updates is made room in",
-        does: "the same firmware runs",
+        does: "the same firmware runs, and a locked board is still locked",
         run: |share| cut(&full_log(), share),
     },
 ];
@@ -111,14 +111,17 @@ fn cut(path: &Path, share: Share) -> usize {
     whole.settle(PATIENCE_MS);
     let operations = whole.operations();
     assert!(operations.len() > 2, "nothing was done: {}", whole.said());
+    let policy = state(&mut path.content.clone()).policy;
     let cuts = cuts(operations.len(), share);
     for (place, torn) in &cuts {
         let mut content = after(&path.content, &operations[..*place]);
         content.tear(&operations[*place], *torn);
+        assert_eq!(state(&mut content).policy, policy, "{torn:?} at {place} of {}", operations.len());
         let mut board = Small::on(&content, Some(&path.card_then));
         let came = board.settle(PATIENCE_MS);
         let runs = matches!(came, Came::Runs(number) if path.good.contains(&number));
         assert!(runs, "{torn:?} at {place} of {}: {came:?}: {}", operations.len(), board.said());
+        assert_eq!(state(&mut after(&content, &board.operations())).policy, policy, "after that: {torn:?} at {place}");
     }
     cuts.len()
 }
@@ -187,11 +190,15 @@ fn rescue() -> Path {
 }
 
 fn full_log() -> Path {
-    let old = application(1, SHORT, None);
+    let owner = [7; 32];
+    let old = application(1, SHORT, Some(&owner));
     let mut content = flash(&old);
+    let locked = Policy { key: Some(update::public_key(&owner)), is_locked: true };
+    let mut before = Before(&mut content);
+    Log::read(&mut before, &PRIME).set_policy(&mut before, &locked).expect("room");
     log(&mut content, Entry::Failed(Ended::Watchdog, known(&application(2, SHORT, None))));
     log(&mut content, Entry::Installed(Origin::Previous, known(&old)));
     let entries = PRIME.sector_bytes as usize / WORD;
-    (0..entries - 10).for_each(|_| log(&mut content, Entry::Confirmed(known(&old))));
+    (0..entries - 12).for_each(|_| log(&mut content, Entry::Confirmed(known(&old))));
     Path::new(content, &[], &[1])
 }

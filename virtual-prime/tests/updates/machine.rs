@@ -4,11 +4,11 @@
 use std::path::PathBuf;
 
 use rigless::soc::Width;
-use update::{MANIFEST_BYTES, PRIME};
+use update::{Entry, MANIFEST_BYTES, Origin, PRIME};
 use virtual_prime::sd_image;
 
 use super::cuts::SHORT;
-use super::small::{Came, Small, application, flash, linked};
+use super::small::{Came, Small, application, flash, known, linked, log};
 use super::{Row, Share, tests};
 use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet, image};
 
@@ -180,6 +180,27 @@ fn a_file_that_was_refused_is_not_asked_for_again() {
     velvet.hear_until("it is installed in a second", COPY_MS);
     velvet.hear(5 * SECOND);
     assert_eq!(mark(&mut velvet), 0x5EED_0002);
+}
+
+/// What is to be come back to has proved itself.
+#[test]
+fn firmware_on_trial_does_not_take_the_place_of_the_previous_one() {
+    let (previous, running) = (application(1, SHORT, None), running());
+    let mut content = flash(&running);
+    log(&mut content, Entry::Installed(Origin::File, known(&running)));
+    let elf = std::env::temp_dir().join(format!("velvet-on-trial-{}.elf", std::process::id()));
+    std::fs::write(&elf, content.elf()).expect("a temporary file");
+    let mut velvet = Plan::new()
+        .image(elf.clone())
+        .set("[system] flash_on_boot = false")
+        .bytes("flashme.bin", application(2, SHORT, None))
+        .bytes("firmware.previous", previous.clone())
+        .start();
+    let _ = std::fs::remove_file(elf);
+    assert!(velvet.said().contains("start 1 of 3"), "{}", velvet.said());
+    velvet.type_in("flash");
+    velvet.hear_until("it is installed in a second", COPY_MS);
+    assert_eq!(on_card(&mut velvet, "firmware.previous"), Some(previous));
 }
 
 /// A lock that would shut the firmware out that runs is not closed; behind one, only what the owner has
