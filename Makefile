@@ -92,7 +92,7 @@ console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
 check: velvet
 	@$(VELVET) check "$(CONFIG)" $(if $(JSON),--json)
 
-## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory; about 5 minutes
+## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory; some 18 minutes
 bench: firmware virtual-prime velvet
 	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME) $(VELVET)
 
