@@ -291,7 +291,8 @@ impl<'l> Log<'l> {
 
     /// Makes room: erases the log and writes what still matters. Only while nothing is pending, and not in a
     /// trial unless it is high time. A power failure in between costs how this image came here, and that
-    /// another one has failed; never the policy, of which there is a copy by then.
+    /// another one has failed. The policy has a copy by then, unless that is full: its 32 words are erased by an
+    /// install of an image of the full size only, and hold sixteen policies, each different from the one before.
     ///
     /// # Errors
     /// The flash does not take it.
