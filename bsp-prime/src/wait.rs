@@ -1,5 +1,6 @@
 //! The only way this crate waits: for a condition, and never longer than stated.
 
+use cortex_m::asm::delay;
 use cortex_m::peripheral::DWT;
 
 /// Core cycles in a microsecond once the clocks are up. Before that the core is slower and the bound is
@@ -10,8 +11,18 @@ const CYCLES_PER_MICROSECOND: u32 = crate::clocks::CORE_HZ / 1_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedOut;
 
+/// A pause between two looks is a sixteenth of what has been waited for already, ...
+const SPACING: u32 = 16;
+
+/// ... and at most 4 us.
+const LONGEST_PAUSE: u32 = 4 * CYCLES_PER_MICROSECOND;
+
 /// Polls `condition` until it holds or `limit_us` microseconds have passed (at most ten seconds: the counter
 /// wraps).
+///
+/// It is looked at ever more rarely, since every look is an access to a bus that others use: a wait of
+/// milliseconds is no thousands of them. What came true is seen with a delay of at most a fifth of the wait, and
+/// never of more than 12 us. (A turn of the loop in `asm::delay` takes one to three cycles.)
 ///
 /// The counter is the DWT's, started by [`crate::Board::take`].
 ///
@@ -24,15 +35,25 @@ pub fn until(limit_us: u32, mut condition: impl FnMut() -> bool) -> Result<(), T
         if condition() {
             return Ok(());
         }
-        if DWT::cycle_count().wrapping_sub(start) > limit {
+        let waited = DWT::cycle_count().wrapping_sub(start);
+        if waited > limit {
             // Looked at once more: an interrupt may have taken the whole allowance between the two tests.
             return if condition() { Ok(()) } else { Err(TimedOut) };
         }
+        delay((waited / SPACING).min(LONGEST_PAUSE));
     }
 }
 
 /// Spends at least `time_us` microseconds, for hardware that asks for a pause and offers no flag.
 pub fn pause(time_us: u32) {
-    // The condition never holds, so the result carries nothing.
-    let _always_times_out = until(time_us, || false);
+    let cycles = time_us.saturating_mul(CYCLES_PER_MICROSECOND);
+    let start = DWT::cycle_count();
+    loop {
+        let left = cycles.saturating_sub(DWT::cycle_count().wrapping_sub(start));
+        if left == 0 {
+            return;
+        }
+        // A quarter of what is left: three times as long would still not be too long.
+        delay(left / 4);
+    }
 }
