@@ -21,8 +21,8 @@ const LONGEST_PAUSE: u32 = 4 * CYCLES_PER_MICROSECOND;
 /// wraps).
 ///
 /// It is looked at ever more rarely, since every look is an access to a bus that others use: a wait of
-/// milliseconds is no thousands of them. What came true is seen with a delay of at most a fifth of the wait, and
-/// never of more than 12 us. (A turn of the loop in `asm::delay` takes one to three cycles.)
+/// milliseconds is no thousands of them. What came true is seen with a delay of at most a fifth of the wait,
+/// and never of more than 12 us. (A turn of the loop in `asm::delay` takes one to three cycles.)
 ///
 /// The counter is the DWT's, started by [`crate::Board::take`].
 ///

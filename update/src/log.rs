@@ -291,8 +291,9 @@ impl<'l> Log<'l> {
 
     /// Makes room: erases the log and writes what still matters. Only while nothing is pending, and not in a
     /// trial unless it is high time. A power failure in between costs how this image came here, and that
-    /// another one has failed. The policy has a copy by then, unless that is full: its 32 words are erased by an
-    /// install of an image of the full size only, and hold sixteen policies, each different from the one before.
+    /// another one has failed. The policy has a copy by then, unless the copy's 32 words are used up: they
+    /// hold sixteen policies, each different from the one before, and only an install of an image of the full
+    /// size erases them.
     ///
     /// # Errors
     /// The flash does not take it.
