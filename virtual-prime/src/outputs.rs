@@ -148,6 +148,11 @@ impl Device for TappedExti {
         self.inner.on_request(change, file, context);
     }
 
+    /// Every pin, whose levels are the machine's.
+    fn hears(&self, instance: &'static str, _request: usize) -> bool {
+        instance.starts_with("GPIO")
+    }
+
     fn on_access(&mut self, token: u64, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.inner.on_access(token, value, file, context);
     }

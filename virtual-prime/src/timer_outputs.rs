@@ -79,6 +79,10 @@ impl Device for TappedTimer {
         self.look(file, context.now());
     }
 
+    fn hears(&self, instance: &'static str, request: usize) -> bool {
+        self.inner.hears(instance, request)
+    }
+
     fn reset(&mut self) {
         Device::reset(&mut self.inner);
         self.levels = [false; PWM_CHANNELS];

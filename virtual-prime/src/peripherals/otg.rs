@@ -222,6 +222,10 @@ impl ErasedDevice for Otg {
 
     fn on_request(&mut self, _: RequestChange, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {}
 
+    fn hears(&self, _: &'static str, _: usize) -> bool {
+        false
+    }
+
     fn on_clock(&mut self, hz: u64, _: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.hz = hz;
         self.core.set_clock(hz);
