@@ -7,6 +7,7 @@
 //! Quick share in `make test`; every cut with `make faults`, which writes a page to where `FAULTS_OUT` says.
 
 use std::fmt::Write as _;
+use std::sync::OnceLock;
 
 use crate::common::MS;
 use crate::common::print::{Carriages, Laid, farthest};
@@ -250,8 +251,8 @@ fn purpose(write: &BlockWrite) -> &'static str {
 }
 
 /// Cuts a job, and says what came of it.
-struct Trial {
-    whole: Whole,
+struct Trial<'a> {
+    whole: &'a Whole,
     format: Format,
     page: String,
     absent: u32,
@@ -261,9 +262,8 @@ struct Trial {
     off: f64,
 }
 
-impl Trial {
-    fn new(format: Format) -> Self {
-        let whole = Whole::make(format);
+impl<'a> Trial<'a> {
+    fn new(whole: &'a Whole, format: Format) -> Self {
         let in_job = whole.writes.iter().filter(|write| (whole.begun..whole.ended).contains(&write.at_ns)).count();
         let page = format!(
             "## {format:?}: {} block writes, {in_job} of them while the job is played\n\n\
@@ -277,7 +277,7 @@ impl Trial {
         let (card, at_ns) = self.whole.cut(number, cut);
         let (purpose, time) = (purpose(&self.whole.writes[number]), at_ns as f64 / 1e9);
         let what = format!("{:?}, write {number} ({purpose}) at {time:.3} s, {cut:?}", self.format);
-        let words = match after(&self.whole, &what, &self.whole.until(at_ns), card, cut == Cut::Kept) {
+        let words = match after(self.whole, &what, &self.whole.until(at_ns), card, cut == Cut::Kept) {
             Outcome::Absent => {
                 self.absent += 1;
                 "nothing to go on with".to_owned()
@@ -311,10 +311,16 @@ impl Trial {
     }
 }
 
+/// The job on a small card, which is made once for both tests.
+fn on_a_small_card() -> &'static Whole {
+    static WHOLE: OnceLock<Whole> = OnceLock::new();
+    WHOLE.get_or_init(|| Whole::make(Format::Fat16))
+}
+
 /// One of the worst kinds of cut, in the middle of the job; `make faults` has every one.
 #[test]
 fn a_part_is_the_same_after_a_write_that_was_lost() {
-    let mut trial = Trial::new(Format::Fat16);
+    let mut trial = Trial::new(on_a_small_card(), Format::Fat16);
     let entries: Vec<usize> = (0..trial.whole.writes.len())
         .filter(|number| purpose(&trial.whole.writes[*number]) == "journal: entry")
         .collect();
@@ -324,7 +330,8 @@ fn a_part_is_the_same_after_a_write_that_was_lost() {
 
 /// Writes what came of each to where `FAULTS_OUT` says, and returns the sum of it.
 fn every_cut(format: Format, cuts: &[Cut]) -> String {
-    let mut trial = Trial::new(format);
+    let whole = Whole::make(format);
+    let mut trial = Trial::new(&whole, format);
     let first = std::env::var("FAULTS_FROM").map_or(0, |number| number.parse().expect("a number"));
     for number in first..trial.whole.writes.len() {
         // Where nothing was laid yet, a card that loses a write is one that is cut before it.
@@ -365,7 +372,6 @@ const GONE_VOLTS: f64 = 8.0;
 /// the voltage is gone; and the next board goes on from there.
 #[test]
 fn a_supply_that_falls_is_noted_before_it_is_gone() {
-    let whole = Whole::make(Format::Fat32);
     let mut velvet = plan().file("job.g", &part()).keeping_writes().carriages(&START).start();
     velvet.type_in("play /sd/job.g");
     // In the second layer, in the middle of a line: a layer takes 3.2 mm of filament.
@@ -417,7 +423,7 @@ fn a_supply_that_falls_is_noted_before_it_is_gone() {
     assert_eq!(notes[..2].iter().map(purpose).collect::<Vec<_>>(), ["journal: entry", "journal: entry, at rest"]);
     assert!(notes.iter().all(|write| heaters_off < write.at_ns && write.at_ns < gone_ns - MS));
     let card = velvet.card(|card| card.content().to_vec());
-    let outcome = after(&whole, "the supply has fallen", &left, card, true);
+    let outcome = after(on_a_small_card(), "the supply has fallen", &left, card, true);
     println!("{outcome:?}");
     assert!(matches!(outcome, Outcome::Resumed { told: false, .. }), "{outcome:?}");
 }
