@@ -105,7 +105,7 @@ impl Watch {
 fn no_write_holds_the_dispatcher_however_slow_the_card() {
     let traits = Traits { programming_ns: SLOWEST_NS, ..Traits::default() };
     let mut plan = Plan::new().set("[general] config-override = true").set("[player] power_loss = true");
-    plan = plan.set("[player] power_loss_period = 1").file("old.g", &"G4 P1\n".repeat(2_000));
+    plan = plan.set("[player] power_loss_period = 1").file("old.g", &"G4 P1\n".repeat(700));
     let part = "G28.3 X4 Y4 Z2\nM83\nG1 Z0.3 F600\n".to_owned() + &"G1 X14 E0.2 F600\nG1 X4 E0.2\n".repeat(3);
     let mut velvet = plan.file("part.g", &part).with_traits(traits).held();
     // The journal's file is made at this first boot, before anybody is served.
@@ -120,7 +120,7 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
     }
     worst.push(watch.take("M500"));
     watch.ask(velvet, "M28 up.g", "Writing to file");
-    for line in 0..60 {
+    for line in 0..25 {
         watch.ask(velvet, &format!("G1 X{line} Y{line} ; a line of the file that is sent"), "ok\n");
     }
     watch.ask(velvet, "M29", "Done saving file.");

@@ -142,7 +142,7 @@ macro_rules! sessions {
     };
 }
 
-sessions! { dollar homed mcodes }
+sessions! { homed mcodes }
 
 /// Every session whose machine is told the same on both: some minutes.
 mod all {
@@ -161,6 +161,6 @@ mod all {
     }
 
     // Not `files`: where its jobs stand when they are asked depends on how fast a card is read.
-    long_sessions! { delta drill ext faults gcodes gcodes2 grbl grid h2 halt laser laser_cnc malformed malformed2
+    long_sessions! { delta dollar drill ext faults gcodes gcodes2 grbl grid h2 halt laser laser_cnc malformed malformed2
     malformed_grbl misc misc2 names over probe probe2 shell temps three upload }
 }

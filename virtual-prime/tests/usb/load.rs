@@ -72,7 +72,7 @@ impl Flood {
 
 /// The job's edges, and what came and went meanwhile, in bytes a millisecond.
 fn play(floods: bool) -> (Vec<StepEdge>, u64, u64) {
-    let mut plugged = plug(two_ports().file("job.g", &("G28.3 X30 Y30 Z10\nG92 E0\n".to_owned() + &JOB.repeat(2))));
+    let mut plugged = plug(two_ports().file("job.g", &("G28.3 X30 Y30 Z10\nG92 E0\n".to_owned() + JOB)));
     plugged.open(0);
     plugged.open(1);
     let mut flood = Flood::default();
@@ -127,7 +127,7 @@ fn stream(floods: bool) -> (Vec<StepEdge>, u64) {
     plugged.velvet.ask("G28.3 X30 Y30 Z10", SECOND);
     plugged.velvet.ask("G92 E0", SECOND);
     // All of it waits behind the dwell, so that it goes on without gaps.
-    plugged.velvet.type_in(&format!("G4 P1000\n{}", JOB.repeat(2).trim_end()));
+    plugged.velvet.type_in(&format!("G4 P1000\n{}", JOB.trim_end()));
     plugged.velvet.hear(900);
     let (began, mut moved) = (plugged.velvet.bench.vm.now_ns(), 0);
     let data = vec![0x5A; usize::from(COMMAND_BLOCKS) * 512];
