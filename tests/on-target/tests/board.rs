@@ -40,6 +40,23 @@ mod tests {
         defmt::assert!(u64::from(cycles).abs_diff(micros * 400) < 4_000, "{} cycles in {} us", cycles, micros);
     }
 
+    /// A look is an access to a bus that others use: without pauses between them it would be tens of thousands.
+    #[test]
+    fn a_wait_ends_in_time_and_looks_ever_more_rarely() {
+        let (start, mut looks) = (time::now(), 0_u32);
+        let ended = bsp_prime::wait::until(2_000, || {
+            looks += 1;
+            false
+        });
+        let took = time::now().since(start).0;
+        defmt::assert!(ended.is_err() && (2_000..2_020).contains(&took), "it ended after {} us", took);
+        defmt::assert!((100..1_500).contains(&looks), "{} looks in 2 ms", looks);
+        let start = time::now();
+        let ended = bsp_prime::wait::until(2_000, || time::now().since(start).0 >= 1_000);
+        let took = time::now().since(start).0;
+        defmt::assert!(ended.is_ok() && (1_000..1_015).contains(&took), "seen after {} us", took);
+    }
+
     #[test]
     fn the_statics_leave_the_stack_room() {
         defmt::assert!(memory::stack_room_bytes() > 16 * 1024, "{} bytes", memory::stack_room_bytes());
