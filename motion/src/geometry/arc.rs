@@ -214,17 +214,36 @@ impl Arc {
     }
 
     /// The arc in `count` equal parts: where each ends, and its curve.
-    pub fn parts(self, count: u32) -> impl Iterator<Item = (PerAxis<f64>, Curve)> {
-        let count = count.max(1);
+    #[must_use]
+    pub const fn parts(self, count: u32) -> ArcParts {
+        ArcParts { arc: self, count: if count == 0 { 1 } else { count }, taken: 0 }
+    }
+}
+
+/// The equal parts of an arc, one after the other: where each ends, and its curve.
+#[derive(Clone, Copy, Debug)]
+pub struct ArcParts {
+    arc: Arc,
+    count: u32,
+    taken: u32,
+}
+
+impl Iterator for ArcParts {
+    type Item = (PerAxis<f64>, Curve);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let Self { arc, count, taken } = *self;
+        if taken >= count {
+            return None;
+        }
+        self.taken += 1;
         let share = 1.0 / f64::from(count);
-        (0..count).map(move |index| {
-            let (x, y) = turned(self.start, self.sweep * share * f64::from(index));
-            let ahead = if self.sweep < 0.0 { (y, -x) } else { (-y, x) };
-            let angle = libm::fabs(self.sweep) * share;
-            let curve = path::Arc::new(self.in_plane((x, y)), self.in_plane(ahead), angle, self.rise() * share);
-            let end = if index + 1 == count { self.to } else { self.place(share * f64::from(index + 1)) };
-            (end, Curve::Arc(curve))
-        })
+        let (x, y) = turned(arc.start, arc.sweep * share * f64::from(taken));
+        let ahead = if arc.sweep < 0.0 { (y, -x) } else { (-y, x) };
+        let angle = libm::fabs(arc.sweep) * share;
+        let curve = path::Arc::new(arc.in_plane((x, y)), arc.in_plane(ahead), angle, arc.rise() * share);
+        let end = if taken + 1 == count { arc.to } else { arc.place(share * f64::from(taken + 1)) };
+        Some((end, Curve::Arc(curve)))
     }
 }
 

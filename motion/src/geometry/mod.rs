@@ -9,7 +9,7 @@ mod line;
 mod nurbs;
 mod spline;
 
-pub use arc::{Arc, ArcError, ArcShape, MOST_TURNS};
+pub use arc::{Arc, ArcError, ArcParts, ArcShape, MOST_TURNS};
 pub use chords::{ArcSettings, Chords};
 pub use line::{Line, LineSettings};
 pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
