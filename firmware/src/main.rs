@@ -25,6 +25,7 @@
 use machine::tasks::ReachedMark;
 use machine::watchdog::Reports;
 use motion::Latch;
+use stm32h7xx_hal::pac::Interrupt;
 
 mod consoles;
 mod disk;
@@ -45,6 +46,12 @@ mod usb;
 mod wiring;
 mod workspace;
 
+/// Interrupts of peripherals that the board does not use, for the tasks that software asks for. One that is
+/// asked for while it runs runs once more.
+const PLANNER: Interrupt = Interrupt::LPTIM2;
+const SLOW: Interrupt = Interrupt::LPTIM1;
+const SENSORS: Interrupt = Interrupt::LPTIM3;
+
 /// Where inputs that stop motion leave their tick.
 static LATCH: Latch = Latch::new();
 /// How far the motors have come, from the feed to the heat task.
@@ -52,7 +59,9 @@ static REACHED: ReachedMark = ReachedMark::new();
 /// Who has shown to be alive since the watchdog was fed.
 static REPORTS: Reports = Reports::new();
 
-#[rtic::app(device = stm32h7xx_hal::pac, peripherals = true, dispatchers = [LPTIM1, LPTIM2])]
+// No task is `async`: what software alone asks for has an interrupt of its own that nothing else uses, and is
+// pended.
+#[rtic::app(device = stm32h7xx_hal::pac, peripherals = true)]
 mod app {
     use bsp_prime::flash::BoardFlash;
     use bsp_prime::sd::CardService;
@@ -72,7 +81,7 @@ mod app {
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, REACHED, REPORTS, dispatcher, fault, log, update, usb};
+    use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
     use machine::heat::HeatControl;
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
@@ -278,14 +287,12 @@ mod app {
             cx.local.watchdog.feed();
         }
         if due.slow {
-            // Still running from the last time: then it comes round again in a tenth of a second.
-            let _still_busy = slow::spawn();
+            rtic::pend(SLOW);
             // So that it reports, whether or not anything moves.
-            let _waiting = plan::spawn();
+            rtic::pend(PLANNER);
         }
         if reads_chips {
-            // Still reading: then the next run comes in a hundredth of a second.
-            let _still_busy = sensors::spawn();
+            rtic::pend(SENSORS);
         }
     }
 
@@ -309,8 +316,8 @@ mod app {
     }
 
     // One slice of look-ahead.
-    #[task(priority = 3, shared = [motion])]
-    async fn plan(mut cx: plan::Context) {
+    #[task(binds = LPTIM2, priority = 3, shared = [motion])]
+    fn plan(mut cx: plan::Context) {
         cx.shared.motion.lock(|motion| motion.plan());
         REPORTS.report(Reporter::Planner);
     }
@@ -322,8 +329,8 @@ mod app {
     }
 
     // Driver faults and supply voltages.
-    #[task(priority = 1, shared = [slow, heat])]
-    async fn slow(mut cx: slow::Context) {
+    #[task(binds = LPTIM1, priority = 1, shared = [slow, heat])]
+    fn slow(mut cx: slow::Context) {
         let celsius = cx.shared.slow.lock(|slow| {
             slow.tick();
             slow.chip_celsius()
@@ -334,8 +341,8 @@ mod app {
 
     // One chip of a temperature sensor. Beside `slow`, because they share a bus: neither interrupts the
     // other. At worst a chip is found reset and set up, four frames of up to 9 bytes: half a millisecond.
-    #[task(priority = 1, shared = [slow, heat])]
-    async fn sensors(mut cx: sensors::Context) {
+    #[task(binds = LPTIM3, priority = 1, shared = [slow, heat])]
+    fn sensors(mut cx: sensors::Context) {
         let read = cx.shared.slow.lock(|slow| slow.sensors.poll(time::now()));
         if let Some((controller, reading)) = read {
             cx.shared.heat.lock(|heat| heat.io.set_reading(controller, reading));
@@ -348,10 +355,7 @@ mod app {
         bsp_prime::memory::paint_main_stack();
         let idle::SharedResources { motion, heat, slow, triggers, card, .. } = cx.shared;
         let shared = ports::Shared { motion, heat, slow, triggers };
-        let wake_planner = || {
-            // Still to run from the last time: that run sees the new blocks too.
-            let _waiting = plan::spawn();
-        };
+        let wake_planner = || rtic::pend(PLANNER);
         let owned = cx.local.owned;
         // It is there: this is its one taker.
         let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };

@@ -29,9 +29,7 @@ pub struct Interrupt {
 pub const FEED: Interrupt = Interrupt { number: 54, name: "TIM6_DAC", acknowledge: Some(0x4000_1010) };
 /// Heat control. TIM7_SR.
 pub const HEAT: Interrupt = Interrupt { number: 55, name: "TIM7", acknowledge: Some(0x4000_1410) };
-/// The planner; software alone asks for it. RTIC gives the dispatchers that `firmware/src/main.rs` names to
-/// the priorities of its software tasks, the lowest first: with another priority among them these two move.
-/// The next start says who was silent, and so which one it was.
+/// The planner; software alone asks for it, by the interrupt that `firmware/src/main.rs` names.
 pub const PLANNER: Interrupt = Interrupt { number: 138, name: "LPTIM2", acknowledge: None };
 /// The watch over drivers and supplies; software alone asks for it.
 pub const SLOW_WATCH: Interrupt = Interrupt { number: 93, name: "LPTIM1", acknowledge: None };
